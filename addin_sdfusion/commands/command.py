@@ -9,6 +9,7 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
+from ..fusion.notes import optional
 from ..robot.errors import InputError
 from .dialogs import Dialog
 from .guard import application, guarded, message, report
@@ -16,6 +17,10 @@ from .inputs import Inputs
 
 PANEL = "SolidScriptsAddinsPanel"
 
+_PENDING = (
+    "Parts were moved and their position is not captured: Fusion would move them back. Press "
+    "Capture Position or Revert Position in the toolbar, then start the command again."
+)
 _HANDLERS = {
     "commandCreated": "CommandCreatedEventHandler",
     "execute": "CommandEventHandler",
@@ -114,6 +119,9 @@ class Command:
         if design is None:
             text = "Open a design first: CARDSFlow works in the Design workspace."
             message(text, self.dialog.name)
+            return
+        if self.dialog.edits and optional(lambda: bool(design.snapshots.hasPendingSnapshot)):
+            message(_PENDING, self.dialog.name)
             return
         command = args.command
         inputs = Inputs(command, self.dialog)

@@ -72,6 +72,7 @@ class Dialog:
         ok: On the button that does the work; there is none if empty.
         cancel: On the button that closes it.
         size: Width and height, in pixels.
+        edits: Whether OK adds to the timeline, which takes back what was moved and not captured.
     """
 
     id: str
@@ -83,6 +84,7 @@ class Dialog:
     ok: str = "OK"
     cancel: str = "Cancel"
     size: tuple[int, int] = (440, 640)
+    edits: bool = False
 
     def all_inputs(self) -> Iterator[Input]:
         """Every input, those that hold others before what they hold."""

@@ -1,4 +1,4 @@
-"""Fusion's own errors and warnings on joints and construction points."""
+"""Fusion's own errors and warnings on joints, rigid groups and construction points."""
 
 from __future__ import annotations
 
@@ -10,15 +10,26 @@ from ..robot.finding import Subject
 from .notes import Notes, optional
 
 
+def _with_health(entity: Any) -> Any:
+    """What knows an entity's health: its object in the timeline where it does not itself.
+
+    As-built joints and rigid groups have none of their own.
+    """
+    own = optional(lambda: entity.healthState)
+    timeline = None if own is not None else optional(lambda: entity.timelineObject)
+    return entity if timeline is None else timeline
+
+
 def problem_of(entity: Any, subject: Subject, notes: Notes) -> str:
     """What makes an entity unusable; empty if nothing. What is doubtful becomes a finding."""
-    state = optional(lambda: entity.healthState)
+    told = _with_health(entity)
+    state = optional(lambda: told.healthState)
     states = adsk.fusion.FeatureHealthStates
     if state == states.RolledBackFeatureHealthState:
         return "it is rolled back: move the timeline's marker to the end"
     if state not in (states.ErrorFeatureHealthState, states.WarningFeatureHealthState):
         return ""
-    text = " ".join(str(entity.errorOrWarningMessage or "").split())
+    text = " ".join(str(told.errorOrWarningMessage or "").split())
     if state == states.ErrorFeatureHealthState:
         return text or "Fusion reports an error"
     message = f"{subject.kind} {subject.name!r}: Fusion warns: {text or 'it is out of date'}"

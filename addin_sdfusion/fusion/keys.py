@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from .notes import optional
-from .occurrences import Occurrence
+from .occurrences import Occurrence, identity
 
 
 class Keys:
@@ -22,7 +21,7 @@ class Keys:
         self._components: dict[tuple[str, str], str] = {}
         taken: dict[str, int] = {}
         for occurrence in occurrences:
-            component = _identity(occurrence)
+            component = identity(occurrence)
             if component not in self._components:
                 name = component[1]
                 taken[name] = taken.get(name, 0) + 1
@@ -31,10 +30,4 @@ class Keys:
     def key(self, occurrence: Occurrence, name: str, number: int = 0) -> str:
         """The name of an entity of the occurrence's component."""
         suffix = f"#{number + 1}" if number else ""
-        return f"{self._components[_identity(occurrence)]}/{name}{suffix}"
-
-
-def _identity(occurrence: Occurrence) -> tuple[str, str]:
-    component = occurrence.component
-    identity = optional(lambda: (str(component.id), str(component.name)))
-    return identity or ("", occurrence.path)
+        return f"{self._components[identity(occurrence)]}/{name}{suffix}"

@@ -2,13 +2,14 @@
 
 An entity of a component is read through its proxy in the occurrence, `occurrence.proxy(entity)`,
 which Fusion gives in the root frame. Occurrences are found from the top down: `assemblyContext` is
-not the occurrence above, and names may contain the `+` that full paths are joined by.
+not the occurrence above, and names may contain the `+` that full paths are joined by. The pose of
+one that is reached from the root is in the root frame. (`transform` is retired.)
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..muscles.point_names import natural_key
@@ -16,8 +17,8 @@ from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
 from ..robot.model.transform import IDENTITY, Transform
 from ..snapshot import ROOT
-from .notes import Notes, items
-from .units import frame, is_rigid, near, same_frame
+from .notes import Notes, items, optional
+from .units import frame, is_rigid, near
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class Occurrence:
         native: Fusion's occurrence in the root's context; None for the root component.
         component: The component.
         T: Its pose in the root frame.
+        T_first: Pose of the first occurrence of the same component.
     """
 
     path: str
@@ -37,6 +39,7 @@ class Occurrence:
     native: Any
     component: Any
     T: Transform
+    T_first: Transform
 
     @property
     def subject(self) -> Subject:
@@ -80,55 +83,76 @@ Occurrences = dict[str, Occurrence]
 
 def find_occurrences(root: Any, notes: Notes) -> Occurrences:
     """The root component, then every occurrence, in the order of their paths."""
-    top = Occurrence(ROOT, ROOT, None, root, IDENTITY)
+    top = Occurrence(ROOT, ROOT, None, root, IDENTITY, IDENTITY)
     found = {ROOT: top}
-    waiting = [top]
+    first: dict[tuple[str, str], Transform] = {}
+    waiting = [(native, top) for native in _below(top, notes)]
     while waiting:
-        above = waiting.pop()
-        for native in items(above.children, notes, above.subject, "occurrences"):
-            occurrence = _occurrence(native, above, notes)
-            if occurrence is None:
-                continue
-            if occurrence.path in found:
-                message = f"two occurrences have the path {occurrence.path!r}: rename one of them"
-                notes.add("error", occurrence.subject, "same-path", message)
-                continue
-            found[occurrence.path] = occurrence
-            waiting.append(occurrence)
+        native, above = waiting.pop()
+        occurrence = _occurrence(native, above, notes)
+        if occurrence is None:
+            continue
+        if occurrence.path in found:
+            message = f"two occurrences have the path {occurrence.path!r}: rename one of them"
+            notes.add("error", occurrence.subject, "same-path", message)
+            continue
+        T_first = first.setdefault(identity(occurrence), occurrence.T)
+        occurrence = replace(occurrence, T_first=T_first)
+        found[occurrence.path] = occurrence
+        waiting += [(below, occurrence) for below in _below(occurrence, notes)]
     return dict(sorted(found.items(), key=lambda item: natural_key(item[0])))
+
+
+def _below(above: Occurrence, notes: Notes) -> list[Any]:
+    """Fusion's occurrences right below one, the last first."""
+    return list(items(above.children, notes, above.subject, "occurrences"))[::-1]
+
+
+def identity(occurrence: Occurrence) -> tuple[str, str]:
+    """What tells an occurrence's component from others; copies of a document have the same ids."""
+    component = occurrence.component
+    found = optional(lambda: (str(component.id), str(component.name)))
+    return found or ("", occurrence.path)
+
+
+def every_occurrence(root: Any) -> list[Any]:
+    """Fusion's occurrences in the root's context, those above others first.
+
+    The root's own list of all fails where one reference to another document is not resolved; this
+    one goes without that.
+    """
+    found: list[Any] = []
+    waiting = optional(lambda: list(root.occurrences)) or []
+    while waiting:
+        native = waiting.pop(0)
+        if optional(lambda: native.component) is not None:  # noqa: B023 -- called at once
+            found.append(native)
+            waiting += optional(lambda: list(native.childOccurrences)) or []  # noqa: B023
+    return found
 
 
 def _occurrence(native: Any, above: Occurrence, notes: Notes) -> Occurrence | None:
     todo = "If its component is in another document, open that and update the reference"
+    left_out = (
+        "It is left out of the robot, with all that is in it. If its component is in another "
+        "document, open that and update the reference; else delete it"
+    )
     path = notes.attempt(above.subject, "occurrences' paths", path_of, native)
     if path is None:
         return None
     subject = Subject("occurrence", path)
-    component = notes.attempt(subject, "component", lambda: native.component, todo=todo)
-    T = notes.attempt(subject, "position", _pose, native, above.T, todo=todo)
-    if T is None or component is None:
+    component = notes.attempt(
+        subject, "component", lambda: native.component, severity="warning", todo=left_out
+    )
+    if component is None:
+        return None
+    T = notes.attempt(subject, "position", lambda: frame(native.transform2), todo=todo)
+    if T is None:
         return None
     if not is_rigid(T):
         message = f"occurrence {path!r} is mirrored or scaled: make its component anew"
         notes.add("error", subject, "not-rigid", message)
-    return Occurrence(path, above.path, native, component, T)
-
-
-def _pose(occurrence: Any, above: Transform) -> Transform:
-    """The pose of Fusion's occurrence in the root frame.
-
-    `transform2` is documented as "in its assembly context", so in the root frame for an occurrence
-    that was reached from the root. In case a version of Fusion gives it relative to the occurrence
-    above, that is seen by its being the same as that of the native occurrence. (`transform` is
-    retired: it was wrong in some cases.)
-    """
-    read = frame(occurrence.transform2)
-    native = occurrence.nativeObject
-    if native is None:
-        return read
-    own = frame(native.transform2)
-    composed = above.compose(own)
-    return composed if same_frame(read, own) and not same_frame(read, composed) else read
+    return Occurrence(path, above.path, native, component, T, T)
 
 
 def each_in(

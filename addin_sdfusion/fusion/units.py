@@ -91,12 +91,6 @@ def near(a: Vector3, b: Vector3) -> bool:
     return distance(a, b) <= NEAR
 
 
-def same_frame(a: Transform, b: Transform) -> bool:
-    """Whether two frames are one."""
-    rows = zip(a.R, b.R, strict=True)
-    return near(a.p, b.p) and all(distance(row, other) <= PARALLEL for row, other in rows)
-
-
 def parallel(a: Vector3, b: Vector3) -> bool:
     """Whether two unit vectors lie along one line, whichever way they point."""
     return min(distance(a, b), distance(a, (-b[0], -b[1], -b[2]))) <= PARALLEL

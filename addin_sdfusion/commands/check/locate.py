@@ -7,6 +7,8 @@ from itertools import islice
 from typing import Any
 
 from ...building.links.links import PREFIX
+from ...fusion.notes import optional
+from ...fusion.occurrences import every_occurrence
 from ...robot.finding import Subject
 from ..reading import Reading
 
@@ -24,7 +26,7 @@ class _Locator:
 
     def __init__(self, design: Any, reading: Reading) -> None:
         self._root = design.rootComponent
-        self._occurrences = {o.fullPathName: o for o in self._root.allOccurrences}
+        self._occurrences = {o.fullPathName: o for o in every_occurrence(self._root)}
         self._reading = reading
         self.finders: dict[str, Callable[[str], Iterable[Any]]] = {
             "link": self._link,
@@ -69,7 +71,7 @@ class _Locator:
         for component, _ in self._components():
             for i in range(component.rigidGroups.count):
                 group = component.rigidGroups.item(i)
-                if group.name in (name, PREFIX + name):
+                if optional(lambda: group.name) in (name, PREFIX + name):  # noqa: B023
                     yield from group.occurrences
 
     def _body(self, name: str) -> Iterator[Any]:
@@ -114,7 +116,7 @@ class _Locator:
     def _components(self) -> Iterator[tuple[Any, Any]]:
         """Every component with its occurrence; None for the root component."""
         yield self._root, None
-        for occurrence in self._root.allOccurrences:
+        for occurrence in self._occurrences.values():
             yield occurrence.component, occurrence
 
 

@@ -259,6 +259,7 @@ DIALOG = Dialog(
     description="Each point belongs to the link of the part that you clicked. Muscles, task "
     "points, markers and wrap surfaces are kept in the design. Nothing of yours is changed; one "
     "undo takes it all back.",
+    edits=True,
     inputs=(
         _MUSCLES,
         _WRAPS,

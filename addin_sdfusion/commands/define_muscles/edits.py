@@ -7,9 +7,6 @@ from typing import Any
 
 from ...robot.errors import InputError
 
-BASE_FEATURE = "CARDSFlow points"
-"""Name of the base feature that holds points which no vertex, circle or sketch point holds."""
-
 
 class About:
     """What fails within names the object that it failed for."""
@@ -48,28 +45,3 @@ def added(points: Any, new: Any) -> Any:
 def native(entity: Any) -> Any:
     """The entity itself, for a proxy: attributes and names belong to it."""
     return None if entity is None else entity.nativeObject or entity
-
-
-def base_feature(component: Any) -> Any:
-    """The base feature of a component that holds points by coordinates; made if there is none."""
-    features = component.features.baseFeatures
-    feature = features.itemByName(BASE_FEATURE)
-    if feature is None:
-        feature = features.add()
-        feature.name = BASE_FEATURE
-    return feature
-
-
-def delete(point: Any) -> None:
-    """Delete a point that the add-in made, and the base feature that holds nothing then."""
-    feature = point.baseFeature
-    if not feature:
-        point.deleteMe()
-        return
-    feature.startEdit()
-    try:
-        point.deleteMe()
-    finally:
-        feature.finishEdit()
-    if feature.name == BASE_FEATURE and feature.constructionPoints.count == 0:
-        feature.deleteMe()

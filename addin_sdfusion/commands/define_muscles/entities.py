@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...fusion.occurrences import every_occurrence
 from ...muscles.attributes import GROUP, WRAP
 from ...muscles.stored import stored_surface
 from ...snapshot import DesignSnapshot, SurfaceUse
@@ -21,8 +22,8 @@ class Entities:
         self.points: dict[str, Any] = {}
         self.faces: dict[str, Any] = {}
         root = design.rootComponent
-        components: dict[str, Any] = {o.fullPathName: o.component for o in root.allOccurrences}
-        components[""] = root
+        components: dict[str, Any] = {"": root}
+        components |= {o.fullPathName: o.component for o in every_occurrence(root)}
         for point in snapshot.points:
             component = components.get(point.occurrence)
             if component is None:

@@ -7,13 +7,11 @@ user is given a name and an attribute, and its own name back when it is no longe
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-import adsk.core
-import adsk.fusion
-
+from ...fusion.occurrences import every_occurrence
 from ...fusion.units import CM
 from ...muscles.attributes import (
     GROUP,
@@ -27,10 +25,12 @@ from ...muscles.attributes import (
 from ...muscles.point_names import natural_key, parse_point_name
 from ...muscles.rows import MuscleTable
 from ...robot.errors import InputError
+from ...robot.finding_builders import listed
 from ...robot.model.robot import WORLD
 from ...snapshot import SurfaceUse
 from .desired_points import AnyRow, DesiredPoint, as_made, desired_points, original_name, rows_of
-from .edits import About, added, base_feature, delete, is_called, native
+from .edits import About, added, is_called, native
+from .free_points import delete_points, make_points
 from .picks import Picks, is_center, problem_of
 
 TOLERANCE = 1e-6
@@ -62,7 +62,7 @@ class Writer:
         self._points = points
         self._faces = faces
         self._link_of = link_of
-        self._occurrences = {o.fullPathName: o for o in design.rootComponent.allOccurrences}
+        self._occurrences = {o.fullPathName: o for o in every_occurrence(design.rootComponent)}
 
     def write(self, before: MuscleTable, after: MuscleTable) -> None:
         """Write the table into the design.
@@ -73,38 +73,49 @@ class Writer:
         """
         desired = list(desired_points(after))
         self._remove(before, {w.row.entity for w in desired if w.row.entity})
-        kept: list[tuple[Any, DesiredPoint]] = []
+        points: list[Any] = []
+        free: list[int] = []
         used: set[str] = set()
-        for item in desired:
+        for i, item in enumerate(desired):
             point = self._points.get(item.row.entity)
             if point is None or item.row.entity in used:
-                point = self._made(item)
-                item = as_made(item)
+                desired[i] = as_made(item)
+                point = self._on_picked(item)
+                if point is None:
+                    free.append(i)
             else:
-                item = self._with_origin(item, point)
+                desired[i] = self._with_origin(item, point)
             used.add(item.row.entity)
-            kept.append((point, item))
-        self._name(kept)
+            points.append(point)
+        for i, point in self._by_position([(i, desired[i]) for i in free]):
+            points[i] = point
+        self._name(list(zip(points, desired, strict=True)))
         self._write_faces(before, after)
         self._set(self._design, MUSCLES, muscles_text(after.rows), "the design")
 
     # Points
 
     def _remove(self, before: MuscleTable, used: set[str]) -> None:
+        gone = []
         for row in rows_of(before):
             point = self._points.get(row.entity)
             if row.entity in used or point is None:
                 continue
+            if row.made:
+                gone.append((row, point))
+                continue
             with About(f"construction point {point.name!r}", self._why_not(row)):
-                if row.made:
-                    delete(point)
-                    continue
                 attribute = point.attributes.itemByName(GROUP, POINT)
                 original = original_name(attribute)
                 if attribute:
                     attribute.deleteMe()
                 if parse_point_name(point.name):  # it would be read as a point again
                     point.name = original or f"Unused {point.name}"
+        if gone:
+            why = next((why for row, _ in gone if (why := self._why_not(row))), "")
+            names = listed([point.name for _, point in gone])
+            with About(f"construction points {names}", why):
+                delete_points([point for _, point in gone])
 
     def _name(self, points: list[tuple[Any, DesiredPoint]]) -> None:
         """Names and attributes; first, points give up names that others shall have."""
@@ -127,47 +138,36 @@ class Writer:
             original = point.name
         return replace(item, attribute=replace(item.attribute, original=original))
 
-    def _made(self, item: DesiredPoint) -> Any:
-        """A new construction point, in the link's component."""
+    def _on_picked(self, item: DesiredPoint) -> Any:
+        """A new construction point on what was picked; None if that is of another link, or none."""
         row = item.row
         entity = self._picks.entity(row.entity)
+        if entity is None or self._link_of.get(row.occurrence, WORLD) != row.link:
+            return None
         with About(f"{item.name} on link {row.link!r}", self._why_not(row)):
-            picked_in_link = self._link_of.get(row.occurrence, WORLD) == row.link
-            if entity is not None and picked_in_link:
-                return self._on_entity(entity, row)
-            return self._by_position(row)
-
-    def _on_entity(self, entity: Any, row: AnyRow) -> Any:
-        occurrence = self._occurrences.get(row.occurrence)
-        component = occurrence.component if occurrence else self._design.rootComponent
-        points = component.constructionPoints
-        new = points.createInput(occurrence) if occurrence else points.createInput()
-        set_by = new.setByCenter if is_center(entity) else new.setByPoint
-        set_by(entity)
-        return self._in_place(added(points, new), occurrence, row)
-
-    def _by_position(self, row: AnyRow) -> Any:
-        """Where nothing of the design is: mirrored, read from a file, or of another link."""
-        occurrence = self._home(row)
-        component = occurrence.component if occurrence else self._design.rootComponent
-        place = adsk.core.Point3D.create(*(v / CM for v in row.position))
-        if occurrence:
-            to_component = occurrence.transform2.copy()
-            to_component.invert()
-            place.transformBy(to_component)
-        points = component.constructionPoints
-        new = points.createInput()
-        new.setByPoint(place)
-        if self._design.designType == adsk.fusion.DesignTypes.DirectDesignType:
+            occurrence = self._occurrences.get(row.occurrence)
+            component = occurrence.component if occurrence else self._design.rootComponent
+            points = component.constructionPoints
+            new = points.createInput(occurrence) if occurrence else points.createInput()
+            set_by = new.setByCenter if is_center(entity) else new.setByPoint
+            set_by(entity)
             return self._in_place(added(points, new), occurrence, row)
-        feature = base_feature(component)
-        new.targetBaseOrFormFeature = feature
-        feature.startEdit()
-        try:
-            made = added(points, new)
-        finally:
-            feature.finishEdit()
-        return self._in_place(made, occurrence, row)
+
+    def _by_position(self, items: list[tuple[int, DesiredPoint]]) -> Iterator[tuple[int, Any]]:
+        """Where nothing of the design is: mirrored, read from a file, or of another link."""
+        homes: dict[str, list[tuple[int, DesiredPoint]]] = {}
+        for i, item in items:
+            with About(f"{item.name} on link {item.row.link!r}", ""):
+                homes.setdefault(self._home(item.row), []).append((i, item))
+        for path, those in homes.items():
+            occurrence = self._occurrences.get(path)
+            component = occurrence.component if occurrence else self._design.rootComponent
+            about = f"{listed([w.name for _, w in those])} on link {those[0][1].row.link!r}"
+            with About(about, self._why_not(those[0][1].row)):
+                positions = [item.row.position for _, item in those]
+                made = make_points(self._design, component, occurrence, positions)
+                for (i, item), point in zip(those, made, strict=True):
+                    yield i, self._in_place(point, occurrence, item.row)
 
     def _in_place(self, point: Any, occurrence: Any, row: AnyRow) -> Any:
         """The point, if it is where it shall be: a wrong frame must not pass unseen."""
@@ -177,18 +177,18 @@ class Writer:
             raise InputError(f"Fusion made it {1000 * math.dist(place, row.position):.3g} mm away")
         return point
 
-    def _home(self, row: AnyRow) -> Any:
-        """The occurrence whose component gets a point without an entity; None for the root."""
+    def _home(self, row: AnyRow) -> str:
+        """Path of the occurrence whose component gets a point without an entity."""
         if row.link == WORLD or self._link_of.get("") == row.link:
-            return None
+            return ""
         if self._link_of.get(row.occurrence) == row.link and row.occurrence in self._occurrences:
-            return self._occurrences[row.occurrence]
+            return row.occurrence
         paths = [p for p, link in self._link_of.items() if link == row.link]
         own = [p for p in paths if p in self._occurrences]
         if not own:
             raise InputError(f"link {row.link!r} has no component that could hold the point")
         writable = [p for p in own if not problem_of(None, self._occurrences[p])] or own
-        return self._occurrences[min(writable, key=lambda p: (p.count("+"), natural_key(p)))]
+        return min(writable, key=lambda p: (p.count("+"), natural_key(p)))
 
     def _why_not(self, row: AnyRow) -> str:
         """What keeps the point of a row from being written, if anything is known to."""

@@ -1,8 +1,8 @@
 """Axes of joints in the root frame, signed so that a value moves `one` relative to `two`.
 
 An axis is that on `two`: the direction that it has in the root frame at the pose of `two`, when the
-motions before it in the joint are at zero. It is given as a vector, and as the number of an axis of
-the joint's geometry; where these contradict each other the vector was not in the root frame.
+motions before it in the joint are at zero. Fusion gives it in the root frame, and `one` of a slide
+moves along it.
 """
 
 from __future__ import annotations
@@ -17,63 +17,32 @@ from ...robot.model.rotations import (
     cross,
     dot,
     multiply,
+    normalized,
     rotate,
-    subtract,
     transpose,
 )
-from ...robot.model.transform import IDENTITY, Transform
 from ...snapshot import MotionSnapshot
-from ..units import NEAR, PARALLEL, parallel
+from ..units import PARALLEL, distance, parallel
 from .frames import JointFrames
-from .motions import CUSTOM, Freedom, reversed_axis
-
-
-def in_root(
-    freedoms: Sequence[Freedom], frames: JointFrames, others: Sequence[Transform]
-) -> tuple[Freedom, ...] | None:
-    """The freedoms with axes in the root frame; None if their axes contradict the geometry.
-
-    Args:
-        freedoms: As read through the joint's proxy: in the root frame.
-        frames: Of the joint.
-        others: Poses of the frames that they may be given in instead.
-    """
-    for T in (IDENTITY, *others):
-        turned = tuple(
-            Freedom(replace(f.motion, axis=T.rotate(f.motion.axis)), f.along) for f in freedoms
-        )
-        if all(_fits(freedom, frames) for freedom in turned):
-            return turned
-    return None
-
-
-def _fits(freedom: Freedom, frames: JointFrames) -> bool:
-    sides = [side for side in (frames.two, frames.one) if side is not None]
-    # Yaw and roll of a ball joint may be carried by the motions before them: see `ball_axes`.
-    if freedom.along not in (0, 1, 2) or not sides or freedom.motion.role == "yaw":
-        return True
-    return any(parallel(freedom.motion.axis, side.axis(freedom.along)) for side in sides)
+from .motions import CUSTOM, reversed_axis
 
 
 def signed(motions: Sequence[MotionSnapshot], frames: JointFrames) -> tuple[MotionSnapshot, ...]:
-    """The motions of a joint without offsets, an axis reversed where its value says so.
+    """The motions of a joint without offsets, a rotation reversed where its value says so.
 
-    How `one` is placed on `two` is known from the joint's frames. If it is exactly how the values
-    would place it the other way round, the axis is reversed.
+    How `one` is turned on `two` is known from the joint's frames. If it is exactly how the value
+    would turn it the other way round, the axis is reversed.
     """
     if frames.one is None or frames.two is None:
         return tuple(motions)
     turned = multiply(frames.one.R, transpose(frames.two.R))
-    moved = subtract(frames.one.p, frames.two.p)
-    return tuple(_signed(motion, turned, moved) for motion in motions)
+    return tuple(_signed(motion, turned) for motion in motions)
 
 
-def _signed(motion: MotionSnapshot, turned: Matrix3, moved: Vector3) -> MotionSnapshot:
-    back = replace(motion, axis=reversed_axis(motion.axis))
+def _signed(motion: MotionSnapshot, turned: Matrix3) -> MotionSnapshot:
     if motion.kind == "translation":
-        along = dot(moved, motion.axis)
-        wrong = abs(along + motion.value) <= NEAR < abs(along - motion.value)
-        return back if wrong else motion
+        return motion
+    back = replace(motion, axis=reversed_axis(motion.axis))
     wrong = _same(turned, _turn(back)) and not _same(turned, _turn(motion))
     return back if wrong else motion
 
@@ -85,8 +54,9 @@ def ball_axes(
 
     It is not documented whether Fusion gives the axes of a ball joint as they are on `two`, or each
     as the rotations before it have carried it. Three things decide: the yaw axis is the geometry's
-    x axis unless the user chose another; the rotations must lead to the pose of `one`; on `two` the
-    three axes are orthogonal.
+    unless the user chose another; the rotations must lead to the pose of `one`; on `two` the roll
+    axis is square to the others. Values are told on a grid of 0.1 degrees, so that what is carried
+    back by them is as coarse; an axis of the geometry is not.
 
     Args:
         motions: Pitch, yaw, roll, with axes as read.
@@ -105,34 +75,53 @@ def ball_axes(
     )
     if all(parallel(a.axis, b.axis) for a, b in zip(read, carried, strict=True)):
         return read, True
-    for evidence in (_yaw_fits(yaw_along, frames), _pose_fits(frames), _orthogonal):
-        fits = evidence(read), evidence(carried)
-        if fits[0] != fits[1]:
-            return (read if fits[0] else carried), True
+    if yaw_along != CUSTOM and frames.two is not None:
+        axis = frames.two.axis(yaw_along)
+        nearest = min((read, carried), key=lambda m: _angle(m[1].axis, axis) + _roll_misses(m))
+        if _angle(nearest[1].axis, axis) <= _GRID:
+            return _on_geometry(nearest, axis), True
+    for misses in (_pose_misses(frames), _roll_misses):
+        first, second = misses(read), misses(carried)
+        if min(first, second) <= _GRID and max(first, second) > _CLEARER * min(first, second):
+            return (read if first < second else carried), True
     return read, False
 
 
 Motions = tuple[MotionSnapshot, MotionSnapshot, MotionSnapshot]
-Evidence = Callable[[Motions], bool]
+_GRID = 4e-3  # what values on a grid of 0.1 degrees make uncertain at most, in [rad]
+_CLEARER = 5.0
 
 
-def _yaw_fits(along: int, frames: JointFrames) -> Evidence:
-    if along == CUSTOM or frames.two is None:
-        return lambda motions: False
-    axis = frames.two.axis(along)
-    return lambda motions: parallel(motions[1].axis, axis)
+def _on_geometry(motions: Motions, axis: Vector3) -> Motions:
+    """The motions with that yaw axis, and roll square to pitch and yaw where it nearly is."""
+    pitch, yaw, roll = motions
+    yaw = replace(yaw, axis=_along(axis, yaw.axis))
+    square = normalized(cross(pitch.axis, yaw.axis))
+    if _angle(square, roll.axis) <= _GRID:
+        roll = replace(roll, axis=_along(square, roll.axis))
+    return pitch, yaw, roll
 
 
-def _pose_fits(frames: JointFrames) -> Evidence:
+def _along(axis: Vector3, other: Vector3) -> Vector3:
+    """The axis, pointing the way of the other."""
+    return axis if dot(axis, other) >= 0.0 else reversed_axis(axis)
+
+
+def _angle(a: Vector3, b: Vector3) -> float:
+    """By how much two axes differ, whichever way they point, as a chord."""
+    return min(distance(a, b), distance(a, reversed_axis(b)))
+
+
+def _pose_misses(frames: JointFrames) -> Callable[[Motions], float]:
     if frames.one is None or frames.two is None:
-        return lambda motions: False
+        return lambda motions: 1.0
     turned = multiply(frames.one.R, transpose(frames.two.R))
-    return lambda motions: _same(turned, _product(motions))
+    return lambda motions: _difference(turned, _product(motions))
 
 
-def _orthogonal(motions: Motions) -> bool:
+def _roll_misses(motions: Motions) -> float:
     pitch, yaw, roll = (motion.axis for motion in motions)
-    return parallel(roll, cross(pitch, yaw))
+    return _angle(roll, cross(pitch, yaw))
 
 
 def _product(motions: Motions) -> Matrix3:
@@ -146,6 +135,9 @@ def _turn(motion: MotionSnapshot) -> Matrix3:
 
 
 def _same(A: Matrix3, B: Matrix3) -> bool:
-    return all(
-        abs(a - b) <= PARALLEL for r, s in zip(A, B, strict=True) for a, b in zip(r, s, strict=True)
-    )
+    return _difference(A, B) <= PARALLEL
+
+
+def _difference(A: Matrix3, B: Matrix3) -> float:
+    pairs = zip(A, B, strict=True)
+    return max(abs(a - b) for r, s in pairs for a, b in zip(r, s, strict=True))

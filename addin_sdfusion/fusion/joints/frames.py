@@ -1,14 +1,15 @@
-"""Frames of a joint as given by each of its two sides.
+"""Frames of joints as given by each of their two sides, in the root frame.
 
-Fusion gives them twice: as transforms, since November 2024, which outlive broken geometry, and as
-geometry, which may be a joint origin or null. Both are read through the joint's proxy, so they
-should be in the root frame. In which frame they really are is not documented, and others have met
-each of: the root's, that of the component which holds the joint, that of the occurrence which the
-geometry belongs to. A joint without offset has both sides in one point; that decides.
+Fusion gives them as transforms, since November 2024, and as geometry, which may be a joint origin
+or null. Transforms that are read through a proxy may be those of the native joint, in the frame of
+the component that holds it: so it is with as-built joints. Geometry has its origin in the root
+frame and its axes in the component that it belongs to; and it has lost the joint's context, so that
+it answers for the first place of the joint's component.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -20,7 +21,9 @@ from ...robot.model.rotations import add
 from ...robot.model.transform import Transform
 from ..notes import optional
 from ..occurrences import Occurrence
-from ..units import NEAR, axes_frame, direction, distance, frame, length, near, position
+from ..units import NEAR, axes_frame, distance, frame, length, position
+
+_EQUAL = 1e-9
 
 
 @dataclass(frozen=True)
@@ -37,108 +40,121 @@ class JointFrames:
     apart: float = 0.0
 
 
-def joint_frames(
-    joint: Any, occurrence: Occurrence, T_one: Transform, T_two: Transform, reach: float
-) -> JointFrames:
+@dataclass(frozen=True)
+class Place:
+    """Where a joint is read.
+
+    Attributes:
+        occurrence: The one whose component holds it.
+        T_first: Pose of the first occurrence of that component.
+        one, two: What it joins.
+    """
+
+    occurrence: Occurrence
+    T_first: Transform
+    one: Occurrence
+    two: Occurrence
+
+
+def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
     """The frames of a joint.
 
     Args:
         joint: Its proxy in the occurrence.
-        occurrence: Where the component that holds it is.
-        T_one: Pose of its first occurrence in the root frame.
-        T_two: Pose of its second.
+        place: Where it is read.
         reach: How far its sides may be apart, because of slides and offsets, in [m].
     """
-    geometry = (
-        optional(lambda: _geometry(joint.geometryOrOriginOne)),
-        optional(lambda: _geometry(joint.geometryOrOriginTwo)),
-    )
     transforms = (
-        optional(lambda: _transform(joint.geometryOneTransform)),
-        optional(lambda: _transform(joint.geometryTwoTransform)),
+        _lifted(joint, lambda j: j.geometryOneTransform, place),
+        _lifted(joint, lambda j: j.geometryTwoTransform, place),
     )
-    best: JointFrames | None = None
-    for sides in (transforms, geometry):
-        if sides[0] is None or sides[1] is None:
-            continue
-        found = _agreeing(sides[0], sides[1], occurrence.T, T_one, T_two, reach)
-        if found.apart == 0.0:
-            return _lifted(found, geometry, occurrence) if sides is transforms else found
-        best = best or found
-    if best is not None:
-        return best
-    return JointFrames(transforms[0] or geometry[0], transforms[1] or geometry[1])
+    one, two = transforms
+    if one is not None and two is not None:
+        return _agreeing(one, two, place, reach)
+    geometry = (
+        optional(lambda: _geometry(joint.geometryOrOriginOne, place.one, place)),
+        optional(lambda: _geometry(joint.geometryOrOriginTwo, place.two, place)),
+    )
+    one, two = (t or g for t, g in zip(transforms, geometry, strict=True))
+    apart = 0.0 if one is None or two is None else distance(one.p, two.p)
+    return JointFrames(one, two, apart if apart > reach + NEAR else 0.0)
 
 
-def as_built_frame(joint: Any, occurrence: Occurrence) -> Transform | None:
+def as_built_frame(joint: Any, place: Place) -> Transform | None:
     """The one frame of an as-built joint; None where there is none, as of a rigid one."""
-    geometry = optional(lambda: _geometry(joint.geometry))
-    transform = optional(lambda: _transform(joint.transform))
-    if transform is None:
-        return geometry
-    return _lifted(JointFrames(None, transform), (None, geometry), occurrence).two
+    transform = _lifted(joint, lambda j: j.transform, place)
+    if transform is not None:
+        return transform
+    return optional(lambda: _geometry(joint.geometry, place.two, place))
 
 
-def _agreeing(
-    one: Transform, two: Transform, T: Transform, T_one: Transform, T_two: Transform, reach: float
-) -> JointFrames:
-    """The sides in the root frame, under the first reading under which they meet."""
-    ones = [one, T_one.compose(one), T.compose(one)]
-    twos = [two, T_two.compose(two), T.compose(two)]
-    # Both in the same frame first: one side's frame is the best guess of the other's.
-    pairs = [*zip(ones, twos, strict=True), *product(ones, twos)]
-    for a, b in pairs:
+def _lifted(joint: Any, read: Callable[[Any], Any], place: Place) -> Transform | None:
+    """A transform of a joint in the root frame; None where there is none.
+
+    What is the same as that of the native joint is in the frame of the component.
+    """
+    told = optional(lambda: _transform(read(joint)))
+    native = optional(lambda: joint.nativeObject)
+    if told is None or native is None:
+        return told
+    own = optional(lambda: _transform(read(native)))
+    return place.occurrence.T.compose(told) if own is None or _equal(told, own) else told
+
+
+def _equal(a: Transform, b: Transform) -> bool:
+    """Whether one matrix was given twice."""
+    pairs = zip((*a.R, a.p), (*b.R, b.p), strict=True)
+    return all(distance(u, v) <= _EQUAL for u, v in pairs)
+
+
+def _agreeing(one: Transform, two: Transform, place: Place, reach: float) -> JointFrames:
+    """The sides in the root frame, under the first reading under which they meet.
+
+    A joint without offset has both in one point. Others have met transforms in the frame of the
+    occurrence that the side belongs to.
+    """
+    ones = (one, place.one.T.compose(one))
+    twos = (two, place.two.T.compose(two))
+    # Both in the same kind of frame first: one side's is the best guess of the other's.
+    for a, b in (*zip(ones, twos, strict=True), *product(ones, twos)):
         if distance(a.p, b.p) <= reach + NEAR:
             return JointFrames(a, b)
     return JointFrames(one, two, distance(one.p, two.p))
-
-
-def _lifted(
-    found: JointFrames, geometry: tuple[Transform | None, Transform | None], occurrence: Occurrence
-) -> JointFrames:
-    """The same, out of the frame of the component that holds the joint if it is given in that.
-
-    There both sides meet too; but the geometry, which is known to be in the root frame when it is
-    read through a proxy, is then elsewhere.
-    """
-    for side, other in ((found.one, geometry[0]), (found.two, geometry[1])):
-        if side is None or other is None or near(side.p, other.p):
-            continue
-        if near(occurrence.T.apply(side.p), other.p):
-            one, two = (
-                None if f is None else occurrence.T.compose(f) for f in (found.one, found.two)
-            )
-            return JointFrames(one, two)
-    return found
 
 
 def _transform(matrix: Any) -> Transform | None:
     return None if matrix is None else frame(matrix)
 
 
-def _geometry(geometry: Any) -> Transform | None:
-    """The frame of a JointGeometry or a JointOrigin, whose own axes are z, x, y in this order."""
+def _geometry(geometry: Any, side: Occurrence, place: Place) -> Transform | None:
+    """The frame of a JointGeometry or JointOrigin, whose own axes are z, x, y in this order."""
     if geometry is None:
         return None
-    x, y, z = geometry.secondaryAxisVector, geometry.thirdAxisVector, geometry.primaryAxisVector
     origin = adsk.fusion.JointOrigin.cast(geometry)
     if origin is None:
-        return axes_frame(position(geometry.origin), x, y, z)
-    transform = optional(lambda: _transform(origin.transform))
-    if transform is not None:
-        return transform
-    return axes_frame(_offset(origin, position(origin.geometry.origin), x, y, z), x, y, z)
+        first = place.T_first.inverse().apply(position(geometry.origin))
+        return _axes(geometry, place.occurrence.T.apply(first), side)
+    if origin.assemblyContext is None and side.native is not None:
+        origin = origin.createForAssemblyContext(side.native)
+    T = _axes(origin, position(origin.geometry.origin), side)
+    return Transform(T.R, add(T.p, T.rotate(_offsets(origin))))
 
 
-def _offset(origin: Any, start: Vector3, *axes: Any) -> Vector3:
-    """Where a joint origin is: its geometry is without its offsets."""
-    offsets = (
-        optional(lambda: origin.offsetX.value),
-        optional(lambda: origin.offsetY.value),
-        optional(lambda: origin.offsetZ.value),
+def _axes(geometry: Any, origin: Vector3, side: Occurrence) -> Transform:
+    """The frame at an origin in the root frame, with axes lifted out of the component's frame."""
+    x, y, z = geometry.secondaryAxisVector, geometry.thirdAxisVector, geometry.primaryAxisVector
+    own = axes_frame((0.0, 0.0, 0.0), x, y, z)
+    return Transform(side.T.compose(own).R, origin)
+
+
+def _offsets(origin: Any) -> Vector3:
+    """How far a joint origin is from its geometry, along its axes, in [m]."""
+    x, y, z = (
+        length(value or 0.0)
+        for value in (
+            optional(lambda: origin.offsetX.value),
+            optional(lambda: origin.offsetY.value),
+            optional(lambda: origin.offsetZ.value),
+        )
     )
-    for value, axis in zip(offsets, axes, strict=True):
-        x, y, z = direction(axis)
-        s = length(value or 0.0)
-        start = add(start, (s * x, s * y, s * z))
-    return start
+    return x, y, z

@@ -8,8 +8,9 @@ from typing import Any
 
 from ...muscles.point_names import natural_key
 from ...snapshot import GroupSnapshot
-from ..notes import Notes, items
-from ..occurrences import Occurrence, Occurrences, each_in, path_of, subject_in
+from ..health import problem_of
+from ..notes import Notes, items, optional
+from ..occurrences import Occurrence, Occurrences, name_of, path_of, subject_in
 
 
 def read_groups(
@@ -17,8 +18,19 @@ def read_groups(
 ) -> Iterator[GroupSnapshot]:
     """The rigid groups of the component in an occurrence."""
     component = occurrence.component
-    for _, name, group in each_in(occurrence, lambda: component.rigidGroups, notes, "group"):
+    for native in items(lambda: component.rigidGroups, notes, occurrence.subject, "groups"):
+        name = optional(lambda: name_of(native))  # noqa: B023 -- called at once
+        if name is None:
+            _note_stale(occurrence, notes)
+            continue
         subject = subject_in(occurrence, "group", name)
+        group = notes.attempt(subject, "place", occurrence.proxy, native)
+        if group is None:
+            continue
+        problem = notes.attempt(subject, "state", problem_of, native, subject, notes)
+        if problem:
+            message = f"group {name!r}: {problem}. Edit the group, or delete it"
+            notes.warn(subject, "group-problem", message)
         suppressed = notes.attempt(subject, "state", _is_suppressed, group)
         paths = set()
         for member in items(partial(_members, group), notes, subject, "members"):
@@ -37,6 +49,16 @@ def read_groups(
                 )
                 notes.warn(subject, "unknown-member", message)
         yield GroupSnapshot(name, tuple(sorted(paths, key=natural_key)), bool(suppressed))
+
+
+def _note_stale(occurrence: Occurrence, notes: Notes) -> None:
+    """A group whose name cannot be read is left over: it holds nothing, and ties nothing."""
+    where = occurrence.path or "the root component"
+    message = (
+        f"{where} has rigid groups whose components are gone: they hold nothing together. Delete "
+        "them in the browser, under Joints"
+    )
+    notes.warn(occurrence.subject, "stale-group", message)
 
 
 def _is_suppressed(group: Any) -> bool:

@@ -14,28 +14,25 @@ from typing import Any
 
 from ...robot.finding import Subject
 from ...robot.model.pose import Vector3
-from ...robot.model.transform import IDENTITY, Transform
+from ...robot.model.transform import Transform
 from ...snapshot import JointKind, JointSnapshot, MotionSnapshot
 from ..health import problem_of
 from ..notes import Notes, optional
 from ..occurrences import Occurrence, Occurrences, each_in, subject_in
 from ..units import finite, length
-from .axes import ball_axes, in_root, signed
-from .frames import JointFrames, as_built_frame, joint_frames
+from .axes import ball_axes, signed
+from .frames import JointFrames, Place, as_built_frame, joint_frames
 from .motions import Freedom, joint_kinds, read_freedoms
 
 REMEDY = "Modify > Compute All; if that does not help, make the joint anew"
-_STRICT = ("revolute", "slider", "cylindrical")
 
 
 @dataclass(frozen=True)
 class _Ends:
-    """What a joint joins: paths, None where Fusion does not say; poses of the occurrences."""
+    """What a joint joins; None where Fusion does not say."""
 
-    one: str | None
-    two: str | None
-    T_one: Transform
-    T_two: Transform
+    one: Occurrence | None
+    two: Occurrence | None
 
 
 def read_joints(
@@ -47,19 +44,35 @@ def read_joints(
         yield _Reader(joint, name, occurrence, occurrences, notes).joint()
     for _, name, joint in each_in(occurrence, lambda: component.asBuiltJoints, notes, "joint"):
         yield _Reader(joint, name, occurrence, occurrences, notes, as_built=True).joint()
-    _note_constraints(occurrence, notes)
+    _note_others(occurrence, notes)
 
 
-def _note_constraints(occurrence: Occurrence, notes: Notes) -> None:
+def _note_others(occurrence: Occurrence, notes: Notes) -> None:
+    """What also relates parts to each other, and is not read."""
     component = occurrence.component
-    count = optional(lambda: int(component.assemblyConstraints.count))  # since July 2025
-    if count:
-        name = occurrence.path or "the root component"
-        message = (
-            f"{name} has {count} assembly constraints, which have neither axes nor limits: "
-            "where parts move, replace them by joints (Assemble > Joint)"
-        )
-        notes.warn(occurrence.subject, "assembly-constraints", message)
+    name = occurrence.path or "the root component"
+    for code, count, text in (
+        (
+            "assembly-constraints",
+            optional(lambda: int(component.assemblyConstraints.count)),  # since July 2025
+            "assembly constraints, which have neither axes nor limits: where parts move, replace "
+            "them by joints (Assemble > Joint)",
+        ),
+        (
+            "motion-links",
+            optional(lambda: int(component.motionLinks.count)),  # since November 2025
+            "motion links, which a robot's description does not have: the joints move "
+            "independently of each other in it",
+        ),
+        (
+            "tangent-relationships",
+            optional(lambda: int(component.tangentRelationships.count)),  # since May 2022
+            "tangent relationships, which a robot's description does not have: where faces slide "
+            "or roll on each other, replace them by joints (Assemble > Joint)",
+        ),
+    ):
+        if count:
+            notes.warn(occurrence.subject, code, f"{name} has {count} {text}")
 
 
 class _Reader:
@@ -103,7 +116,8 @@ class _Reader:
             return replace(joint, problem=f"Fusion's joint type {motion.jointType} is not known")
         ends = self._ends(broken=bool(joint.problem))
         locked = bool(optional(lambda: self._joint.isLocked))  # as-built joints cannot be
-        joint = replace(joint, kind=kind, one=ends.one, two=ends.two, locked=locked)
+        one, two = (None if end is None else end.path for end in (ends.one, ends.two))
+        joint = replace(joint, kind=kind, one=one, two=two, locked=locked)
         if kind == "inferred":
             return joint
         try:
@@ -114,39 +128,41 @@ class _Reader:
             raise
 
     def _ends(self, *, broken: bool) -> _Ends:
-        one, T_one = self._end(self._joint.occurrenceOne, broken)
-        two, T_two = self._end(self._joint.occurrenceTwo, broken)
-        if one == two and one is not None and not broken:
-            raise ValueError(f"both sides are {one or 'the root component'}")
-        return _Ends(one, two, T_one, T_two)
+        one = self._end(self._joint.occurrenceOne, broken)
+        two = self._end(self._joint.occurrenceTwo, broken)
+        if one is two and one is not None and not broken:
+            raise ValueError(f"both sides are {one.path or 'the root component'}")
+        return _Ends(one, two)
 
-    def _end(self, native: Any, broken: bool) -> tuple[str | None, Transform]:
-        """Path and pose of one side; null is the component that holds the joint, or lost."""
+    def _end(self, native: Any, broken: bool) -> Occurrence | None:
+        """One side; null is the component that holds the joint, or lost."""
         occurrence = self._occurrence
         if native is None:
-            return (None, IDENTITY) if broken else (occurrence.path, occurrence.T)
+            return None if broken else occurrence
         path = str(native.fullPathName)
         # Below the occurrence that holds the joint, in case the path is not from the root.
         for candidate in (path, f"{occurrence.path}+{path}"):
             if candidate in self._occurrences:
-                return candidate, self._occurrences[candidate].T
-        raise ValueError(f"{path} is not in the design")
+                return self._occurrences[candidate]
+        raise ValueError(f"{path} is not in the design, or is left out")
 
     def _placed(
         self, joint: JointSnapshot, freedoms: tuple[Freedom, ...], ends: _Ends
     ) -> JointSnapshot:
         slides = [f.motion.value for f in freedoms if f.motion.kind == "translation"]
         offset = 0.0 if self._as_built else self._offset()
+        here = self._occurrence
+        place = Place(here, here.T_first, ends.one or here, ends.two or here)
         if self._as_built:
-            frame = as_built_frame(self._joint, self._occurrence)
+            frame = as_built_frame(self._joint, place)
             # Which side the one geometry stays with is known only where both are in one place.
             frames = JointFrames(None if any(slides) else frame, frame)
         else:
             reach = math.hypot(*slides) + offset
-            frames = joint_frames(self._joint, self._occurrence, ends.T_one, ends.T_two, reach)
+            frames = joint_frames(self._joint, place, reach)
         self._note_if_apart(joint, frames)
         free = not self._as_built and offset == 0.0 and self._unturned()
-        motions = self._motions(joint.kind, freedoms, frames, ends, free)
+        motions = self._motions(joint.kind, freedoms, frames, free)
         return replace(
             joint, origin_one=_origin(frames.one), origin_two=_origin(frames.two), motions=motions
         )
@@ -156,7 +172,6 @@ class _Reader:
         kind: JointKind,
         freedoms: tuple[Freedom, ...],
         frames: JointFrames,
-        ends: _Ends,
         free: bool,
     ) -> tuple[MotionSnapshot, ...]:
         """The motions, with axes in the root frame.
@@ -165,23 +180,13 @@ class _Reader:
             kind: The joint's type.
             freedoms: As Fusion gives them.
             frames: Of the joint.
-            ends: What it joins.
             free: Whether it has neither offset nor angle, and is not flipped.
         """
-        found = in_root(freedoms, frames, (self._occurrence.T, ends.T_two, ends.T_one))
-        if found is None:
-            found = freedoms
-            if kind in _STRICT:
-                self._warn(
-                    "axis-elsewhere",
-                    "its axis is not along its geometry: compare the exported robot's motion with "
-                    "Fusion's (Drive Joints)",
-                )
-        motions = tuple(freedom.motion for freedom in found)
+        motions = tuple(freedom.motion for freedom in freedoms)
         posed = frames if free else replace(frames, one=None)
         if kind != "ball":
             return signed(motions, posed)
-        motions, certain = ball_axes(motions, found[1].along, posed)
+        motions, certain = ball_axes(motions, freedoms[1].along, posed)
         if not certain:
             self._warn(
                 "ball-axes-uncertain",

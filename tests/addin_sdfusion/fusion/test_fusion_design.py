@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 import random
 from collections import Counter
 from typing import Any
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.maths import rotation, translation
+from fake_fusion.model.data import paths_below
 from hypothesis import given
 from hypothesis import strategies as st
 from support.designs.drawn import at, drawn_joints, places, random_design, tensor
@@ -25,6 +28,7 @@ with fake_fusion.modules():
     from addin_sdfusion.fusion.design import read_design
 
 SEEDS = st.integers(0, 2**32)
+DESIGNS = int(os.environ.get("CARDSFLOW_DESIGNS", "30"))
 
 
 def codes(snapshot: DesignSnapshot) -> Counter[str]:
@@ -206,21 +210,30 @@ def test_points_of_one_name_are_different_entities(fusion: Any) -> None:
 # Order and motion --------------------------------------------------------------------------------
 
 
-@given(SEEDS)
-def test_any_design_reads_as_the_products_of_its_poses(seed: int) -> None:
-    with fake_fusion.install() as fake:
-        order = random.Random(seed)
-        design = random_design(order)
-        fake.options.mesh_frame = order.choice(("context", "component"))
-        fake.options.nested_native_geometry = order.choice(("null", "local"))
-        fake.options.ball_vectors = order.choice(("fixed", "carried"))
-        fake.options.geometry_origin = order.choice(("context", "component"))
-        before = fake.full_fingerprint()
-        snapshot = read_design(design)
-        assert fake.full_fingerprint() == before
-        _compare_parts(design, snapshot)
-        _compare_joints(design, snapshot)
-        assert set(codes(snapshot)) <= {"same-name"}
+@pytest.mark.parametrize("block", range(DESIGNS // 10))
+def test_any_design_reads_as_the_products_of_its_poses(block: int) -> None:
+    """Nothing is said of a sound design but that names are taken twice."""
+    for seed in range(10 * block, 10 * block + 10):
+        with fake_fusion.install() as fake:
+            order = random.Random(seed)
+            design = random_design(order)
+            fake.options.mesh_frame = order.choice(("context", "component"))
+            fake.options.nested_native_geometry = order.choice(("null", "local"))
+            fake.options.ball_vectors = order.choice(("fixed", "carried"))
+            fake.options.joint_transforms = order.choice(("context", "component"))
+            before = fake.full_fingerprint()
+            snapshot = read_design(design)
+            assert fake.full_fingerprint() == before
+            _compare_parts(design, snapshot)
+            _compare_joints(design, snapshot)
+            lost = [p for p in paths_below(design._data.root) if p[-1].unresolved]
+            stale = any(g.stale for c in design._data.components for g in c.groups)
+            assert set(codes(snapshot)) <= {
+                "same-name",
+                *(["not-read"] if lost else []),
+                *(["stale-group"] if stale else []),
+            }
+            assert not any(f.is_error for f in snapshot.findings)
 
 
 def _compare_parts(design: Any, snapshot: DesignSnapshot) -> None:
@@ -270,7 +283,8 @@ def _compare_joints(design: Any, snapshot: DesignSnapshot) -> None:
         for motion, axis, freedom in zip(joint.motions, axes, data.freedoms, strict=True):
             unit = 1.0 if motion.kind == "rotation" else 0.01
             assert motion.axis == pytest.approx(axis, abs=1e-9)
-            assert motion.value == pytest.approx(unit * freedom.value, abs=1e-15)
+            grid = math.radians(0.05) if data.dragged and freedom.turns else 0.0
+            assert motion.value == pytest.approx(unit * freedom.value, abs=1e-15 + grid)
             assert motion.lower == pytest.approx(unit * freedom.limits.minimum)
             assert motion.upper is None
 

@@ -9,7 +9,7 @@ import fake_fusion
 import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
-from fake_fusion.maths import matrix, point, translation
+from fake_fusion.maths import point, translation
 from fake_fusion.model.entity import occurrence
 from hypothesis import given
 from hypothesis import strategies as st
@@ -46,7 +46,6 @@ MEMBERS = [
     "Design.rootComponent",
     "Component.id",
     "Component.name",
-    "Occurrence.nativeObject",
     "Occurrence.transform2",
     "Occurrence.component",
     "Occurrence.childOccurrences",
@@ -214,21 +213,6 @@ def test_proxies_that_fusion_does_not_give(fusion: Any, monkeypatch: pytest.Monk
     snapshot = read_design(design)
     assert {f.code for f in snapshot.findings} == {"not-read", "assembly-constraints"}
     assert len(snapshot.joints) == 2  # those of the root
-
-
-@given(st.integers(0, 2**32))
-def test_transform2_that_is_relative_to_the_occurrence_above(seed: int) -> None:
-    with fake_fusion.install(), pytest.MonkeyPatch.context() as monkeypatch:
-        design = designs.nested_rotated(seed)
-        expected = read_design(design)
-        relative = property(lambda occurrence: matrix(occurrence._data.T))
-        monkeypatch.setattr(API["Occurrence"], "transform2", relative)
-        found = read_design(design)
-        assert found.joints == expected.joints
-        for body, other in zip(found.bodies, expected.bodies, strict=True):
-            assert body.mesh is not None
-            assert other.mesh is not None
-            assert list(body.mesh.nodes) == pytest.approx(list(other.mesh.nodes), abs=1e-12)
 
 
 def test_points_that_ignore_the_proxy(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -39,29 +39,33 @@ def tensor(mass: Any) -> np.ndarray:
 def drawn_joints(design: Any) -> dict[tuple[str, str], Any]:
     """Frames and axes that joints should have, by path of their place and name."""
     found = {}
-    for text, path, component, T in places(design):
+    for text, path, component, _ in places(design):
         for joint in (*component.joints, *component.as_built):
-            T_two = T @ transform(joint.two) @ joint.T_two
-            T_one = T @ transform(joint.one) @ joint.T_one
+            T_two = transform((*path, *joint.two)) @ joint.T_two
+            T_one = transform((*path, *joint.one)) @ joint.T_one
             axes = [T_two[:3, :3] @ np.asarray(f.axis, dtype=float) for f in joint.freedoms]
             found[text, joint.name] = (path, joint, T_one, T_two, axes)
     return found
 
 
 def random_design(order: random.Random, *, joints: bool = True) -> Any:
-    """Components within components at random poses, some in several places, with joints.
+    """Components within components, some with all that is in them in several places, with joints.
 
-    Joints are named apart from each other, unless their component is in several places.
+    Poses are at random, or turned by right angles. There may be rigid groups that are left over,
+    and references to documents that are not there. Joints are named apart from each other, unless
+    their component is in several places.
     """
     build = Builder(f"design {order.random()}")
     paths: list[Path] = []
     for k in range(order.randint(2, 6)):
         above = order.choice([(), *paths]) if paths else ()
-        again = [p[-1].component for p in paths if not p[-1].component.occurrences]
-        what = order.choice(again) if again and order.random() < 0.3 else f"part {k}"
+        holders = [build.root, *(o.component for o in above)]
+        again = [p[-1].component for p in paths if not _reaches(p[-1].component, holders)]
+        what = order.choice(again) if again and order.random() < 0.4 else f"part {k}"
         if above and not isinstance(what, str) and any(o.component is what for o in above):
             what = f"part {k}"
-        path = build.place(what, random_motion(order), above=above, grounded=order.random() < 0.3)
+        grounded = order.random() < 0.3
+        path = build.place(what, _placement(order), above=above, grounded=grounded)
         paths.append(path)
         if isinstance(what, str):
             build.box(path, [order.uniform(0.5, 5.0) for _ in range(3)], random_motion(order))
@@ -69,8 +73,29 @@ def random_design(order: random.Random, *, joints: bool = True) -> Any:
             build.point(path, [order.uniform(-9, 9) for _ in range(3)], f"EE_{k}")
     if joints:
         _draw_joints(build, paths, order)
+    for k, path in enumerate(paths):
+        if order.random() < 0.2:
+            build.rigid_group(f"left over {k}", [], inside=path[:-1], stale=True)
+        if order.random() < 0.1:
+            build.unresolved(f"lost {k}", _placement(order), above=path)
     build.shuffle(order)
     return build.done()
+
+
+def _reaches(component: Any, holders: list[Any]) -> bool:
+    """Whether a component is, or holds, one of those that would hold it."""
+    below = [component, *(path[-1].component for path in paths_below(component))]
+    return any(known is holder for known in below for holder in holders)
+
+
+def _placement(order: random.Random) -> np.ndarray:
+    """A pose anywhere, turned at random or by right angles."""
+    T = random_motion(order)
+    if order.random() < 0.5:
+        rows = order.sample(range(3), 3)
+        R = np.eye(3)[rows] * [[order.choice((-1.0, 1.0))] for _ in rows]
+        T[:3, :3] = R * np.linalg.det(R)
+    return T
 
 
 def _draw_joints(build: Builder, paths: list[Path], order: random.Random) -> None:
@@ -92,10 +117,11 @@ def _draw_joints(build: Builder, paths: list[Path], order: random.Random) -> Non
             kind,
             one,
             two,
-            T=random_motion(order),
+            T=_placement(order),
             values=values,
             limits=[(v - 1.0, None) for v in values],
             inside=inside,
             as_built=order.random() < 0.3,
             by_origins=order.random() < 0.3,
+            dragged=order.random() < 0.3,
         )

@@ -31,7 +31,6 @@ from .model.data import (
     SketchData,
     SketchPointData,
     motion,
-    transform,
 )
 from .model.entity import unique, wrap
 from .model.joint_motions import (
@@ -44,6 +43,7 @@ from .model.joint_motions import (
     RIGID,
     SLIDER,
 )
+from .model.joints import relative
 from .model.shapes import STEEL, Box, Cylinder, Explicit, Shape, Sphere, Torus, at
 from .state import world
 
@@ -149,6 +149,28 @@ class Builder:
         )
         parent.occurrences.append(made)
         return (*above, made)
+
+    def unresolved(self, name: str, T: Any = None, *, above: Path = ()) -> Path:
+        """An external reference whose document cannot be found."""
+        component = ComponentData(name, design=self.design, referenced=True)
+        parent = above[-1].component if above else self.root
+        made = OccurrenceData(f"{name}:1", component=component, parent=parent, T=_pose(T))
+        made.unresolved = True
+        parent.occurrences.append(made)
+        return (*above, made)
+
+    def pose(self, path: Path, T: Any) -> None:
+        """Another pose of a part of a sub-assembly, in this place of it alone.
+
+        Args:
+            path: Path from the root of the part.
+            T: Its pose relative to what is above it.
+        """
+        self.root.poses[path] = np.array(T, dtype=float)
+
+    def move(self, path: Path, T: Any) -> None:
+        """The user has moved an occurrence to a pose, and not captured the position."""
+        path[-1].captured, path[-1].T = path[-1].T, np.array(T, dtype=float)
 
     # Content ---------------------------------------------------------------------------------
 
@@ -288,14 +310,19 @@ class Builder:
         *,
         inside: Path = (),
         suppressed: bool = False,
+        stale: bool = False,
     ) -> GroupData:
-        """A rigid group of occurrences, in the root or in the component at the end of `inside`."""
+        """A rigid group of occurrences, in the root or in the component at the end of `inside`.
+
+        A stale one is left over from occurrences that are gone.
+        """
         component = self._component(inside)
         made = GroupData(
             unique(name, component.groups),
             component=component,
             members=[m[len(inside) :] for m in members],
             suppressed=suppressed,
+            stale=stale,
         )
         component.groups.append(made)
         return made
@@ -361,8 +388,8 @@ class Builder:
             type=KINDS[kind],
             one=one,
             two=two,
-            T_one=inverse(transform(one)) @ T @ _rest(more) @ motion(freedoms) @ _flip(more),
-            T_two=inverse(transform(two)) @ T,
+            T_one=inverse(relative(inside, one)) @ T @ _rest(more) @ motion(freedoms) @ _flip(more),
+            T_two=inverse(relative(inside, two)) @ T,
             freedoms=freedoms,
             **more,
         )
@@ -378,6 +405,14 @@ class Builder:
         """An assembly constraint; allJoints fails from now on, as where Fusion has them."""
         self._component(inside).constraints.append(name)
         world().options.all_joints_fail = True
+
+    def motion_link(self, name: str = "Motion Link1", *, inside: Path = ()) -> None:
+        """A motion link between two joints."""
+        self._component(inside).motion_links.append(name)
+
+    def tangent(self, name: str = "Tangent1", *, inside: Path = ()) -> None:
+        """A tangent relationship between faces."""
+        self._component(inside).tangents.append(name)
 
     # End -------------------------------------------------------------------------------------
 

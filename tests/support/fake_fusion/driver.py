@@ -307,7 +307,11 @@ class Driver:
 
     def _changed(self, data: InputData) -> None:
         self._undo_preview()
-        fire(self.data.event("inputChanged"), InputChangedEventArgs, input=data.view())
+        world().changing = data
+        try:
+            fire(self.data.event("inputChanged"), InputChangedEventArgs, input=data.view())
+        finally:
+            world().changing = None
         if self.is_open:
             self.preview()
 

@@ -10,7 +10,16 @@ from typing import Any
 
 from . import app, curves, enums, maths
 from .base import CLASSES, Base, api, check_thread
-from .model import base_features, bodies, component, entity, joints, points, rigid_groups
+from .model import (
+    base_features,
+    bodies,
+    captures,
+    component,
+    entity,
+    joints,
+    points,
+    rigid_groups,
+)
 from .state import replace_world, world
 from .ui import graphics
 from .ui.events import CustomEvent, CustomEventArgs, event, fire
@@ -19,6 +28,7 @@ __all__ = [
     "app",
     "base_features",
     "bodies",
+    "captures",
     "component",
     "curves",
     "entity",

@@ -19,8 +19,9 @@ class Options:
         product_sign: `tensor`: xy of getXYZMomentsOfInertia is -∫xy dm; `integral`: +∫xy dm.
         nested_native_geometry: What geometryOrOriginOne of a joint in a sub-component gives where
             it is not read through a proxy: `null`, or `local` to that component.
-        geometry_origin: Frame of JointGeometry.origin and its vectors: `context`, that of the
-            joint's proxy, or `component`, that of the component which the geometry belongs to.
+        joint_transforms: Frame of Joint.geometryOneTransform, geometryTwoTransform and
+            JointOrigin.transform of a proxy: `component`, that of the component which holds it, as
+            it is with AsBuiltJoint.transform; or `context`.
         ball_vectors: Directions of a ball joint: `fixed`, those at its zero pose, carried by
             occurrenceTwo alone; or `carried`, those about which it turns at its pose.
         mesh_frame: Frame of the mesh of a body's proxy: `context` or `component`.
@@ -32,7 +33,7 @@ class Options:
 
     product_sign: ProductSign = "tensor"
     nested_native_geometry: Literal["null", "local"] = "null"
-    geometry_origin: Literal["context", "component"] = "context"
+    joint_transforms: Literal["context", "component"] = "component"
     ball_vectors: Literal["fixed", "carried"] = "fixed"
     mesh_frame: Literal["context", "component"] = "context"
     row_selection_fires: bool = False
@@ -74,6 +75,8 @@ class World:
         modeling_orientation: The preference: 0 y up, 1 z up.
         cancel_progress_after: Number of updates after which a progress dialog is cancelled.
         do_events: How often adsk.doEvents was called.
+        edit_scopes: How often a base feature was opened for an edit.
+        changing: The input whose inputChanged is being handled.
     """
 
     def __init__(self) -> None:
@@ -98,6 +101,8 @@ class World:
         self.why: str = ""
         self.ui: Any = None
         self.running: Any = None
+        self.changing: Any = None
+        self.edit_scopes = 0
         self.in_design = True
         self.modeling_orientation = 1
         self.text_commands: list[str] = []

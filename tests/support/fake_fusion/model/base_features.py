@@ -16,10 +16,12 @@ from typing import Any
 from ..base import Base, _guarded, api, new
 from ..collections_ import Items, named
 from ..state import world
+from .captures import revert
 from .component import Component
 from .data import Named, PointData
 from .entity import Deletable, WithName, refuse_reference, unique, wrap, wraps
 from .points import ConstructionPoint, ConstructionPointInput, ConstructionPoints, _place
+from .timeline import WithTimeline
 
 
 @dataclass(eq=False)
@@ -31,15 +33,11 @@ class BaseFeatureData(Named):
     is_edited: bool = False
 
 
-def _features(component: Any) -> list[BaseFeatureData]:
-    return component.__dict__.setdefault("base_features", [])
-
-
 @api("adsk.fusion")
 @wraps(BaseFeatureData)
-class BaseFeature(WithName, Deletable):
+class BaseFeature(WithName, WithTimeline, Deletable):
     def _shelf(self) -> list[Any]:
-        return _features(self._data.component)
+        return self._data.component.base_features
 
     def _siblings(self) -> list[Any]:
         return self._shelf()
@@ -52,6 +50,7 @@ class BaseFeature(WithName, Deletable):
         if any(f.is_edited for f in self._shelf()):
             raise RuntimeError("3 : a base feature is being edited already")
         self._data.is_edited = True
+        world().edit_scopes += 1
         return True
 
     def finishEdit(self) -> bool:
@@ -80,7 +79,7 @@ class BaseFeatures(Items):
     """Of a component."""
 
     def _all(self) -> list[Any]:
-        return [wrap(f) for f in _features(self._component)]
+        return [wrap(f) for f in self._component.base_features]
 
     def add(self) -> Any:
         component = self._component
@@ -89,7 +88,7 @@ class BaseFeatures(Items):
             raise RuntimeError("3 : direct designs have no base features")
         if component.design.intent == 1 and component is component.design.root:
             raise RuntimeError("3 : an assembly design takes no features")
-        shelf = _features(component)
+        shelf = component.base_features
         data = BaseFeatureData(unique("BaseFeature1", shelf), component=component)
         world().append(shelf, data, "BaseFeatures.add")
         return wrap(data)
@@ -121,6 +120,14 @@ def _base_feature(self: Any) -> Any:
 _add, _delete = ConstructionPoints.add, ConstructionPoint.deleteMe
 
 
+def _set_name(self: Any, value: str) -> None:
+    """A point gets its name once its base feature's edit is finished [reference]."""
+    feature = self._data.__dict__.get("base_feature")
+    if feature is not None and feature.is_edited:
+        raise RuntimeError("3 : the point cannot be named while its base feature is edited")
+    WithName.name.fset(self, value)
+
+
 def _add_to_feature(self: Any, made: ConstructionPointInput) -> Any:
     feature = made.targetBaseOrFormFeature
     if feature is None:
@@ -137,6 +144,7 @@ def _add_to_feature(self: Any, made: ConstructionPointInput) -> Any:
     data.base_feature = feature._data
     world().append(component.points, data, "ConstructionPoints.add")
     world().append(feature._data.points, data, "ConstructionPoints.add")
+    revert(component.design)
     return wrap(data)
 
 
@@ -153,6 +161,7 @@ for _class, _name, _member in (
     (Component, "features", property(_component_features)),
     (ConstructionPoint, "baseFeature", property(_base_feature)),
     (ConstructionPoint, "deleteMe", _delete_from_feature),
+    (ConstructionPoint, "name", property(WithName.name.fget, _set_name)),
     (ConstructionPoints, "add", _add_to_feature),
     (ConstructionPointInput, "targetBaseOrFormFeature", property(_target, _set_target)),
 ):

@@ -56,15 +56,21 @@ class Component(WithName, BaseComponent):
     @property
     def allOccurrences(self) -> Any:
         data = self._data
+        _refuse_unresolved(data)
         return _listed(OccurrenceList, lambda: [occurrence(p) for p in paths_below(data)])
 
     def allOccurrencesByComponent(self, component: Component) -> Any:
         mine, other = self._data, component._data
+        _refuse_unresolved(mine)
         return _listed(
             OccurrenceList,
             lambda: [occurrence(p) for p in paths_below(mine) if p[-1].component is other],
         )
 
+    motionLinks = property(lambda self: by_name("MotionLinks", component=self._data))
+    tangentRelationships = property(
+        lambda self: by_name("TangentRelationships", component=self._data)
+    )
     bRepBodies = property(lambda self: new(BRepBodies, component=self._data, path=()))
     meshBodies = property(lambda self: new(MeshBodies, component=self._data, path=()))
     constructionPoints = property(lambda self: by_name("ConstructionPoints", component=self._data))
@@ -118,7 +124,17 @@ class Occurrence(Entity):
     _component = property(lambda self: self._data.parent)
     name = property(lambda self: self._data.name)
     fullPathName = property(lambda self: "+".join(o.name for o in self._path))
-    component = property(lambda self: wrap(self._data.component))
+
+    @property
+    def component(self) -> Any:
+        self._refuse_unresolved()
+        return wrap(self._data.component)
+
+    def _refuse_unresolved(self) -> None:
+        """What an external reference without its document does [inferred]."""
+        if self._data.unresolved:
+            raise RuntimeError("2 : InternalValidationError : occ")
+
     sourceComponent = property(lambda self: wrap(self._path[0].parent))
     assemblyContext = property(lambda self: occurrence(self._path[:-1]))
 
@@ -146,6 +162,7 @@ class Occurrence(Entity):
 
     @property
     def childOccurrences(self) -> Any:
+        self._refuse_unresolved()
         path, data = self._path, self._data
         children = lambda: [occurrence((*path, o)) for o in data.component.occurrences]  # noqa: E731
         return _listed(OccurrenceList, children)
@@ -167,7 +184,8 @@ class Occurrence(Entity):
         return self._physical(accuracy)
 
     def _physical(self, accuracy: int) -> Any:
-        return physical_properties(self._data.component.mass(), accuracy, self._T)
+        self._refuse_unresolved()
+        return physical_properties(self._data.component.mass(self._path), accuracy, self._T)
 
     def _affecting(self, shelf: str, touches: Any) -> list:
         """Joints or groups of the components above that touch this occurrence, as proxies."""
@@ -200,6 +218,12 @@ class Occurrence(Entity):
         member = lambda group, path: any(_same(m, path) for m in group.members)  # noqa: E731
         found = self._affecting("groups", member)
         return _listed(RigidGroupList, lambda: found)
+
+
+def _refuse_unresolved(component: ComponentData) -> None:
+    """One external reference without its document is enough [live]."""
+    if any(path[-1].unresolved for path in paths_below(component)):
+        raise RuntimeError("2 : InternalValidationError : occ")
 
 
 def _joins(joint: Any, path: Path) -> bool:
@@ -246,7 +270,8 @@ class Design(Product):
     _component = property(lambda self: self._data.root)
     rootComponent = property(lambda self: wrap(self._data.root))
     allComponents = property(lambda self: new(Components, design=self._data))
-    designType = property(lambda self: self._data.kind)
+    designType = property(lambda self: 0 if self._data.is_edited() else self._data.kind)
+    snapshots = property(lambda self: by_name("Snapshots", design=self._data))
     designIntent = property(lambda self: self._data.intent)
     productType = property(lambda self: self._data.product)
 

@@ -131,11 +131,14 @@ class PlaneData(Named):
 
 @dataclass(eq=False)
 class GroupData(Named):
-    """A rigid group. `members`: paths from its component."""
+    """A rigid group. `members`: paths from its component; `stale`: its occurrences are gone."""
 
     component: Any = None
     members: list[Path] = field(default_factory=list)
     suppressed: bool = False
+    health: int = 0
+    problem: str = ""
+    stale: bool = False
 
 
 @dataclass(eq=False)
@@ -190,6 +193,7 @@ class JointData(Named):
         one, two: Paths from its component; empty for the component itself.
         T_one, T_two: The joint's frame in the frame of `one` and of `two`; None if there is none.
         origin_one, origin_two: JointOriginData that define them, if any.
+        dragged: Whether the user has dragged it: its angles are then told on a grid of 0.1 degrees.
     """
 
     component: Any = None
@@ -210,6 +214,7 @@ class JointData(Named):
     offsets: tuple[float, float, float] = (0.0, 0.0, 0.0)
     angle: float = 0.0
     broken_geometry: bool = False
+    dragged: bool = False
 
 
 @dataclass(eq=False)
@@ -224,13 +229,21 @@ class GraphicsData(Named):
 
 @dataclass(eq=False)
 class OccurrenceData(Named):
-    """A component in a place. `T`: its pose in the component that holds it."""
+    """A component in a place.
+
+    Attributes:
+        T: Its pose in the component that holds it, where nothing above says otherwise.
+        unresolved: Whether its component's document cannot be found.
+        captured: Where it was, if it has been moved since and that is not captured.
+    """
 
     component: Any = None
     parent: Any = None
     T: Any = None
     grounded: bool = False
     ground_to_parent: bool = False
+    unresolved: bool = False
+    captured: Any = None
 
     def __repr__(self) -> str:
         return f"OccurrenceData({self.name!r})"
@@ -238,7 +251,14 @@ class OccurrenceData(Named):
 
 @dataclass(eq=False)
 class ComponentData(Named):
-    """A component. `referenced`: the design that it lives in, if it is another one's."""
+    """A component.
+
+    Attributes:
+        referenced: Whether it lives in another document.
+        poses: Poses of occurrences within a sub-assembly that differ from those which it has
+            elsewhere (its joints are moved here): by path from this component, relative to the
+            occurrence above.
+    """
 
     design: Any = None
     referenced: bool = False
@@ -254,18 +274,29 @@ class ComponentData(Named):
     groups: list[GroupData] = field(default_factory=list)
     joint_origins: list[JointOriginData] = field(default_factory=list)
     graphics: list[GraphicsData] = field(default_factory=list)
+    base_features: list[Any] = field(default_factory=list)
     constraints: list[str] = field(default_factory=list)
+    motion_links: list[str] = field(default_factory=list)
+    tangents: list[str] = field(default_factory=list)
+    poses: dict[Path, Any] = field(default_factory=dict)
     user_mass: float | None = None
     material: str = "Steel"
 
     def __repr__(self) -> str:
         return f"ComponentData({self.name!r})"
 
-    def mass(self) -> Mass:
-        """Mass properties with everything below, in the component's frame."""
+    def mass(self, above: Path = ()) -> Mass:
+        """Mass properties with everything below, in the component's frame.
+
+        Args:
+            above: Path that the component is seen at.
+        """
         hidden = world().options.hidden_have_mass
         parts = [b.mass() for b in self.bodies if hidden or b.light_bulb]
-        parts += [o.component.mass().moved(o.T) for o in self.occurrences if hidden or o.light_bulb]
+        for o in self.occurrences:
+            if hidden or o.light_bulb:
+                path = (*above, o)
+                parts.append(o.component.mass(path).moved(relative_pose(path)))
         whole = total(parts)
         return whole if self.user_mass is None else whole.with_mass(self.user_mass)
 
@@ -282,15 +313,37 @@ class DesignData(Named):
     product: str = "DesignProductType"
     counters: dict[int, int] = field(default_factory=dict)
 
+    def is_edited(self) -> bool:
+        """Whether a base feature is being edited, when the design passes for a direct one."""
+        return any(f.is_edited for c in self.components for f in c.base_features)
+
 
 def transform(path: Path) -> np.ndarray:
     """The pose of an occurrence in its context: the product of the poses on its path."""
     if not path:
         return np.eye(4)
-    T = path[0].T
-    for occurrence in path[1:]:
-        T = T @ occurrence.T
+    T = relative_pose(path[:1])
+    for k in range(2, len(path) + 1):
+        T = T @ relative_pose(path[:k])
     return T
+
+
+def relative_pose(path: Path) -> np.ndarray:
+    """The pose of the last occurrence of a path relative to the one above.
+
+    The highest component that has a pose of its own for it decides.
+    """
+    for k in range(len(path)):
+        poses = path[k].parent.poses
+        if poses and path[k:] in poses:
+            return poses[path[k:]]
+    return path[-1].T
+
+
+def first_instance(component: ComponentData) -> Path:
+    """The first place of a component in its design; empty for the root component."""
+    places = paths_below(component.design.root)
+    return next((path for path in places if path[-1].component is component), ())
 
 
 def motion(freedoms: list[Freedom]) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Base, api, edited, new
+from ..base import Base, api, by_name, edited, new
 from ..collections_ import Items, listing
 from ..maths import apply
 from ..state import world
@@ -188,12 +188,18 @@ class Attribute(Base):
         _write(self._owner, self._key, value)
 
     parent = property(lambda self: wrap(self._owner._data, self._owner._path))
-    otherParents = property(lambda _: None)
+    otherParents = property(lambda _: by_name("ObjectCollection", make=list))
 
     def deleteMe(self) -> bool:
         refuse_reference(self._owner._component, "Attribute.deleteMe")
         world().put(self._owner._data.attributes, self._key, None)
         return True
+
+
+@api("adsk.core")
+@listing
+class ObjectCollection(Items):
+    """Of any objects."""
 
 
 @api("adsk.core")

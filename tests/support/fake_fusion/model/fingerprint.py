@@ -74,13 +74,9 @@ def _component(c: Any, everything: bool) -> Any:
                 _named(f, everything),
                 [[_named(p, everything), _numbers(p.position)] for p in f.points],
             ]
-            for f in (_base_features(c) if everything else ())
+            for f in (c.base_features if everything else ())
         ],
     }
-
-
-def _base_features(component: Any) -> list[Any]:
-    return component.__dict__.get("base_features", [])
 
 
 def _named(item: Any, everything: bool) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -37,13 +38,16 @@ class JointMotion(Base):
         return next(f for f in self._joint._data.freedoms if f.role == role)
 
     def _value(self, role: str) -> float:
-        return self._freedom(role).value
+        freedom = self._freedom(role)
+        if self._joint._data.dragged and freedom.turns:
+            return math.radians(round(math.degrees(freedom.value), 1))
+        return freedom.value
 
     def _limits(self, role: str) -> Any:
         return new(JointLimits, limits=self._freedom(role).limits)
 
     def _vector(self, role: str) -> Any:
-        """Direction in the context: carried by `two`, and by the freedoms before it if so set."""
+        """Direction in the root: carried by `two`, and by the freedoms before it if so set."""
         freedoms = self._joint._data.freedoms
         freedom = self._freedom(role)
         R = self._joint._frame("two")[:3, :3]

@@ -8,36 +8,42 @@ import numpy as np
 
 from ..base import Base, api, edited, new
 from ..collections_ import Items, named
-from ..maths import inverse, matrix, point, vector
+from ..maths import matrix, point, vector
 from ..state import world
-from .data import JointData, JointOriginData, transform
+from .data import (
+    JointData,
+    JointOriginData,
+    Path,
+    first_instance,
+    relative_pose,
+    transform,
+)
 from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, occurrence, wrap, wraps
 from .joint_motions import INFERRED, MOTIONS, RIGID
+from .timeline import WithTimeline
 
 
 @api("adsk.fusion")
 class JointGeometry(Base):
-    """Transient: a frame, as far as the joint's context knows."""
+    """Transient: its origin is in the root frame, its axes are in the component's [live]."""
 
-    origin = property(lambda self: point(self._T[:3, 3]))
+    origin = property(lambda self: point((self._T_root @ self._T)[:3, 3]))
     primaryAxisVector = property(lambda self: vector(self._T[:3, 2]))
     secondaryAxisVector = property(lambda self: vector(self._T[:3, 0]))
     thirdAxisVector = property(lambda self: vector(self._T[:3, 1]))
 
 
-def _geometry(T_context: np.ndarray, T_component: np.ndarray) -> Any:
-    """A JointGeometry whose component is at T_component in the context.
+def _geometry(T: np.ndarray, T_root: np.ndarray) -> Any:
+    """A JointGeometry.
 
     Args:
-        T_context: The frame in the context.
-        T_component: Pose of the occurrence that the geometry belongs to, in the context.
+        T: The frame in the component that the geometry belongs to.
+        T_root: Pose of that component in the root frame.
     """
-    if world().options.geometry_origin == "component":
-        return new(JointGeometry, T=inverse(T_component) @ T_context)
-    return new(JointGeometry, T=T_context)
+    return new(JointGeometry, T=T, T_root=T_root)
 
 
-class Sibling(Placed, WithName, Deletable):
+class Sibling(Placed, WithName, WithTimeline, Deletable):
     parentComponent = property(lambda self: wrap(self._data.component))
 
     def _siblings(self) -> list[Any]:
@@ -52,11 +58,30 @@ class JointOrigin(Sibling, WithBulb):
     def _shelf(self) -> list[Any]:
         return self._data.component.joint_origins
 
-    transform = property(lambda self: matrix(self._T @ self._data.T))
-    geometry = property(lambda self: _geometry(self._T @ self._data.T, self._T))
-    primaryAxisVector = property(lambda self: vector((self._T @ self._data.T)[:3, 2]))
-    secondaryAxisVector = property(lambda self: vector((self._T @ self._data.T)[:3, 0]))
-    thirdAxisVector = property(lambda self: vector((self._T @ self._data.T)[:3, 1]))
+    @property
+    def _T_root(self) -> np.ndarray:
+        """Without a context it answers for the first instance [live]."""
+        return transform(self._path or first_instance(self._data.component))
+
+    transform = property(lambda self: matrix(_told(self._T, self._data.T)))
+    geometry = property(lambda self: _geometry(self._data.T, self._T_root))
+    primaryAxisVector = property(lambda self: vector(self._data.T[:3, 2]))
+    secondaryAxisVector = property(lambda self: vector(self._data.T[:3, 0]))
+    thirdAxisVector = property(lambda self: vector(self._data.T[:3, 1]))
+
+
+def relative(context: Path, path: Path) -> np.ndarray:
+    """The pose of an occurrence in the component at the end of a context."""
+    T = np.eye(4)
+    for k in range(len(path)):
+        T = T @ relative_pose((*context, *path[: k + 1]))
+    return T
+
+
+def _told(T_context: np.ndarray, T: np.ndarray) -> np.ndarray:
+    """A transform in the frame of the component that holds its owner, as a proxy tells it."""
+    lifted = world().options.joint_transforms == "context"
+    return T_context @ T if lifted else T
 
 
 class _AnyJoint(Sibling, WithBulb, WithVisibility):
@@ -71,10 +96,23 @@ class _AnyJoint(Sibling, WithBulb, WithVisibility):
             raise RuntimeError("3 : invalid argument occurrence: it is of another component")
         return wrap(self._data, occurrence._path)
 
-    def _frame(self, side: str) -> np.ndarray:
-        """The joint's frame on `one` or `two` in the context."""
-        T = self._T @ transform(getattr(self._data, side))
+    def _own_frame(self, side: str) -> np.ndarray:
+        """The joint's frame on `one` or `two` in the component that holds it."""
+        T = relative(self._path, getattr(self._data, side))
         return T @ getattr(self._data, f"T_{side}")
+
+    def _frame(self, side: str) -> np.ndarray:
+        """The same in the root frame; without a context that of the first instance."""
+        return transform(self._path or self._first) @ self._own_frame(side)
+
+    @property
+    def _first(self) -> Path:
+        return first_instance(self._data.component)
+
+    def _side_geometry(self, side: str) -> Any:
+        """Its geometry has lost its context: it answers for the joint's first instance [live]."""
+        path = (*self._first, *getattr(self._data, side))
+        return _geometry(getattr(self._data, f"T_{side}"), transform(path))
 
     @property
     def occurrenceOne(self) -> Any:
@@ -104,22 +142,23 @@ class Joint(_AnyJoint):
             return None
         if self._nested_native and world().options.nested_native_geometry == "null":
             return None
-        path = (*self._path, *getattr(data, side))
         origin = getattr(data, f"origin_{side}")
-        if origin is not None:
-            return wrap(origin, path)
-        return _geometry(self._frame(side), transform(path))
+        return self._side_geometry(side) if origin is None else wrap(origin)
 
     geometryOrOriginOne = property(lambda self: self._geometry_or_origin("one"))
     geometryOrOriginTwo = property(lambda self: self._geometry_or_origin("two"))
 
     @property
     def geometryOneTransform(self) -> Any:
-        return None if self._data.type == INFERRED else matrix(self._frame("one"))
+        if self._data.type == INFERRED:
+            return None
+        return matrix(_told(transform(self._path), self._own_frame("one")))
 
     @property
     def geometryTwoTransform(self) -> Any:
-        return None if self._data.type == INFERRED else matrix(self._frame("two"))
+        if self._data.type == INFERRED:
+            return None
+        return matrix(_told(transform(self._path), self._own_frame("two")))
 
     isLocked = edited("data.locked", "bool", "isLocked")
 
@@ -146,11 +185,12 @@ class AsBuiltJoint(_AnyJoint):
             return None
         if self._nested_native and world().options.nested_native_geometry == "null":
             return None
-        return _geometry(self._frame("two"), transform((*self._path, *self._data.two)))
+        return self._side_geometry("two")
 
     @property
     def transform(self) -> Any:
-        return None if self._data.type == RIGID else matrix(self._frame("two"))
+        """In the frame of the component that holds it, whatever the proxy [live]."""
+        return None if self._data.type == RIGID else matrix(self._own_frame("two"))
 
 
 def _parameter(joint: JointData, value: float) -> Any:

@@ -14,6 +14,7 @@ from ..curves import surface_of
 from ..maths import Point3D, apply, inverse, point, xyz
 from ..state import world
 from .bodies import BRepEdge, BRepFace, BRepVertex
+from .captures import revert
 from .component import Occurrence
 from .data import ComponentData, PlaneData, PointData, transform
 from .entity import (
@@ -30,6 +31,7 @@ from .entity import (
 )
 from .shapes import FaceShape
 from .sketches import SketchCircle, SketchPoint
+from .timeline import WithTimeline
 
 
 @api("adsk.fusion")
@@ -52,7 +54,7 @@ class ConstructionPointCenterDefinition(ConstructionPointDefinition):
 
 @api("adsk.fusion")
 @wraps(PointData)
-class ConstructionPoint(Placed, WithName, WithBulb, WithVisibility, Deletable):
+class ConstructionPoint(Placed, WithName, WithTimeline, WithBulb, WithVisibility, Deletable):
     def _shelf(self) -> list[Any]:
         return self._data.component.points
 
@@ -98,6 +100,9 @@ class ConstructionPointInput(Base):
         """A vertex, a sketch point or, in direct modelling, a Point3D; add() fails otherwise."""
         if not isinstance(point, (BRepVertex, SketchPoint, Point3D)):
             raise RuntimeError("3 : invalid argument point: a vertex, sketch point or Point3D")
+        design = self._component.design
+        if isinstance(point, Point3D) and design.kind == 1 and not design.is_edited():
+            raise RuntimeError("3 : a Point3D is not valid in the parametric modeling mode")
         self._how = ("point", point)
         return True
 
@@ -143,7 +148,8 @@ class ConstructionPoints(Items):
     component = property(lambda self: wrap(self._component))
 
     def createInput(self, occurrenceForCreation: Occurrence | None = None) -> Any:
-        return new(ConstructionPointInput, occurrence=occurrenceForCreation, how=None)
+        made = {"component": self._component, "occurrence": occurrenceForCreation, "how": None}
+        return new(ConstructionPointInput, **made)
 
     def add(self, input: ConstructionPointInput) -> Any:
         component = self._component
@@ -167,6 +173,7 @@ class ConstructionPoints(Items):
             by_user=False,
         )
         world().append(component.points, data, "ConstructionPoints.add")
+        revert(component.design)
         return wrap(data)
 
 

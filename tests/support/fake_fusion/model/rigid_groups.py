@@ -6,13 +6,15 @@ from typing import Any
 
 from ..base import api, edited, new
 from .data import GroupData
-from .entity import WithVisibility, occurrence, wraps
+from .entity import Entity, WithName, WithVisibility, occurrence, wraps
 from .joints import Sibling
 
 
 @api("adsk.fusion")
 @wraps(GroupData)
 class RigidGroup(Sibling, WithVisibility):
+    """Stale ones hold nothing any more; their name and token raise [live]."""
+
     def _shelf(self) -> list[Any]:
         return self._data.component.groups
 
@@ -20,7 +22,26 @@ class RigidGroup(Sibling, WithVisibility):
     def occurrences(self) -> Any:
         from .component import OccurrenceList
 
-        path, members = self._path, self._data.members
+        path, members = self._path, [] if self._data.stale else self._data.members
         return new(OccurrenceList, make=lambda: [occurrence((*path, *m)) for m in members])
+
+    @property
+    def name(self) -> str:
+        self._refuse_stale("name")
+        return self._data.name
+
+    @name.setter
+    def name(self, value: str) -> None:
+        self._refuse_stale("name")
+        WithName.name.fset(self, value)
+
+    @property
+    def entityToken(self) -> str:
+        self._refuse_stale("entityToken")
+        return Entity.entityToken.fget(self)
+
+    def _refuse_stale(self, member: str) -> None:
+        if self._data.stale:
+            raise RuntimeError(f"2 : InternalValidationError : RigidGroup.{member}")
 
     isSuppressed = edited("data.suppressed", "bool", "isSuppressed")

@@ -4,12 +4,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from ..base import api
+from ..state import world
 from .input_lists import ButtonRowCommandInput
 from .input_selection import SelectionCommandInput
 from .inputs import CommandInput, field
+
+
+def _refuse_changing(inputs: Iterable[Any]) -> None:
+    """An input whose own event is being handled cannot be deleted [reference]."""
+    if any(data is world().changing for data in inputs):
+        raise RuntimeError("3 : the input is deleted while its own event is handled")
 
 
 @api("adsk.core")
@@ -72,6 +80,7 @@ class TableCommandInput(CommandInput):
     def deleteRow(self, row: int) -> bool:
         if not 0 <= row < self.rowCount:
             raise RuntimeError("3 : invalid argument row")
+        _refuse_changing(data for (r, _), data in self._cells.items() if r == row)
         for place in [place for place in self._cells if place[0] == row]:
             self._cells.pop(place).remove()
         moved = {(r - (r > row), c): data for (r, c), data in self._cells.items()}
@@ -81,6 +90,7 @@ class TableCommandInput(CommandInput):
         return True
 
     def clear(self) -> bool:
+        _refuse_changing(self._cells.values())
         for data in [*self._cells.values(), *self._data.fields["toolbar"]]:
             data.remove()
         self._data.fields.update(cells={}, toolbar=[], selectedRow=-1)

@@ -114,8 +114,20 @@ class ToolbarPanel(Base):
 
 @api("adsk.core")
 @listing
+class ToolbarPanelList(Items):
+    """All panels; none can be added."""
+
+    def _all(self) -> list[Any]:
+        return [new(ToolbarPanel, data=data) for data in ui().panels]
+
+    def itemById(self, id: str) -> Any:
+        return next((panel for panel in self._all() if panel.id == id), None)
+
+
+@api("adsk.core")
+@listing
 class ToolbarPanels(Items):
-    """Of a tab; of a workspace, or all, where `_tab` is empty."""
+    """Of a tab; of a workspace where `_tab` is empty."""
 
     def _all(self) -> list[Any]:
         return [

@@ -18,7 +18,7 @@ from .events import (
     UserInterfaceGeneralEvent,
     event,
 )
-from .toolbars import CommandDefinitions, ToolbarPanels, Workspaces
+from .toolbars import CommandDefinitions, ToolbarPanelList, Workspaces
 from .ui_data import PaletteData, check_id, ui
 
 
@@ -111,7 +111,7 @@ class UserInterface(Base):
 
     commandDefinitions = property(lambda _: new(CommandDefinitions))
     workspaces = property(lambda _: new(Workspaces))
-    allToolbarPanels = property(lambda _: new(ToolbarPanels, tab=""))
+    allToolbarPanels = property(lambda _: new(ToolbarPanelList))
     palettes = property(lambda _: new(Palettes))
     activeSelections = property(lambda _: new(Selections))
 

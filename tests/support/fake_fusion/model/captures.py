@@ -1,0 +1,73 @@
+"""Positions that were moved and not captured; motion links and tangent relationships."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..base import Base, api, new
+from ..collections_ import Items, named
+from ..state import world
+from .data import DesignData, OccurrenceData
+
+
+def moved(design: DesignData) -> list[OccurrenceData]:
+    """What was moved and is not captured."""
+    held = [o for c in design.components for o in c.occurrences]
+    return [o for o in held if o.captured is not None]
+
+
+def revert(design: DesignData) -> None:
+    """Put back what was moved and is not captured, as an edit of a parametric design does."""
+    for occurrence in moved(design) if design.kind == 1 else ():
+        world().set(occurrence, "T", occurrence.captured, "revert")
+        world().set(occurrence, "captured", None, "revert")
+
+
+@api("adsk.fusion")
+class Snapshots(Base):
+    """Captured positions of a design."""
+
+    hasPendingSnapshot = property(lambda self: bool(moved(self._design)))
+
+    def add(self) -> Any:
+        for occurrence in moved(self._design):
+            world().set(occurrence, "captured", None, "Snapshots.add")
+        return new(Snapshot)
+
+    def revertPendingSnapshot(self) -> bool:
+        world().require_edit("Snapshots.revertPendingSnapshot")
+        revert(self._design)
+        return True
+
+
+@api("adsk.fusion")
+class Snapshot(Base):
+    """A captured position."""
+
+
+@api("adsk.fusion")
+class MotionLink(Base):
+    """Here a name only."""
+
+    name = property(lambda self: self._name)
+
+
+@api("adsk.fusion")
+class TangentRelationship(Base):
+    """Here a name only."""
+
+    name = property(lambda self: self._name)
+
+
+@api("adsk.fusion")
+@named
+class MotionLinks(Items):
+    def _all(self) -> list[Any]:
+        return [new(MotionLink, name=n) for n in self._component.motion_links]
+
+
+@api("adsk.fusion")
+@named
+class TangentRelationships(Items):
+    def _all(self) -> list[Any]:
+        return [new(TangentRelationship, name=n) for n in self._component.tangents]
