@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
@@ -157,9 +158,9 @@ class Node:
         """The three numbers in the element's text."""
         return self._vector(self.text, f"<{self.tag}>")
 
-    def numbers(self, size: int) -> tuple[float, ...]:
+    def numbers(self, size: int, *, infinite: bool = False) -> tuple[float, ...]:
         """So many numbers in the element's text."""
-        return self._numbers(self.text, f"<{self.tag}>", size)
+        return self._numbers(self.text, f"<{self.tag}>", size, infinite)
 
     def integer(self, tag: str) -> int | None:
         """A counting number in a child element; None if there is none."""
@@ -215,10 +216,18 @@ def _plain(text: str) -> str:
     return SPACE.sub(" ", text).strip()
 
 
-def parse(file: Path, subject: Subject, notes: Notes) -> Node:
+def parse(
+    file: Path, subject: Subject, notes: Notes, mend: Callable[[bytes], bytes] | None = None
+) -> Node:
     """The root element of a file.
 
     Nothing outside the file is read, and no entity is expanded.
+
+    Args:
+        file: The file.
+        subject: What findings about it name.
+        notes: Where findings, places and files go.
+        mend: What makes XML of files that are known not to be; it keeps the lines.
 
     Raises:
         InputError: It cannot be read, is not XML, or uses entities.
@@ -242,7 +251,7 @@ def parse(file: Path, subject: Subject, notes: Notes) -> Node:
     if fault is not None:
         raise InputError(fault, file=file)
     try:
-        root = etree.fromstring(data, parser)
+        root = etree.fromstring(data if mend is None else mend(data), parser)
     except (etree.XMLSyntaxError, ValueError) as error:
         line = getattr(error, "lineno", None)
         reason = str(getattr(error, "msg", None) or error).splitlines()[0]

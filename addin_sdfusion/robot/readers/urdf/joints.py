@@ -6,7 +6,8 @@ import math
 from collections.abc import Container
 
 from ...finding import Subject
-from ...model.joint import Coordinate, Joint, Motion, MotionKind
+from ...model.function import linear
+from ...model.joint import Coordinate, Joint, Motion, MotionKind, Term
 from ...model.pose import Vector3
 from ...model.rotations import cross, normalized
 from ...writers.urdf import NO_LIMIT
@@ -97,17 +98,27 @@ def _coordinate(node: Node, type_: str, actuated: bool) -> Coordinate:
     if limit is not None and type_ in LIMITED:
         lower, upper = _number(limit, "lower", 0.0), _number(limit, "upper", 0.0)
     _note_not_simulated(node, limit)
+    coupling = tuple(_mimicked(child) for child in node.all("mimic"))
+    if coupling:  # the limits of what it follows count
+        lower, upper = -math.inf, math.inf
     return Coordinate(
         node.subject.name,
         lower,
         upper,
         damping=_number(dynamics, "damping", 0.0),
         unit="m" if type_ == "prismatic" else "rad",
-        actuated=actuated,
+        actuated=actuated and not coupling,
         friction=_number(dynamics, "friction", 0.0),
         tau_min=-effort,
         tau_max=effort,
+        coupling=coupling,
     )
+
+
+def _mimicked(node: Node) -> Term:
+    """What a joint follows: multiplier times the other, plus offset."""
+    factor, offset = node.number_attribute("multiplier", 1.0), node.number_attribute("offset", 0.0)
+    return Term(node.attribute("joint"), linear(factor, offset))
 
 
 def _number(node: Node | None, name: str, default: float) -> float:
@@ -121,5 +132,3 @@ def _note_not_simulated(node: Node, limit: Node | None) -> None:
         limit.warning("joint-not-simulated", "its velocity limit is not simulated; left out")
     for child in node.all("safety_controller"):
         child.warning("joint-not-simulated", "its safety controller is left out")
-    for child in node.all("mimic"):
-        child.error("unsupported-mimic", "it mimics another joint, which is not supported yet")

@@ -33,7 +33,7 @@ _HILL: Names = {
     "deactivation_time_constant": "deactivation_time_constant",
 }
 
-_PROPERTIES: dict[str, Names] = {
+PROPERTIES: dict[str, Names] = {
     "hill_degroote2016": {
         **_HILL,
         "fibre_damping": "fiber_damping",
@@ -67,7 +67,7 @@ _PROPERTIES: dict[str, Names] = {
     },
 }
 
-_MILLARDS_CURVES: dict[str, Names] = {
+MILLARDS_CURVES: dict[str, Names] = {
     "ActiveForceLengthCurve": {
         "active_shortest": "min_norm_active_fiber_length",
         "active_transition": "transition_norm_fiber_length",
@@ -119,17 +119,17 @@ def force_element(forces: ElementTree.Element, muscle: Muscle) -> ElementTree.El
         element(node, "max_control", muscle.f_max)
         element(node, "optimal_force", 1.0)
         return node
-    values = _written(kind, law_parameters(muscle.model))
+    values = taken_by_opensim(kind, law_parameters(muscle.model))
     node = element(forces, CLASSES[kind], name=muscle.name)
     if "minimum_activation" in values:
         element(node, "min_control", values["minimum_activation"])
         element(node, "max_control", 1.0)
         rigid = not values["elastic_tendon"]
         element(node, "ignore_tendon_compliance", "true" if rigid else "false")
-    _properties(node, _PROPERTIES[kind], values)
+    _properties(node, PROPERTIES[kind], values)
     if kind == "hill_millard2012":
         values |= _millards_stiffnesses(values)
-        for curve, names in _MILLARDS_CURVES.items():
+        for curve, names in MILLARDS_CURVES.items():
             _properties(element(node, curve, name=curve), names, values)
     return node
 
@@ -144,7 +144,7 @@ def law_losses(robot: Robot) -> Iterator[Finding]:
             problem = f"a {CLASSES[kind]} has no bounds of its force; f_min and f_max are left out"
             yield warning(subject, "force-limits-left-out", problem)
         ours = law_parameters(muscle.model)
-        theirs = _written(kind, ours)
+        theirs = taken_by_opensim(kind, ours)
         changed = [f"{name} {theirs[name]:g}" for name in ours if ours[name] != theirs[name]]
         if changed:
             problem = f"a {CLASSES[kind]} is written with {', '.join(changed)}: it takes no other"
@@ -157,7 +157,7 @@ def law_losses(robot: Robot) -> Iterator[Finding]:
             yield warning(subject, "fibre-damping-passed-over", problem)
 
 
-def _written(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
+def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
     """The parameters that OpenSim takes, or computes with in any case."""
     values = dict(ours)
     if kind == "hill_thelen2003":

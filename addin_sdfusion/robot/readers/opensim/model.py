@@ -1,0 +1,142 @@
+"""Reader of OpenSim 4 models.
+
+Bodies are links with their own frames, joints of every class are motions one after another,
+couplers are couplings of coordinates, muscles are those of our laws that are theirs. The ground is
+the world, with y up. What acts otherwise than in OpenSim, or is left out, is a finding.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from ...errors import UnknownNameError
+from ...finding import Subject
+from ...model.joint import Joint
+from ...model.muscle import CableSet, Muscle
+from ...model.robot import Robot, TaskFrame, TaskSet
+from ...model.transform import IDENTITY
+from ..cardsflow_xml import MARKERS
+from ..distinct import distinct
+from ..extras import DEFAULT_SET
+from ..meshes import note_missing_meshes
+from ..tree import parents_first
+from ..xml import Node, Notes
+from .bodies import note_shapes, read_body
+from .coordinates import COUPLER, with_couplings
+from .document import is_true, objects, read_document
+from .forces import with_joint_forces
+from .frames import Frames
+from .joints import about, free_joint, read_joint
+from .muscles import is_muscle, read_muscle
+from .paths import Surroundings
+from .wraps import read_wrap_objects
+
+GRAVITY = (0.0, -9.80665, 0.0)
+"""What a file without gravity has."""
+LEFT_OUT = {
+    "ControllerSet": "controllers",
+    "ContactGeometrySet": "contact shapes",
+    "ProbeSet": "probes",
+}
+
+
+def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
+    """The robot in an .osim file.
+
+    Args:
+        file: The file.
+        cable_set: The cable set to make active: there is one, `cardsflow`.
+        notes: Where findings, places and files go.
+
+    Raises:
+        InputError: It is not readable XML, not OpenSim's, or of an older format.
+        UnknownNameError: There is no such cable set.
+    """
+    if cable_set not in (None, DEFAULT_SET):
+        raise UnknownNameError("cable set", str(cable_set), [DEFAULT_SET], file=file)
+    model = read_document(file, notes)
+    bodies, joint_nodes = objects(model, "BodySet"), objects(model, "JointSet")
+    distinct(bodies, partial(Subject, "link"))
+    distinct(joint_nodes, partial(Subject, "joint"))
+    distinct([c for j in joint_nodes for c in _coordinates(j)], partial(Subject, "coordinate"))
+    frames = Frames(model)
+    links = [read_body(b.about(Subject("link", b.attribute("name"))), frames) for b in bodies]
+    joints = [read_joint(about(node), frames) for node in joint_nodes]
+    joints += _freed(bodies, joints)
+    constraints = objects(model, "ConstraintSet")
+    joints = with_couplings(joints, constraints)
+    forces = objects(model, "ForceSet")
+    muscles, others = [f for f in forces if is_muscle(f)], [f for f in forces if not is_muscle(f)]
+    joints = parents_first(with_joint_forces(joints, others))
+    wraps = read_wrap_objects(model, frames)
+    names = tuple(c.name for joint in joints for c in joint.coordinates)
+    around = Surroundings(frames, wraps, names)
+    distinct(muscles, partial(Subject, "muscle"))
+    read = [muscle for node in muscles if (muscle := read_muscle(node, around)) is not None]
+    _note_left_out(model, constraints)
+    note_shapes(model)
+    note_missing_meshes(model, links)
+    _note_approximations(model, read)
+    gravity = model.vector("gravity") if model.all("gravity") else GRAVITY
+    return Robot(
+        model.subject.name,
+        tuple(links),
+        tuple(joints),
+        (CableSet(DEFAULT_SET, tuple(read)),) if read else (),
+        DEFAULT_SET if read else "",
+        tuple(_markers(model, frames)),
+        gravity=gravity,
+        wrap_surfaces=tuple(wrap.surface for wrap in wraps.values() if wrap is not None),
+    )
+
+
+def _coordinates(joint: Node) -> list[Node]:
+    return [c for group in joint.all("coordinates") for c in group.all("Coordinate")]
+
+
+def _freed(bodies: list[Node], joints: list[Joint]) -> list[Joint]:
+    carried = {joint.child for joint in joints}
+    taken = [joint.name for joint in joints]
+    named = [body.about(Subject("link", body.attribute("name", ""))) for body in bodies]
+    return [free_joint(body, taken) for body in named if body.subject.name not in carried]
+
+
+def _markers(model: Node, frames: Frames) -> list[TaskSet]:
+    nodes = distinct(objects(model, "MarkerSet"), partial(Subject, "task_frame"))
+    found = []
+    for node in nodes:
+        link, T_link_frame = frames.place(node, "socket_parent_frame", "/markerset/marker")
+        where = node.vector("location")
+        position = where if T_link_frame == IDENTITY else T_link_frame.apply(where)
+        found.append(TaskFrame(node.attribute("name"), link, position))
+    return [TaskSet(MARKERS, tuple(found))] if found else []
+
+
+def _note_left_out(model: Node, constraints: list[Node]) -> None:
+    for tag, what in LEFT_OUT.items():
+        parts = objects(model, tag)
+        if parts:
+            names = ", ".join(repr(part.attribute("name", "")) for part in parts[:10])
+            parts[0].warning("part-left-out", f"{len(parts)} {what} are left out: {names}")
+    for node in constraints:
+        if node.tag != COUPLER and is_true(node, "isEnforced", True):
+            name = node.attribute("name", "")
+            problem = (
+                f"<{node.tag}> {name!r} closes a loop, which is not simulated yet: it is open, and "
+                "the robot moves otherwise"
+            )
+            node.warning("loop-left-out", problem)
+
+
+def _note_approximations(model: Node, muscles: list[Muscle]) -> None:
+    wrapped = sum(bool(muscle.wraps) for muscle in muscles)
+    if wrapped:
+        problem = (
+            f"{wrapped} muscles wrap: they take the shortest path here; OpenSim's own is longer by "
+            "up to some 1e-4 m, and its moment arms are not always the derivative of its lengths"
+        )
+        model.warning("wraps-exact", problem)
+    if any(muscle.model.kind.startswith("hill") for muscle in muscles):
+        problem = "default activations and fibre lengths are left out; an experiment sets the start"
+        model.warning("start-left-out", problem)

@@ -1,0 +1,93 @@
+"""Muscles, ligaments and cables of OpenSim."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import cast
+
+from ...finding import Subject
+from ...model.muscle import CableKind, CableModel, Muscle
+from ...model.tension_laws import TENSION_LAWS
+from ...writers.opensim.muscles import (
+    CLASSES,
+    MILLARDS_CURVES,
+    PROPERTIES,
+    taken_by_opensim,
+)
+from ..xml import Node
+from .document import is_true
+from .paths import Surroundings, geometry_path, read_points, read_wraps
+
+KINDS: dict[str, CableKind] = {
+    **{class_: cast(CableKind, kind) for kind, class_ in CLASSES.items()},
+    "PathActuator": "ideal",
+}
+DEFAULTS: dict[str, dict[str, float]] = {
+    "hill": {"max_isometric_force": 1000.0, "optimal_fibre_length": 0.1,
+             "tendon_slack_length": 0.2},
+    "ligament_blankevoort1991": {"linear_stiffness": 1.0, "slack_length": 0.0},
+}  # fmt: skip
+"""OpenSim's own values of what our laws want to be given."""
+
+
+def is_muscle(node: Node) -> bool:
+    """Whether a force acts along a path."""
+    return node.tag in KINDS or bool(node.all("GeometryPath", "path"))
+
+
+def read_muscle(node: Node, around: Surroundings) -> Muscle | None:
+    """A muscle; None where it is not to act, or cannot be read."""
+    node = node.about(Subject("muscle", node.attribute("name")))
+    if not is_true(node, "appliesForce", True) or is_true(node, "isDisabled", False):
+        node.warning("muscle-left-out", "it is switched off in the file; left out")
+        return None
+    if node.tag not in KINDS:
+        known = ", ".join(KINDS)
+        node.error("unsupported-muscle", f"<{node.tag}> is not supported; supported are {known}")
+        return None
+    path = geometry_path(node)
+    points = [] if path is None else read_points(path, around)
+    wraps = () if path is None else tuple(read_wraps(path, around, len(points)))
+    muscle = Muscle(node.subject.name, tuple(points), wraps=wraps)
+    if node.tag == "PathActuator":
+        return _actuator(node, muscle)
+    return replace(muscle, model=CableModel(KINDS[node.tag], tuple(_parameters(node))))
+
+
+def _actuator(node: Node, muscle: Muscle) -> Muscle:
+    """A cable whose control times its optimal force is the tension."""
+    scale = node.number("optimal_force", 1.0)
+    low = scale * node.number("min_control", float("-inf"), infinite=True)
+    high = scale * node.number("max_control", float("inf"), infinite=True)
+    if low < 0.0:
+        node.warning("cable-pulls-only", f"its tension may be {low:g} N; here it only pulls")
+    return replace(muscle, f_min=max(low, 0.0), f_max=max(high, 0.0))
+
+
+def _parameters(node: Node) -> Iterator[tuple[str, float]]:
+    """The parameters of a law that differ from their defaults, in its order."""
+    kind = KINDS[node.tag]
+    values = dict(DEFAULTS.get(kind, DEFAULTS["hill"]))
+    values |= _given(node, PROPERTIES[kind])
+    if "activation_time_constant" in PROPERTIES[kind]:
+        rigid = kind != "hill_thelen2003" and is_true(node, "ignore_tendon_compliance", False)
+        values["elastic_tendon"] = 0.0 if rigid else 1.0
+        if is_true(node, "ignore_activation_dynamics", False):
+            problem = "its activation is its excitation in the file; here it follows with a delay"
+            node.warning("activation-dynamics", problem)
+    if kind == "hill_millard2012":
+        for curve, names in MILLARDS_CURVES.items():
+            child = node.optional(curve)
+            values |= {} if child is None else _given(child, names)
+    law = {p.name: p.default for p in TENSION_LAWS[kind].parameters}
+    complete = {name: values.get(name, default) for name, default in law.items()}
+    known = {name: value for name, value in complete.items() if value is not None}
+    for name, value in taken_by_opensim(kind, known).items():
+        if value != law[name]:
+            yield name, value
+
+
+def _given(node: Node, names: Mapping[str, str]) -> dict[str, float]:
+    """The parameters that an element gives, by our names."""
+    return {ours: node.number(theirs) for ours, theirs in names.items() if node.all(theirs)}

@@ -1,0 +1,112 @@
+"""Paths of OpenSim's muscles: points of three kinds, and what they wrap over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from ...finding_builders import unknown
+from ...model.muscle import ViaPoint, Wrap
+from ...model.muscle_path import PointCondition
+from ...model.transform import IDENTITY
+from ..xml import ZERO, Node
+from .document import last_name, objects, text
+from .frames import Frames
+from .wraps import WrapObject
+
+EDGE = 1e-5
+"""A conditional point is in use this far beyond its range too, as in OpenSim; in [rad] or [m]."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a path is read with.
+
+    Attributes:
+        frames: The frames of the model.
+        wraps: Its wrap objects.
+        coordinates: The names of its coordinates.
+    """
+
+    frames: Frames
+    wraps: Mapping[str, WrapObject | None]
+    coordinates: tuple[str, ...]
+
+
+def geometry_path(node: Node) -> Node | None:
+    """The path of a muscle; an error is noted where there is none, or one of another kind."""
+    for holder in (node, *node.all("path")):
+        for path in holder.all("GeometryPath"):
+            return path
+    others = [child.tag for child in node.all() if child.tag.endswith("Path")]
+    what = f"a <{others[0]}>" if others else "no <GeometryPath>"
+    node.error("unsupported-path", f"it has {what}; its path is to be one of points")
+    return None
+
+
+def read_points(path: Node, around: Surroundings) -> list[ViaPoint]:
+    """The points of a path, in order."""
+    return [_point(node, around) for node in objects(path, "PathPointSet")]
+
+
+def read_wraps(path: Node, around: Surroundings, points: int) -> Iterator[Wrap]:
+    """What a path wraps over, in order, but for what is switched off."""
+    for node in objects(path, "PathWrapSet"):
+        name = text(node, "wrap_object")
+        if name not in around.wraps:
+            problem = unknown("wrap object", name, list(around.wraps))
+            node.error("unknown-wrap-surface", problem)
+            continue
+        wrap = around.wraps[name]
+        if wrap is None:
+            continue
+        child = node.optional("range")
+        first, last = (-1.0, -1.0) if child is None else child.numbers(2)
+        start = 0 if first < 1.0 else int(min(first, points)) - 1
+        end = points - 1 if last < 1.0 else int(min(last, points)) - 1
+        if end <= start:
+            node.warning("wrap-range-empty", f"its range {child and child.text!r} has no segment")
+            continue
+        segments = None if end == start + 1 else end - 1
+        yield Wrap(
+            wrap.surface.name,
+            start,
+            rule="opensim",
+            quadrant=wrap.quadrant,
+            last_segment=segments,
+        )
+
+
+def _point(node: Node, around: Surroundings) -> ViaPoint:
+    link, T_link_frame = around.frames.place(node, "socket_parent_frame", "/forceset/muscle/point")
+    if node.tag == "MovingPathPoint":
+        return _moving(node, around, link)
+    where = node.vector("location")
+    position = where if T_link_frame == IDENTITY else T_link_frame.apply(where)
+    if node.tag == "ConditionalPathPoint":
+        return ViaPoint(link, position, _condition(node, around))
+    if node.tag != "PathPoint":
+        node.error("unsupported-via-point", f"<{node.tag}> is not supported")
+    return ViaPoint(link, position)
+
+
+def _condition(node: Node, around: Surroundings) -> PointCondition | None:
+    coordinate = _coordinate(node, "socket_coordinate", around)
+    child = node.optional("range")
+    low, high = (0.0, 0.0) if child is None else child.numbers(2, infinite=True)
+    return None if coordinate is None else PointCondition(coordinate, low - EDGE, high + EDGE)
+
+
+def _coordinate(node: Node, tag: str, around: Surroundings) -> str | None:
+    socket = node.optional(tag) or node.optional(f"{tag}_connectee_name")
+    name = "" if socket is None else last_name(socket.text)
+    if name not in around.coordinates:
+        problem = f"<{tag}>: {unknown('coordinate', name, around.coordinates)}"
+        node.error("unknown-coordinate", problem)
+        return None
+    return name
+
+
+def _moving(node: Node, around: Surroundings, link: str) -> ViaPoint:
+    node.error("moving-point", "a via point that moves with a coordinate is not supported yet")
+    return ViaPoint(link, ZERO)
