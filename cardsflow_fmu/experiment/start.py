@@ -152,13 +152,13 @@ def _inverse_kinematics(
     robot: Robot, y: tuple[float, ...], seed: tuple[float, ...], **settings: Any
 ) -> tuple[float, ...]:
     from controllers.analysis.kinematics import inverse_kinematics
-    from sim_dart import DartDynamics
+    from sim_dart import CoreDynamics
 
-    found = inverse_kinematics(DartDynamics(robot), np.array(y), np.array(seed), **settings)
+    found = inverse_kinematics(CoreDynamics(robot), np.array(y), np.array(seed), **settings)
     return tuple(found.q.tolist())
 
 
 def _task_position(robot: Robot, q: tuple[float, ...]) -> tuple[float, ...]:
-    from sim_dart import DartDynamics
+    from sim_dart import CoreDynamics
 
-    return tuple(DartDynamics(robot).task_position(np.array(q)).tolist())
+    return tuple(CoreDynamics(robot).task_position(np.array(q)).tolist())

@@ -8,7 +8,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-import dartpy
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -73,6 +72,8 @@ def dart_mesh(hull: trimesh.Trimesh) -> Any:
     Args:
         hull: A mesh in metres.
     """
+    import dartpy
+
     with TemporaryDirectory() as folder:
         file = Path(folder) / "hull.obj"
         file.write_text(_obj(hull))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import dartpy
 import numpy as np
 
 from addin_sdfusion.robot import Pose
@@ -48,6 +47,8 @@ def solid_shape(shape: Shape) -> SolidShape:
     Raises:
         InputError: A mesh cannot be used.
     """
+    import dartpy
+
     shapes = dartpy.dynamics
     zero = np.zeros(3)
     if isinstance(shape, Sphere):
@@ -118,6 +119,8 @@ def attach(body: Any, solid: SolidShape, pose: Pose, rough: Surface) -> Any:
     Returns:
         The node of DART, which contacts name.
     """
+    import dartpy
+
     node = body.createShapeNode(solid.dart)
     node.setRelativeTransform(dartpy.math.Isometry3(transform(pose)))
     node.createCollisionAspect()

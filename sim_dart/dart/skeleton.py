@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import dartpy
 import numpy as np
 
 from addin_sdfusion.robot import WORLD, Coordinate, Joint, Link, Pose, Robot
@@ -78,6 +77,8 @@ def build_skeleton(robot: Robot) -> Skeleton:
     Raises:
         InputError: Its mass matrix is singular.
     """
+    import dartpy
+
     refuse_driven(robot, "simulated by DART; the core does it")
     skeleton = dartpy.dynamics.Skeleton(robot.name)
     skeleton.setGravity(np.array(robot.gravity))
@@ -118,6 +119,8 @@ def _set_ends(dart_joint: Any, joint: Joint, *, first: bool, last: bool) -> None
 
 
 def _isometry(pose: Pose) -> Any:
+    import dartpy
+
     return dartpy.math.Isometry3(transform(pose))
 
 

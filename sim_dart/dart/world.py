@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import dartpy
 import numpy as np
 
 from addin_sdfusion.robot import WORLD, InputError, Pose, Robot, SimulationError, UnknownNameError
@@ -150,6 +149,8 @@ class World:
         )
 
     def _add_scene(self, robot: Robot, scene: Scene) -> None:
+        import dartpy
+
         solver = self._dart.getConstraintSolver()
         solver.setCollisionDetector(dartpy.collision.OdeCollisionDetector())
         if scene.friction_law == "cone":
@@ -171,6 +172,8 @@ class World:
         self._watch = SpeedWatch(list(self._bodies.values()), ignored, self._step)
 
     def _add_ground(self, scene: Scene, height: float) -> None:
+        import dartpy
+
         assert scene.ground is not None
         shape = Box((_GROUND_EDGE, _GROUND_EDGE, _GROUND_DEPTH))
         pose = Pose((0.0, 0.0, height - 0.5 * _GROUND_DEPTH))
@@ -178,6 +181,8 @@ class World:
         self._add(GROUND, dartpy.dynamics.Skeleton(GROUND), shape, pose, rough)
 
     def _add_object(self, scene: Scene, item: SceneObject) -> None:
+        import dartpy
+
         if item.name in self._bodies or item.name in (WORLD, GROUND):
             raise InputError(f"a second object {item.name!r}; every object needs its own name")
         dart = dartpy.dynamics.Skeleton(item.name)
@@ -195,6 +200,8 @@ class World:
         self, name: str, dart: Any, shape: Shape, pose: Pose, rough: Surface, *, moves: bool = False
     ) -> SolidShape:
         """Add a body of one shape, free to move or fixed to the world."""
+        import dartpy
+
         if moves:
             _, body = dart.createFreeJointAndBodyNodePair()
         else:
@@ -248,6 +255,8 @@ class World:
                 passing.addBodyNodePairToBlackList(*(self._bodies[name].body for name in pair))
 
     def _refuse_overlap(self) -> None:
+        import dartpy
+
         result = dartpy.collision.CollisionResult()
         option = self._dart.getConstraintSolver().getCollisionOption()
         self._dart.checkCollision(option, result)
@@ -261,6 +270,8 @@ class World:
 
 def _empty_world(robot: Robot, step: float) -> Any:
     """A DART world; resting bodies are never put to sleep."""
+    import dartpy
+
     world = dartpy.simulation.World()
     options = world.getDeactivationOptions()
     options.mEnabled = False
@@ -275,6 +286,8 @@ def _cone_solver() -> Any:
 
     DART's other solver for cones does not converge for a stack in so much time, and lets it creep.
     """
+    import dartpy
+
     options = dartpy.constraint.NsgsFrictionSolver.Options()
     options.maxSweeps, options.tolerance = _SWEEPS, _TOLERANCE
     return dartpy.constraint.NsgsFrictionSolver(options)
@@ -282,6 +295,8 @@ def _cone_solver() -> Any:
 
 def _place(dart: Any, item: SceneObject) -> None:
     """Put an object where it starts."""
+    import dartpy
+
     T = dartpy.math.Isometry3(transform(item.pose))
     joint = dart.getJoint(0)
     dart.resetAccelerations()

@@ -16,9 +16,8 @@ meets its limit are kinks, and cost orders where they happen.
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-import dartpy
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
@@ -28,6 +27,9 @@ from sim_dart.dart.world import World
 from .dart_mechanism import DartMechanism
 from .energy import EnergyBalance
 from .mechanism import ExternalForces
+
+if TYPE_CHECKING:
+    import dartpy
 
 
 class Integrator(Protocol):

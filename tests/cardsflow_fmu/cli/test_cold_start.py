@@ -42,10 +42,10 @@ def imported(words: tuple[str, ...], folder: Path) -> set[str]:
     ("words", "needed"),
     [
         (("--version",), set()),
-        (("check", str(ARM / "robot")), {"numpy", "dartpy", "pydantic", "scipy"}),
-        (("info", str(ARM / "robot")), {"numpy", "dartpy"}),
-        (("build", str(ARM), "-o", "out"), {"numpy", "dartpy", "pydantic", "fmpy"}),
-        (("run", str(ARM), *SHORT), {"numpy", "dartpy", "pydantic", "fmpy", "matplotlib"}),
+        (("check", str(ARM / "robot")), {"numpy", "pydantic", "scipy"}),
+        (("info", str(ARM / "robot")), {"numpy"}),
+        (("build", str(ARM), "-o", "out"), {"numpy", "pydantic", "fmpy"}),
+        (("run", str(ARM), *SHORT), {"numpy", "pydantic", "fmpy", "matplotlib"}),
     ],
     ids=lambda value: value[0] if isinstance(value, tuple) else "",
 )
