@@ -61,12 +61,12 @@ class Interference:
         require_valid(robot)
         self._robot = robot
         self._paths = MusclePaths(robot)
-        self._skeleton = build_skeleton(robot)
         self._solids = [
             (shape.link, _Solid(shape.shape, transform(shape.pose)))
             for shape in link_shapes(robot, scene)
             if isinstance(shape.shape, Capsule | MeshShape)
         ]
+        self._skeleton = build_skeleton(robot) if self._solids else None
         self._own = [{point.link for point in muscle.via_points} for muscle in robot.muscles]
 
     def nearest(self, postures: Iterable[FloatArray]) -> list[Nearest]:
@@ -101,7 +101,7 @@ class Interference:
             yield Nearest(names[k // count], names[k % count], False, float(smallest[k]), sample)
 
     def _links(self, q: FloatArray, lines: list[FloatArray], sample: int) -> Iterator[Nearest]:
-        if not self._solids:
+        if self._skeleton is None:
             return
         self._skeleton.set_positions(q)
         for link, solid in self._solids:
