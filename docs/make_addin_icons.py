@@ -21,12 +21,13 @@ SAMPLES = 4  # along each side of a pixel
 
 Color = tuple[int, int, int]
 Layer = tuple[Color, Callable[[float, float], bool]]
-RED, BLUE, GREY, WHITE, GREEN = (
+RED, BLUE, GREY, WHITE, GREEN, AMBER = (
     (204, 51, 51),
     (40, 110, 180),
     (90, 98, 108),
     (250, 250, 250),
     (46, 140, 70),
+    (226, 152, 20),
 )
 
 
@@ -57,6 +58,16 @@ def box(x0: float, y0: float, x1: float, y1: float) -> Callable[[float, float], 
     return lambda x, y: x0 <= x <= x1 and y0 <= y <= y1
 
 
+def triangle(*corners: tuple[float, float]) -> Callable[[float, float], bool]:
+    """A filled triangle, its corners clockwise on the screen."""
+
+    def inside(x: float, y: float) -> bool:
+        ends = zip(corners, (*corners[1:], corners[0]), strict=True)
+        return all((c - a) * (y - b) - (d - b) * (x - a) >= 0.0 for (a, b), (c, d) in ends)
+
+    return inside
+
+
 ICONS: dict[str, list[Layer]] = {
     "define_muscles": [
         (GREY, line((0.16, 0.88), (0.16, 0.3), width=0.16)),
@@ -77,6 +88,21 @@ ICONS: dict[str, list[Layer]] = {
         (BLUE, line((0.26, 0.38), (0.5, 0.14), (0.74, 0.38), width=0.14)),
     ],
 }
+
+
+SEVERITIES: dict[str, list[Layer]] = {
+    "error": [
+        (RED, disc(0.5, 0.5, 0.44)),
+        (WHITE, line((0.32, 0.32), (0.68, 0.68), width=0.13)),
+        (WHITE, line((0.68, 0.32), (0.32, 0.68), width=0.13)),
+    ],
+    "warning": [
+        (AMBER, triangle((0.5, 0.06), (0.96, 0.9), (0.04, 0.9))),
+        (WHITE, line((0.5, 0.36), (0.5, 0.6), width=0.12)),
+        (WHITE, disc(0.5, 0.77, 0.07)),
+    ],
+}
+"""On the buttons of the lines of Check."""
 
 
 def pixels(layers: list[Layer], size: int, faint: bool = False) -> bytes:
@@ -123,14 +149,20 @@ def png(data: bytes, size: int) -> bytes:
 def main() -> None:
     """Write all icons."""
     for command, layers in ICONS.items():
-        folder = COMMANDS / command / "resources"
-        folder.mkdir(exist_ok=True)
-        for name, size in SIZES.items():
-            plain, _, scale = name.partition("@")
-            (folder / f"{name}.png").write_bytes(png(pixels(layers, size), size))
-            faint = png(pixels(layers, size, faint=True), size)
-            scale = f"@{scale}" if scale else ""
-            (folder / f"{plain}-disabled{scale}.png").write_bytes(faint)
+        write(layers, COMMANDS / command / "resources")
+    for severity, layers in SEVERITIES.items():
+        write(layers, COMMANDS / "check" / "resources" / "severity" / severity)
+
+
+def write(layers: list[Layer], folder: Path) -> None:
+    """Write an icon in all sizes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, size in SIZES.items():
+        plain, _, scale = name.partition("@")
+        (folder / f"{name}.png").write_bytes(png(pixels(layers, size), size))
+        faint = png(pixels(layers, size, faint=True), size)
+        scale = f"@{scale}" if scale else ""
+        (folder / f"{plain}-disabled{scale}.png").write_bytes(faint)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
@@ -83,12 +84,10 @@ def page() -> str:
 
 def _part(dialog: Dialog, example: Example) -> str:
     icon = ROOT / "addin_sdfusion/commands" / dialog.folder / "resources/32x32.png"
-    data = base64.b64encode(icon.read_bytes()).decode("ascii")
     tabs = [item for item in dialog.inputs if item.kind == "tab"]
     windows = [_window(dialog, example, tab) for tab in tabs or [None]]
     return (
-        f'<section><h2><img alt="" width="24" src="data:image/png;base64,{data}">'
-        f"{escape(dialog.name)}</h2>\n"
+        f"<section><h2>{_image(icon, 24)}{escape(dialog.name)}</h2>\n"
         f"<p>{escape(dialog.tooltip)} {escape(dialog.description)}</p>\n"
         f'<div class="row">\n{"".join(windows)}</div></section>\n'
     )
@@ -159,11 +158,12 @@ def _table(item: Input, example: Example) -> str:
         f'<th style="width: {100 * width / whole:.0f}%">{escape(column)}</th>'
         for column, width in zip(item.columns, item.widths, strict=True)
     )
+    icons = example.icons.get(item.id, {})
     drops = example.choices.get(item.id, (False,) * len(item.columns))
     rows = []
     for i, row in enumerate(example.cells.get(item.id, ())):
         cells = "".join(
-            f"<td{' class=down' if drop else ''}>{escape(cell)}</td>"
+            f"<td{' class=down' if drop else ''}>{_cell(cell, icons)}</td>"
             for cell, drop in zip(row, drops, strict=True)
         )
         chosen = example.selected.get(item.id) == i
@@ -173,6 +173,19 @@ def _table(item: Input, example: Example) -> str:
         for child in item.children
     )
     return f"<table><tr>{heads}</tr>{''.join(rows)}</table><div>{buttons}</div>"
+
+
+def _cell(text: str, icons: Mapping[str, str]) -> str:
+    """A text, or the icon that stands for it."""
+    if text not in icons:
+        return escape(text)
+    file = ROOT / "addin_sdfusion/commands" / icons[text] / "32x32.png"
+    return _image(file, 16, text)
+
+
+def _image(file: Path, width: int, text: str = "") -> str:
+    data = base64.b64encode(file.read_bytes()).decode("ascii")
+    return f'<img alt="{escape(text)}" width="{width}" src="data:image/png;base64,{data}">'
 
 
 def picture() -> None:

@@ -107,6 +107,7 @@ class Example:
         choices: Which columns of a table are drop-downs, by id.
         selected: Which row is selected, by id of a table.
         hidden: Ids of inputs that are not shown.
+        icons: Of tables by id: icons in place of texts, by folder below `commands`.
     """
 
     values: Mapping[str, str | float | bool] = field(default_factory=dict)
@@ -114,3 +115,4 @@ class Example:
     choices: Mapping[str, tuple[bool, ...]] = field(default_factory=dict)
     selected: Mapping[str, int] = field(default_factory=dict)
     hidden: tuple[str, ...] = ()
+    icons: Mapping[str, Mapping[str, str]] = field(default_factory=dict)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import adsk.core
@@ -22,11 +23,26 @@ class Cell:
         value: A text that is read, or the item that is chosen, or a number.
         options: What there is to choose from, if it is a drop-down.
         editable: Whether the user may write in it.
+        icon: Of a button: the folder of its icon below the command's `resources`.
+        lines: Of a text that is wrapped: how many lines of it are shown.
     """
 
     value: str | int
     options: tuple[str, ...] = ()
     editable: bool = False
+    icon: str = ""
+    lines: int = 0
+
+    def same_input(self, other: Cell) -> bool:
+        """Whether the other value can be shown by the same input."""
+        mine = bool(self.options), type(self.value), self.editable, self.icon, self.lines
+        return mine == (
+            bool(other.options),
+            type(other.value),
+            other.editable,
+            other.icon,
+            other.lines,
+        )
 
 
 class CellEdit(NamedTuple):
@@ -47,6 +63,7 @@ class Inputs:
 
     def __init__(self, command: Any, dialog: Dialog) -> None:
         self.written = ""
+        self._folder = Path(__file__).parent / dialog.folder / "resources"
         self._by_id: dict[str, Any] = {}
         self._tables: dict[str, _Table] = {}
         self._texts: dict[str, str] = {}
@@ -68,7 +85,7 @@ class Inputs:
             if item.kind == "table":
                 added.addToolbarCommandInput(made)
         if item.kind == "table":
-            self._tables[item.id] = _Table(added, item)
+            self._tables[item.id] = _Table(added, item, self._folder)
         return added
 
     def value(self, name: str) -> Any:
@@ -120,6 +137,13 @@ class Inputs:
         """The rows of a table; the same row stays selected if `selected` is None."""
         self._tables[name].fill(rows, selected)
 
+    def select(self, name: str, entities: Sequence[Any]) -> None:
+        """What a selection input holds, which Fusion highlights."""
+        item = self._by_id[name]
+        item.clearSelection()
+        for entity in entities:
+            item.addSelection(entity)
+
     def selected(self, name: str) -> int:
         """The selected row of a table; -1 if none is."""
         return self._tables[name].selected()
@@ -132,39 +156,67 @@ class Inputs:
         _, row, column = map(int, place.split("__"))
         if isinstance(changed, adsk.core.DropDownCommandInput):
             value = changed.selectedItem.name
+        elif isinstance(changed, adsk.core.TextBoxCommandInput):
+            return None
         else:
             value = changed.value
+        if isinstance(changed, adsk.core.BoolValueCommandInput):
+            return CellEdit(table, row, column, True)
         self._tables[table].note(row, column, value)
         return CellEdit(table, row, column, value)
 
 
 class _Table:
-    """A table with a line of headings; its rows are made anew only if they change."""
+    """A table with a line of headings, whose rows are updated where they are.
 
-    def __init__(self, table: Any, item: Input) -> None:
+    Deleting a row deletes its inputs, and that is not allowed while one of them tells of a change.
+    """
+
+    def __init__(self, table: Any, item: Input, icons: Path) -> None:
         self._table = table
         self._id = item.id
-        self._rows: list[list[Cell]] | None = None
-        self._generation = 0
+        self._icons = icons
+        self._rows: list[list[Cell]] = []
+        self._made = 0
         for column, title in enumerate(item.columns):
             self._put(0, column, f"{_HEAD}__{column}", Cell(title))
 
     def fill(self, rows: Sequence[Sequence[Cell]], selected: int | None) -> None:
         cells = [list(row) for row in rows]
         keep = self.selected() if selected is None else selected
-        if cells != self._rows:
-            self._rows = cells
-            self._generation += 1  # an id is never used twice
-            while self._table.rowCount > 1:
-                self._table.deleteRow(self._table.rowCount - 1)
-            for i, row in enumerate(cells):
-                for j, cell in enumerate(row):
-                    self._put(i + 1, j, f"{self._generation}__{i}__{j}", cell)
-        self._table.selectedRow = keep + 1 if 0 <= keep < len(cells) else -1
+        same = 0  # rows that the inputs there can show
+        for old, new in zip(self._rows, cells, strict=False):
+            if not all(a.same_input(b) for a, b in zip(old, new, strict=True)):
+                break
+            same += 1
+        for i in range(same):
+            for j, (old_cell, cell) in enumerate(zip(self._rows[i], cells[i], strict=True)):
+                if old_cell != cell:
+                    self._show(self._table.getInputAtPosition(i + 1, j), cell)
+        for i in reversed(range(same, len(self._rows))):
+            self._table.deleteRow(i + 1)
+        for i in range(same, len(cells)):
+            self._made += 1  # an id is never used twice
+            for j, cell in enumerate(cells[i]):
+                self._put(i + 1, j, f"{self._made}__{i}__{j}", cell)
+        self._rows = cells
+        row = keep + 1 if 0 <= keep < len(cells) else -1
+        if self._table.selectedRow != row:
+            self._table.selectedRow = row
+
+    def _show(self, item: Any, cell: Cell) -> None:
+        if cell.icon:
+            item.tooltipDescription = str(cell.value)
+        elif cell.options:
+            _fill(item.listItems, cell.options, str(cell.value))
+        elif cell.lines:
+            item.formattedText = _html(str(cell.value))
+        elif item.value != cell.value:
+            item.value = cell.value
 
     def note(self, row: int, column: int, value: str | int) -> None:
         """The user has written that: a row that holds it already is not made anew."""
-        if self._rows is not None and row < len(self._rows):
+        if row < len(self._rows):
             self._rows[row][column] = replace(self._rows[row][column], value=value)
 
     def selected(self) -> int:
@@ -173,7 +225,12 @@ class _Table:
     def _put(self, row: int, column: int, place: str, cell: Cell) -> None:
         inputs, name = self._table.commandInputs, f"{self._id}__{place}"
         made: Any
-        if cell.options:
+        if cell.icon:
+            made = inputs.addBoolValueInput(name, "", False, str(self._icons / cell.icon), False)
+            made.tooltipDescription = str(cell.value)
+        elif cell.lines:
+            made = inputs.addTextBoxCommandInput(name, "", _html(str(cell.value)), cell.lines, True)
+        elif cell.options:
             style = adsk.core.DropDownStyles.TextListDropDownStyle
             made = inputs.addDropDownCommandInput(name, "", style)
             _fill(made.listItems, cell.options, str(cell.value))

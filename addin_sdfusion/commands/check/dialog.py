@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from ..dialogs import Dialog, Example, Input
 
+SHOWABLE = (
+    *("Occurrences", "SolidBodies", "SurfaceBodies", "MeshBodies"),
+    *("Joints", "ConstructionPoints", "Faces"),
+)
+ICONS = {"error": "severity/error", "warning": "severity/warning"}
+"""Folders of the icons on the buttons of the lines."""
+
 DIALOG = Dialog(
     id="cardsflowCheck",
     folder="check",
@@ -17,17 +24,12 @@ DIALOG = Dialog(
             "findings",
             "table",
             "Findings",
-            "Errors keep the robot from being exported; warnings do not.",
+            "Errors keep the robot from being exported; warnings do not. The button of a line "
+            "shows in the design what it is about.",
             columns=("", "Object", "What is wrong, and what to do"),
-            widths=(2, 3, 8),
+            widths=(1, 3, 9),
             rows=10,
             children=(
-                Input(
-                    "show",
-                    "button",
-                    "Show in the design",
-                    "Selects what the selected line is about, and looks at it.",
-                ),
                 Input("again", "button", "Check again", "After the design has changed."),
                 Input(
                     "save",
@@ -37,7 +39,15 @@ DIALOG = Dialog(
                 ),
             ),
         ),
-        Input("detail", "text", "Selected", "The whole text of the selected line.", rows=5),
+        Input(
+            "shown",
+            "selection",
+            "Shown",
+            "What the line is about whose button was pressed.",
+            filters=SHOWABLE,
+            prompt="Press the button of a line",
+        ),
+        Input("detail", "text", "Shown line", "Its whole text.", rows=5),
     ),
     ok="",
     cancel="Close",
@@ -58,4 +68,5 @@ EXAMPLE = Example(
         )
     },
     selected={"findings": 0},
+    icons={"findings": {name: f"check/resources/{icon}" for name, icon in ICONS.items()}},
 )

@@ -15,10 +15,8 @@ from ..guard import application, chosen_file
 from ..inputs import Cell, Inputs
 from ..progress_dialog import ProgressDialog
 from ..reading import Reading, read
-from .dialog import DIALOG
+from .dialog import DIALOG, ICONS
 from .locate import entities_of
-
-_LONGEST = 90
 
 
 class Check(Window):
@@ -29,6 +27,7 @@ class Check(Window):
         self._reading: Reading | None = None
         self.findings: list[Finding] = []
         self._hint = ""
+        self._shown = -1
 
     def opened(self) -> None:
         """Checks and lists."""
@@ -39,12 +38,10 @@ class Check(Window):
         name = str(changed.id)
         if name == "again":
             self._check()
-        elif name == "show":
-            self._select()
         elif name == "save":
             self._save()
-        elif name == "findings" or self.inputs.cell(changed) is not None:
-            self._hint = ""
+        elif (pressed := self.inputs.cell(changed)) is not None and pressed.column == 0:
+            self._select(pressed.row)
         self._show_detail()
 
     def valid(self) -> bool:
@@ -56,22 +53,23 @@ class Check(Window):
         self.findings = errors_first(check_design(self._reading.snapshot))
         rows = [
             (
-                Cell(finding.severity),
-                Cell(f"{finding.subject.kind} {finding.subject.name}"),
-                Cell(shortened(finding.message)),
+                Cell(finding.severity, icon=ICONS[finding.severity]),
+                Cell(f"{finding.subject.kind} {finding.subject.name}", lines=2),
+                Cell(finding.message, lines=3),
             )
             for finding in self.findings
         ]
-        self.inputs.fill("findings", rows, 0 if rows else -1)
+        self._shown = -1
+        self.inputs.select("shown", ())
+        self.inputs.fill("findings", rows, -1)
         self.inputs.set("summary", summary(self.findings))
         self._hint = self._reading.note
         self._show_detail()
 
     def _show_detail(self) -> None:
-        row = self.inputs.selected("findings")
         lines = [self._hint] if self._hint else []
-        if 0 <= row < len(self.findings):
-            finding = self.findings[row]
+        if 0 <= self._shown < len(self.findings):
+            finding = self.findings[self._shown]
             lines.append(f"{finding.subject.kind} {finding.subject.name}: {finding.message}")
         self.inputs.set("detail", "\n".join(lines))
 
@@ -96,17 +94,13 @@ class Check(Window):
         finally:
             shown.hide()
 
-    def _select(self) -> None:
-        row = self.inputs.selected("findings")
+    def _select(self, row: int) -> None:
         if self._reading is None or not 0 <= row < len(self.findings):
-            self._hint = "Select a line first."
             return
+        self._shown = row
         found = entities_of(self.design, self._reading, self.findings[row].subject)
         self._hint = "" if found else "There is nothing in the design to show for this line."
-        selections = application().userInterface.activeSelections
-        selections.clear()
-        for entity in found:
-            selections.add(entity)
+        self.inputs.select("shown", found)
         if found:
             _look_at(found)
 
@@ -118,11 +112,6 @@ def summary(findings: list[Finding]) -> str:
         return "Nothing is wrong: the robot can be exported."
     counts = f"{_count(errors, 'error')}, {_count(len(findings) - errors, 'warning')}."
     return f"{counts} Errors must be repaired before the export." if errors else counts
-
-
-def shortened(text: str) -> str:
-    """A text that fits into a cell."""
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
 def _count(number: int, what: str) -> str:

@@ -88,7 +88,8 @@ class DefineMuscles(Window):
         name, selected = str(changed.id), None
         try:
             if name in _FOCUS:
-                self.inputs[_FOCUS[name]].hasFocus = True  # what is clicked now goes there
+                if changed.isActive:  # else it is the tab that was left
+                    self.inputs[_FOCUS[name]].hasFocus = True  # what is clicked now goes there
             elif name in _EDITS:
                 selected = self.pending.edit_point(name, self.inputs.selected("points"))
             elif name in self._works:

@@ -50,7 +50,6 @@ def test_check_of_a_sound_design(fusion: Any) -> None:
     assert "error" not in command["summary"].text.replace("no errors", "")
     assert command.table("findings")[0][1] == "Object"
     command.press("again")
-    command.press("show")
     with pytest.raises(Refused):
         command.ok()
     command.cancel()
@@ -67,13 +66,13 @@ def test_check_lists_everything_and_shows_where(fusion: Any) -> None:
     severities = [row[0] for row in rows]
     assert severities == sorted(severities)
     assert any("leg" in row[2] or "leg" in row[1] for row in rows)
-    selections = fusion.app.userInterface.activeSelections
     shown = 0
     for i in range(len(rows)):
-        command.row("findings", i + 1)
-        command.press("show")
+        command.press(command.cell("findings", i + 1, 0).id)
         assert rows[i][1] in command["detail"].text
-        shown += selections.count
+        assert rows[i][2] in command["detail"].text  # nothing is cut off
+        shown += command["shown"].selectionCount
+    assert fusion.app.userInterface.activeSelections.count == 0  # not while a command runs
     assert shown > 0
     command.cancel()
     assert fusion.full_fingerprint() == before

@@ -16,6 +16,7 @@ valid, executePreview, whose edits of the model are undone before anything else.
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from .base import FakeMistake, new
@@ -152,9 +153,11 @@ class Driver:
             self._changed(data)
 
     def tab(self, id: str) -> None:
-        """Open a tab."""
-        self.data.tab = self._input(id)
+        """Open a tab: it tells, and the one that is left tells after it."""
+        left, self.data.tab = self.data.active_tab(), self._input(id)
         self._changed(self.data.tab)
+        if left is not None and left is not self.data.tab:
+            self._changed(left)
 
     def key(self, code: int, modifiers: int = 0) -> None:
         """Press a key."""
@@ -203,7 +206,7 @@ class Driver:
         return self[id].getInputAtPosition(row, column)
 
     def table(self, id: str) -> list[list[Any]]:
-        """What a table shows: value or chosen item of every cell, row by row."""
+        """What a table shows: value, chosen item or name of the icon of every cell, by row."""
         view = self[id]
         columns = range(view.numberOfColumns)
         return [
@@ -373,4 +376,7 @@ def _shown(view: Any) -> Any:
         return None
     if "items" in view._data.fields:
         return view.selectedItem.name if view.selectedItem else ""
+    folder = view._data.fields.get("resourceFolder")
+    if folder:
+        return Path(folder).name
     return view._data.fields.get("value", view._data.fields.get("text"))

@@ -8,6 +8,7 @@ from typing import Any
 
 from ..base import api
 from ..collections_ import Items, listing
+from .icons import check_icons
 from .input_lists import DropDownCommandInput
 from .input_selection import SelectionCommandInput
 from .input_table import TableCommandInput
@@ -76,6 +77,7 @@ class CommandInputs(Items):
         resourceFolder: str = "",
         initialValue: bool = False,
     ) -> Any:
+        check_icons(resourceFolder)
         return self._add(
             BoolValueCommandInput,
             id,

@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from ..base import Base, api, new, stored
 from ..collections_ import Items, listing
 from .command import CommandDefinition, DefinitionData
+from .icons import check_icons
 from .ui_data import ControlData, PanelData, check_id, ui
 
 
@@ -27,19 +27,10 @@ class CommandDefinitions(Items):
         self, id: str, name: str, tooltip: str, resourceFolder: str = ""
     ) -> Any:
         check_id(id, ui().definitions)
-        _check_icons(resourceFolder)
+        check_icons(resourceFolder)
         made = DefinitionData(id, name, tooltip, resourceFolder, False)
         ui().definitions[id] = made
         return made.view()
-
-
-def _check_icons(folder: str) -> None:
-    """A resource folder must hold icons of both sizes, as PNG or SVG."""
-    if not folder:
-        return
-    for size in ("16x16", "32x32"):
-        if not any((Path(folder) / f"{size}.{kind}").is_file() for kind in ("png", "svg")):
-            raise RuntimeError(f"3 : invalid argument resourceFolder: no {size} icon in {folder}")
 
 
 @api("adsk.core")
