@@ -151,6 +151,25 @@ def _thelen_velocity(p: Values) -> Iterator[str]:
         yield "linear_from must be below 1 and, times eccentric_force, above 1"
 
 
+def _mujoco(p: Values) -> Iterator[str]:
+    if p["length_low"] >= p["length_high"]:
+        yield "length_high must be above length_low"
+    if p["force"] < 0.0 and p["acc0"] == 0.0:
+        yield "acc0 must be above 0 where force is negative"
+    for low, high in (("range_low", "range_high"), ("passive_range_low", "passive_range_high")):
+        if p[low] >= p[high] and (p[low], p[high]) != (0.0, 0.0):
+            yield f"{high} must be above {low}"
+    if p["lmin"] >= 1.0 or 0.0 < p["passive_lmax"] <= 1.0:
+        yield "lmin must be below 1, and passive_lmax 0 or above 1"
+    if p["control_low"] > p["control_high"]:
+        yield "control_low must not be above control_high"
+
+
+def _tendon_spring(p: Values) -> Iterator[str]:
+    if p["rest_low"] > p["rest_high"]:
+        yield "rest_low must not be above rest_high"
+
+
 MOST_QUICKNESS = 1e6
 """In [1/s]: of a motor; faster ones would need steps below a microsecond."""
 
@@ -183,4 +202,6 @@ _RULES: dict[str, tuple[Callable[[Values], Iterator[str]], ...]] = {
         _millard_tendon,
     ),
     "hill_thelen2003": (_tendon, _thelen_velocity),
+    "mujoco_muscle": (_mujoco,),
+    "tendon_spring": (_tendon_spring,),
 }

@@ -19,9 +19,12 @@ from .tension_parameters import (
     MCKIBBEN,
     MILLARD,
     MOTOR,
+    MUJOCO,
+    PATH_SPRING,
     ROBOY_MYO_MUSCLE,
     ROBOY_TEST_BENCH,
     SPRING,
+    TENDON_SPRING,
     THELEN,
     Parameter,
 )
@@ -109,6 +112,14 @@ TENSION_LAWS: dict[str, TensionLaw] = {
                    "Thelen 2003, J. Biomech. Eng. 125", THELEN, _EXCITATION, _HILL_STATES),
         TensionLaw("ligament_blankevoort1991", "a ligament: a toe, then a line; damped when pulled",
                    "Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24", LIGAMENT),
+        TensionLaw("mujoco_muscle", "MuJoCo's muscle, of Hill's type with a rigid tendon",
+                   "MuJoCo: f = F (FL(L) FV(V) a + FP(L))", MUJOCO,
+                   Command("excitation", "1", "control_low", "control_high"),
+                   (LawState("activation", "1"),)),
+        TensionLaw("path_spring", "OpenSim's spring along a path, slack when too short",
+                   "OpenSim, PathSpring: f = K (l - l0) (1 + D l'), never below 0", PATH_SPRING),
+        TensionLaw("tendon_spring", "a spring and damper of MuJoCo's tendons; it pushes, too",
+                   "MuJoCo: f = k (l - l_high) or k (l - l_low), + d l'", TENDON_SPRING),
     )
 }  # fmt: skip
 """The laws that are simulated, by kind."""

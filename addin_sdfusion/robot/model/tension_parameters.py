@@ -190,6 +190,44 @@ THELEN = _hill(0.015, 0.05, 0.01, (
               "beyond which it goes on as a line", open_low=True),
 ))  # fmt: skip
 
+MUJOCO = (
+    Parameter("force", "N", None, -math.inf, math.inf, "F: largest active force; negative: scale / "
+              "acc0"),
+    _natural("length_low", "m", None, "path length where L is range_low"),
+    _natural("length_high", "m", None, "path length where L is range_high"),
+    _positive("range_low", "1", 0.75, "L of the shortest path, over the optimum"),
+    _positive("range_high", "1", 1.05, "L of the longest path"),
+    Parameter("lmin", "1", 0.5, -math.inf, 1.0, "where active force begins"),
+    Parameter("lmax", "1", 1.6, 1.0, math.inf, "where active force ends", open_low=True),
+    _positive("vmax", "1/s", 1.5, "shortening speed without force, in optima a second"),
+    _natural("fpmax", "1", 1.3, "passive force at lmax, over F"),
+    Parameter("fvmax", "1", 1.2, 1.0, math.inf, "active force while lengthening, over F"),
+    _natural("scale", "N.m/s2", 200.0, "F times acc0, where force is negative"),
+    _natural("acc0", "1/s2", 0.0, "length of the accelerations by a unit force at q = 0; for scale "
+             "alone"),
+    _natural("passive_range_low", "1", 0.0, "range_low of the passive force; both 0: the same"),
+    _natural("passive_range_high", "1", 0.0, "range_high of the passive force"),
+    _natural("passive_lmax", "1", 0.0, "lmax of the passive force; 0: the same"),
+    _positive("activation_time_constant", "s", 0.01, "of rising activation"),
+    _positive("deactivation_time_constant", "s", 0.04, "of falling activation"),
+    _natural("activation_width", "1", 0.0, "of the change from rising to falling; 0: it switches"),
+    _part("control_low", 0.0, "smallest command"),
+    _part("control_high", 1.0, "largest command"),
+)  # fmt: skip
+
+PATH_SPRING = (
+    _natural("stiffness", "N/m", None, "K"),
+    _natural("rest_length", "m", None, "l0: where it begins to pull"),
+    _natural("dissipation", "s/m", 0.0, "D"),
+)
+
+TENDON_SPRING = (
+    _natural("stiffness", "N/m", 0.0, "k"),
+    _natural("rest_low", "m", None, "length below which it pushes"),
+    _natural("rest_high", "m", None, "length above which it pulls"),
+    _natural("damping", "N.s/m", 0.0, "d"),
+)
+
 LIGAMENT = (
     _natural("linear_stiffness", "N", None, "force a unit of strain, beyond the toe"),
     _positive("transition_strain", "1", 0.06, "where the toe ends"),

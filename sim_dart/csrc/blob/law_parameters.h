@@ -58,6 +58,26 @@
     P(active_shape) P(passive_shape) P(concentric_shape) P(eccentric_force) P(linear_from)
 #define LIGAMENT_PARAMETERS(P)                                                                         \
     P(linear_stiffness) P(transition_strain) P(damping_coefficient) P(slack_length)
+#define MUJOCO_PARAMETERS(P)                                                                           \
+    P(force)                                                                                           \
+    P(length_low)                                                                                      \
+    P(length_high)                                                                                     \
+    P(range_low)                                                                                       \
+    P(range_high)                                                                                      \
+    P(lmin)                                                                                            \
+    P(lmax)                                                                                            \
+    P(vmax)                                                                                            \
+    P(fpmax)                                                                                           \
+    P(fvmax)                                                                                           \
+    P(scale)                                                                                           \
+    P(acc0)                                                                                            \
+    P(passive_range_low)                                                                               \
+    P(passive_range_high)                                                                              \
+    P(passive_lmax)                                                                                    \
+    P(activation_time_constant)                                                                        \
+    P(deactivation_time_constant) P(activation_width) P(control_low) P(control_high)
+#define PATH_SPRING_PARAMETERS(P) P(stiffness) P(rest_length) P(dissipation)
+#define TENDON_SPRING_PARAMETERS(P) P(stiffness) P(rest_low) P(rest_high) P(damping)
 #define NO_PARAMETERS(P)
 
 /* LAW(kind, the name of its tension_law, parameters). The order is that of law_kind. */
@@ -70,7 +90,10 @@
     LAW(hill_degroote2016, DE_GROOTE, DE_GROOTE_PARAMETERS)                                            \
     LAW(hill_millard2012, MILLARD, MILLARD_PARAMETERS)                                                 \
     LAW(hill_thelen2003, THELEN, THELEN_PARAMETERS)                                                    \
-    LAW(ligament_blankevoort1991, LIGAMENT, LIGAMENT_PARAMETERS)
+    LAW(ligament_blankevoort1991, LIGAMENT, LIGAMENT_PARAMETERS)                                       \
+    LAW(mujoco_muscle, MUJOCO, MUJOCO_PARAMETERS)                                                      \
+    LAW(path_spring, PATH_SPRING, PATH_SPRING_PARAMETERS)                                              \
+    LAW(tendon_spring, TENDON_SPRING, TENDON_SPRING_PARAMETERS)
 
 #define LAW_KIND(kind, law, parameters) KIND_##law,
 enum { LAWS(LAW_KIND) LAW_KINDS };

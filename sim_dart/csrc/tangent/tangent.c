@@ -40,6 +40,7 @@
 #include "../laws/law_ligament.c"
 #include "../laws/law_mckibben.c"
 #include "../laws/law_motor.c"
+#include "../laws/law_mujoco.c"
 #include "../laws/law_spring.c"
 #include "../laws/laws.c"
 #include "../dynamics/energies.c"

@@ -166,6 +166,8 @@ def test_ports_follow_from_the_laws() -> None:
     assert [kinds[i] for i in np.flatnonzero(laws.passive)] == [
         "passive_spring",
         "ligament_blankevoort1991",
+        "path_spring",
+        "tendon_spring",
     ]
     assert [kinds[i] for i in np.flatnonzero(~laws.modelled)] == ["ideal"]
     assert laws.state_names == (
@@ -173,11 +175,12 @@ def test_ports_follow_from_the_laws() -> None:
         "pressure.m4",
         *(f"activation.m{i}" for i in (5, 6, 7)),
         "activation.m9",
-        "fibre_length.m9",
+        "activation.m12",
+        "fibre_length.m12",
     )
-    assert laws.state_units == ("A", "rad/s", "rad", "Pa", "1", "1", "1", "1", "m")
-    assert laws.command_units == ("N", "m", "", "V", "Pa", "1", "1", "1", "", "1")
-    assert laws.command_low.tolist() == [0, 0, 0, -24, 0, 0, 0, 0, 0, 0]
+    assert laws.state_units == ("A", "rad/s", "rad", "Pa", "1", "1", "1", "1", "1", "m")
+    assert laws.command_units == ("N", "m", "", "V", "Pa", "1", "1", "1", "", "1", "", "", "1")
+    assert laws.command_low.tolist() == [0, 0, 0, -24, 0, 0, 0, 0, 0, 0, 0, 0, 0]
     assert laws.command_high.tolist() == [math.inf, 1000, 0, 24, 6e5, 1, 1, 1, 0, 1]
 
 

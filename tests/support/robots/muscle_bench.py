@@ -38,6 +38,9 @@ SOUND: dict[str, dict[str, float]] = {
     "hill_millard2012": HILL,
     "hill_thelen2003": HILL,
     "ligament_blankevoort1991": {"linear_stiffness": 5000.0, "slack_length": 0.28},
+    "mujoco_muscle": {"force": 1000.0, "length_low": 0.2, "length_high": 0.35},
+    "path_spring": {"stiffness": 5000.0, "rest_length": 0.28, "dissipation": 0.01},
+    "tendon_spring": {"stiffness": 400.0, "rest_low": 0.1, "rest_high": 0.25, "damping": 30.0},
 }
 """A sound set of parameters for every law."""
 
