@@ -181,7 +181,7 @@ def test_ports_follow_from_the_laws() -> None:
     assert laws.state_units == ("A", "rad/s", "rad", "Pa", "1", "1", "1", "1", "1", "m")
     assert laws.command_units == ("N", "m", "", "V", "Pa", "1", "1", "1", "", "1", "", "", "1")
     assert laws.command_low.tolist() == [0, 0, 0, -24, 0, 0, 0, 0, 0, 0, 0, 0, 0]
-    assert laws.command_high.tolist() == [math.inf, 1000, 0, 24, 6e5, 1, 1, 1, 0, 1]
+    assert laws.command_high.tolist() == [math.inf, 1000, 0, 24, 6e5, 1, 1, 1, 0, 1, 0, 0, 1]
 
 
 def test_the_law_of_a_preset_takes_other_parameters() -> None:
