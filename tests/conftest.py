@@ -39,6 +39,7 @@ EXTRAS = {
     "parquet": "pyarrow",
     "pinocchio": "pinocchio",
     "rerun": "rerun",
+    "ros2": "rosbags",
     "sweep": "distributed",
 }
 """The module that tells whether an extra is installed."""

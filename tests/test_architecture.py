@@ -39,6 +39,8 @@ def test_import_contracts_hold() -> None:
         ("tqdm", "cardsflow_fmu/cli/progress.py"),
         ("shtab", "cardsflow_fmu/cli/init.py"),
         ("rerun", "cardsflow_fmu/viewer/rerun_file.py"),
+        ("mcap", ("cardsflow_fmu/ros/mcap_file.py", "cardsflow_fmu/experiment/joint_states.py")),
+        ("rosbags", ("cardsflow_fmu/ros/", "cardsflow_fmu/experiment/joint_states.py")),
         ("viser", "cardsflow_fmu/viewer/live/guarded_server.py"),
         ("distributed", "cardsflow_fmu/studies/execution/dask_"),
         ("cmaes", "cardsflow_fmu/studies/execution/optimisers.py"),

@@ -7,7 +7,7 @@ import errno
 import os
 import re
 import stat
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
@@ -123,8 +123,30 @@ def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list
     return list(waiting)
 
 
+@contextlib.contextmanager
+def replaced_file(file: Path) -> Iterator[BinaryIO]:
+    """A stream to a file that takes its place when it is whole; otherwise all stays as it is.
+
+    Raises:
+        InputError: The folder cannot be made or written.
+        MachineError: There is no room.
+    """
+    aside = file.parent / f".{file.name}.{os.getpid()}{_ASIDE}"
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        aside.unlink(missing_ok=True)
+        with aside.open("xb") as stream:
+            yield stream
+        aside.replace(file)
+    except (OSError, ValueError) as error:
+        raise file_error(error, "cannot be written", file) from error
+    finally:
+        with contextlib.suppress(OSError, ValueError):
+            aside.unlink(missing_ok=True)
+
+
 def remove_leftovers(folder: Path) -> None:
-    """Remove what `write_files` of a killed process has left in a folder that no other writes."""
+    """Remove what writing by a killed process has left in a folder that no other writes."""
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             if _LEFTOVER.fullmatch(entry.name):

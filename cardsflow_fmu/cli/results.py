@@ -1,10 +1,12 @@
-"""`cardsflow plot`, `compare` and `report`: results of runs."""
+"""`cardsflow plot`, `compare`, `report` and `convert`: results of runs."""
 
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
+from addin_sdfusion.robot import InputError, UnknownNameError
 from addin_sdfusion.robot.json_text import json_text
 
 from .common import FAILED, GOOD, Commands, add_json, add_output, add_words, print_files
@@ -86,4 +88,28 @@ def _report(options: argparse.Namespace) -> int:
     from cardsflow_fmu.report.page import report
 
     print_files([report(options.results, options.output)], options.json)
+    return GOOD
+
+
+def convert_recording(options: argparse.Namespace) -> int:
+    """Write results as a recording of ROS 2, or its joint states as a motion; see `convert`."""
+    file = Path(options.to)
+    for option in ("output", "cable_set"):
+        if getattr(options, option) is not None:
+            key = f"--{option.replace('_', '-')}"
+            raise InputError("is for robots; --to names the file", key=key)
+    if file.suffix == ".csv":
+        from cardsflow_fmu.experiment.recorded_motion import write_motion
+
+        print_files([write_motion(options.robot, file)], options.json)
+        return GOOD
+    if file.suffix != ".mcap":
+        raise UnknownNameError("format", file.name, ["run.mcap", "motion.csv"], key="--to")
+    from cardsflow_fmu.ros.recording import convert_run
+
+    recorded = convert_run(options.robot, file)
+    if not options.json:
+        for note in recorded.notes:
+            print(f"warning: {note}", file=sys.stderr)
+    print_files([recorded.file], options.json, topics=recorded.topics, notes=recorded.notes)
     return GOOD

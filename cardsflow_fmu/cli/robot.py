@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from addin_sdfusion.robot import Finding, RobotError
+from addin_sdfusion.robot import Finding, InputError, RobotError
 from addin_sdfusion.robot.finding import errors_first
 from addin_sdfusion.robot.json_text import json_text
 
@@ -26,6 +26,7 @@ from .common import (
     print_files,
     print_findings,
 )
+from .results import convert_recording
 
 if TYPE_CHECKING:
     from addin_sdfusion.robot.readers import Reading
@@ -87,14 +88,20 @@ def add_convert(commands: Commands) -> None:
     parser = commands.add(
         "convert",
         _convert,
-        "Write a robot in another format, and say what that cannot hold.",
+        "Write a robot in another format, or a run as a recording that tools of ROS 2 open, and "
+        "say what that cannot hold.",
         "cardsflow convert examples/planar_2r/robot --to mjcf -o planar_2r_mjcf",
     )
-    add_robot(parser)
+    others = "; or the results of a run, a hardware.rec, a recording of ROS 2 for --to FILE"
+    add_robot(parser, others)
     parser.add_argument(
-        "--to", required=True, metavar="FORMAT", help=f"{_FORMATS}; CASPR gets trajectories too"
+        "--to",
+        required=True,
+        metavar="FORMAT",
+        help=f"{_FORMATS}; CASPR gets trajectories too; or a file: run.mcap of results, "
+        "motion.csv of the joint states in a recording",
     )
-    add_output(parser, "folder for the files", required=True)
+    add_output(parser, "folder for the files of a robot")
     _add_repair(parser)
     add_json(parser, "files and findings")
     add_verbose(parser, _EVERY)
@@ -217,6 +224,10 @@ def _convert(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.readers import read, read_trajectories
     from addin_sdfusion.robot.writers.convert import convert
 
+    if Path(options.to).suffix:
+        return convert_recording(options)
+    if options.output is None:
+        raise InputError("missing: the folder for the files of a robot", key="--output")
     reading = read(options.robot, options.cable_set, repair=options.repair)
     findings = list(reading.findings)
     files: list[Path] = []

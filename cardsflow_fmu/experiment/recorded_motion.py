@@ -1,4 +1,4 @@
-"""Recorded motions: columns by name from CSV and NumPy files, or rows of numbers."""
+"""Recorded motions: columns by name from CSV and NumPy files, joint states, or rows of numbers."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError, limits
-from addin_sdfusion.robot.files import read_file
+from addin_sdfusion.robot.files import read_file, write_files
 from addin_sdfusion.robot.model.trajectory import Space, Trajectory
 from cardsflow_fmu.config.names import Names
 from cardsflow_fmu.utils.archive import opened_archive
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.csv_table import read_csv, require_table
+from cardsflow_fmu.utils.csv_table import csv_text, read_csv, require_table
 
-FILE_TYPES = (".csv", ".npy", ".npz")
+from .joint_states import RECORDINGS, is_recording, read_joint_states
+
+FILE_TYPES = (".csv", ".npy", ".npz", *RECORDINGS)
 
 _UNITS = {"s": 1.0, "ms": 1e-3, "rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "mm": 1e-3}
 _WITH_UNIT = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]/]*)(?P<rate>/[^\[\]]*)?\]")
@@ -29,8 +31,13 @@ _ENDINGS = ("", "d", "dd")
 Columns = Mapping[str, FloatArray]
 
 
+def is_motion(file: Path) -> bool:
+    """Whether a file, or a folder, is named as one of a recorded motion is."""
+    return file.suffix.lower() in FILE_TYPES or is_recording(file)
+
+
 def read_motion(file: Path, spaces: Mapping[Space, Names], noise: float | None) -> Trajectory:
-    """The motion in a .csv, .npy or .npz file.
+    """The motion in a .csv, .npy or .npz file, or the joint states in a recording of ROS 2.
 
     Columns are `time` and, for every name, `q.<name>` or the name alone, and `qd.<name>`,
     `qdd.<name>` where they are known; of task coordinates y, yd and ydd. A unit in brackets may
@@ -47,15 +54,39 @@ def read_motion(file: Path, spaces: Mapping[Space, Names], noise: float | None) 
         InputError: It holds no motion of the robot.
     """
     try:
-        if file.suffix.lower() == ".csv":
+        if is_recording(file):
+            wanted = spaces["joint"].names if "joint" in spaces else ()
+            columns: Columns = read_joint_states(file, wanted).columns()
+        elif file.suffix.lower() == ".csv":
             names, rows = read_csv(file, what="table of numbers")
-            columns: Columns = dict(zip(names, rows.T, strict=True))
+            columns = dict(zip(names, rows.T, strict=True))
         else:
             columns = _numpy_columns(file, spaces)
         return _trajectory(columns, spaces, noise, file.name)
     except InputError as error:
         error.what = f"{file.name}: {error.what}"
         raise
+
+
+def write_motion(recording: Path, file: Path) -> Path:
+    """Write the joint states in a recording of ROS 2 as a motion: time, positions, velocities.
+
+    Args:
+        recording: A .mcap, a .db3, or a folder of rosbag2.
+        file: The .csv; one that is there is not replaced.
+
+    Raises:
+        InputError: There are no joint states, or the file cannot be written.
+    """
+    if not is_recording(recording):
+        raise InputError(
+            f"is no recording of ROS 2: {', '.join(RECORDINGS)}, or a folder", file=recording
+        )
+    if file.exists():
+        raise InputError("is there already; choose another name", file=file)
+    columns = read_joint_states(recording).columns()
+    rows = np.stack(list(columns.values()), axis=1)
+    return write_files(file.parent, {file.name: csv_text(list(columns), rows)})[0]
 
 
 def motion_of_rows(rows: Any, spaces: Mapping[Space, Names], noise: float | None) -> Trajectory:

@@ -19,6 +19,7 @@ _SUMMARY = "summary.json"
 _OWN = (
     "results.csv",
     "results.parquet",
+    "recording.mcap",
     "solve_times.csv",
     "results.units.json",
     _SUMMARY,

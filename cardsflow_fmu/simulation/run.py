@@ -13,11 +13,12 @@ from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.json_text import finite
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
 from cardsflow_fmu.hardware.session.paced_run import Pace
-from cardsflow_fmu.results.files import TABLE, Contents, metadata_files, table_file
+from cardsflow_fmu.results.files import MCAP, TABLE, Contents, metadata_files, table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
 from cardsflow_fmu.results.parquet import require_parquet
 from cardsflow_fmu.results.summary import Speed
+from cardsflow_fmu.ros.types import require_ros
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
 from cardsflow_fmu.utils.temporary import temporary_folder
 
@@ -79,6 +80,8 @@ def run(
     """
     if experiment.run.format == "parquet":
         require_parquet()
+    if experiment.run.recording == "mcap":
+        require_ros("run.recording")
     opener = _experiment_opener(experiment, through, realtime)
     output = Path(output or experiment.run.output)
     return _run(opener, output, realtime=realtime, progress=progress, watch=watch, started=started)
@@ -235,6 +238,11 @@ def _write(result: SystemResult, written: list[str], folder: OutputFolder) -> No
         from cardsflow_fmu.report.run_figures import run_images  # matplotlib takes a second
 
         contents |= run_images(result)
+        if result.experiment.run.recording == "mcap":
+            from cardsflow_fmu.ros.recording import write_recording
+
+            write_recording(result, folder.path / MCAP)
+            written = [*written, MCAP]
     there = [name for name in written if (folder.path / name).exists()]
     names = [*metadata_files(result), *contents, *there]
     result.summary["files"] = {name: name for name in names}

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.interleaved import interleaved, record
-from support.robots.robots import PLANAR_2R
+from support.recorded import waving, with_columns
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.session.paced_run import Pace
@@ -18,6 +19,9 @@ from cardsflow_fmu.results import row_store
 from cardsflow_fmu.results.files import table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import Journal
+from cardsflow_fmu.results.run_data import ExperimentRunData
+from cardsflow_fmu.ros.recording import write_recording
+from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.simulation.from_experiment import open_experiment
 from cardsflow_fmu.simulation.open_system import OpenSystem
 from cardsflow_fmu.simulation.result import Result, SystemResult
@@ -113,3 +117,19 @@ def test_a_large_table_is_filled_as_quickly(
     extra = 1e6 * (best["file"] - best["memory"]) / ROWS
     record("rows in a file", extra_us_a_row=extra)
     assert extra < 10.0
+
+
+@pytest.mark.extra("ros2")
+def test_eight_seconds_at_1_khz_are_recorded_in_two_seconds(tmp_path: Path) -> None:
+    """All topics of Roboy's left arm, 11 muscles, as MCAP."""
+    experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
+    run = waving(experiment.robot, 8.0, 1e-3)
+    robot = experiment.robot
+    rates = coordinate_signals("qd", robot) + muscle_signals("l", robot)
+    run = with_columns(run, {name: np.cos(run["time"]) for name in rates})
+    recorded = ExperimentRunData(**vars(run), experiment=experiment)
+    write_recording(recorded, tmp_path / "warm.mcap")
+    seconds = timed(lambda: write_recording(recorded, tmp_path / "run.mcap"))
+    size = (tmp_path / "run.mcap").stat().st_size / 2**20
+    record("8 s at 1 kHz as MCAP", s=seconds, MiB=size)
+    assert seconds < 2.0

@@ -42,12 +42,17 @@ def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> lis
     Raises as `write_document`; the URDF is the first file returned.
     """
     require_valid(robot)
-    refuse(driven_joints(robot, "URDF"), "urdf")
     framed = joint_frames(robot)
-    files = {file_name(robot.name if name is None else name, "urdf"): _urdf(framed)}
+    files = {file_name(robot.name if name is None else name, "urdf"): urdf_text(robot)}
     if _needs_more(framed):
         files["cardsflow.xml"] = _beside(framed)
     return write_files(folder, files)
+
+
+def urdf_text(robot: Robot) -> str:
+    """A valid robot as URDF, without what is in the cardsflow.xml; RobotError as `write_urdf`."""
+    refuse(driven_joints(robot, "URDF"), "urdf")
+    return _urdf(joint_frames(robot))
 
 
 def urdf_losses(robot: Robot) -> list[Finding]:

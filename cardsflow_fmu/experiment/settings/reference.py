@@ -24,7 +24,7 @@ from cardsflow_fmu.config.table import (
     Vector3,
     setting,
 )
-from cardsflow_fmu.experiment.recorded_motion import FILE_TYPES
+from cardsflow_fmu.experiment.recorded_motion import FILE_TYPES, is_motion
 
 _WITH_RATES = ("cubic", "quintic", "samples")
 _WITH_ACCELERATIONS = ("quintic", "samples")
@@ -91,7 +91,8 @@ class ReferenceTable(Table):
     )
     trajectory: Text = setting("the name of a trajectory of CASPR", None)
     file: File = setting(
-        "where it is, beside the robot when left out; or a recorded motion: .csv, .npy, .npz",
+        "where it is, beside the robot when left out; or a recorded motion: .csv, .npy, .npz, or a "
+        "recording of ROS 2: .mcap, .db3, a folder of rosbag2",
         None,
     )
     samples: Annotated[Any, WithJsonSchema(_ROWS)] = setting(
@@ -148,7 +149,7 @@ class ReferenceTable(Table):
     def is_recorded(self) -> bool:
         """Whether it is a recorded motion."""
         by_file = self.trajectory is None and self.file is not None
-        return self.samples is not None or (by_file and self.file.suffix.lower() in FILE_TYPES)
+        return self.samples is not None or (by_file and is_motion(self.file))
 
     @property
     def letter(self) -> str:

@@ -13,6 +13,7 @@ from cardsflow_fmu.cosim.coupling import Coupling, Scheme
 from cardsflow_fmu.signals.roles import ROLES
 
 TableFormat = Literal["csv", "parquet"]
+RecordingFormat = Literal["none", "mcap"]
 
 
 class RunSettings(Table):
@@ -22,6 +23,7 @@ class RunSettings(Table):
     duration: Positive = setting("in s; that of the reference when left out", None)
     output: File = setting("folder for the results, relative to this file", "results")
     format: TableFormat = setting("of the table of results", "csv")
+    recording: RecordingFormat = setting("beside the table, with messages of ROS 2", "none")
     scheme: Scheme = setting("in what order participants are stepped", "sampled", alias="coupling")
     order: Annotated[tuple[str, ...], Listed] = setting("of the participants, for gauss_seidel", ())
 
@@ -45,5 +47,7 @@ class RunSettings(Table):
         return round(self.duration / self.step)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """What FMUs carry of it: neither where results go nor their format."""
-        return super().data(["output", "format", *([] if self.order else ["order"]), *leave_out])
+        """What FMUs carry of it: neither where results go nor their formats."""
+        return super().data(
+            ["output", "format", "recording", *([] if self.order else ["order"]), *leave_out]
+        )

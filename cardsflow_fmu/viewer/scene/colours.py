@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+
+from cardsflow_fmu.utils.arrays import FloatArray
 
 from .shapes import Colour
 
@@ -39,11 +42,24 @@ def tension_colour(tension: float, low: float, high: float) -> Colour:
         low: Where the ramp begins, in [N].
         high: Where it ends, in [N].
     """
-    if not np.isfinite(tension):
-        return SLACK
-    part = (tension - low) / (high - low) if high > low else 0.0
-    at = float(np.clip(part, 0.0, 1.0)) * (len(RAMP) - 1)
-    below = min(int(at), len(RAMP) - 2)
-    a, b = np.array(RAMP[below]), np.array(RAMP[below + 1])
-    red, green, blue = np.rint(a + (at - below) * (b - a)).astype(int).tolist()
+    red, green, blue = tension_colours(np.array([tension]), low, high)[0].tolist()
     return red, green, blue
+
+
+def tension_colours(tensions: FloatArray, low: float, high: float) -> NDArray[np.int64]:
+    """The colours of a muscle at many times, shape (K, 3).
+
+    Args:
+        tensions: Shape (K,), in [N].
+        low: Where the ramp begins, in [N].
+        high: Where it ends, in [N].
+    """
+    parts = (tensions - low) / (high - low) if high > low else np.zeros(len(tensions))
+    known = np.isfinite(tensions)
+    at = np.clip(np.where(known, parts, 0.0), 0.0, 1.0)
+    ramp = np.array(RAMP)
+    places = np.linspace(0.0, 1.0, len(RAMP))
+    colours = np.stack([np.interp(at, places, channel) for channel in ramp.T], axis=1)
+    colours[~known] = SLACK
+    rounded: NDArray[np.int64] = np.rint(colours).astype(np.int64)
+    return rounded

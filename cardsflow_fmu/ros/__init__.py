@@ -1,0 +1,1 @@
+"""Messages of ROS 2: types, their bytes, and recordings that other tools open."""

@@ -1,0 +1,56 @@
+"""What is wrong with a run, as diagnostics: at its beginning, and where something changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cardsflow_fmu.results.run_data import RunData
+
+from . import types
+from .cdr import header, message_rows
+from .topics import Batch, Topic, nanoseconds
+
+TOPIC = Topic("/diagnostics", types.DIAGNOSTICS)
+
+_OK, _WARN, _ERROR = 0, 1, 2
+_FAULTS = {
+    "infeasible": (_ERROR, "no force within the bounds fits"),
+    "not_converged": (_WARN, "no force that fits was found, though there may be one"),
+    "limits_dropped": (_WARN, "no force within the bounds keeps the joint limits"),
+}
+
+
+def run_diagnostics(run: RunData) -> Iterator[Batch]:
+    """A message of the run's warnings at its beginning, and one wherever a fault comes or goes."""
+    if not len(run.rows):
+        return
+    time_ns = nanoseconds(run["time"])
+    lines = [str(line) for line in run.summary.get("warnings") or ()]
+    if run.summary.get("status") == "incomplete":
+        lines.append(f"incomplete run: {run.summary.get('error')}")
+    told = _status("run", _WARN if lines else _OK, "; ".join(lines) or "complete", {})
+    yield _message(time_ns[0], [told])
+    known = [name for name in _FAULTS if name in run.names]
+    slack = [name for name in run.names if name.startswith("slack.")]
+    faults = np.nan_to_num(run.columns(known)) != 0.0 if known else np.zeros((0, 0))
+    changes = np.flatnonzero((faults[1:] != faults[:-1]).any(axis=1)) + 1
+    for k in [0, *changes.tolist()] if known else []:
+        now = faults[k].tolist()
+        found = [_FAULTS[name] for name, is_so in zip(known, now, strict=True) if is_so]
+        missing = {name: repr(float(run[name][k])) for name in slack} if found else {}
+        level = max((level for level, _ in found), default=_OK)
+        text = "; ".join(line for _, line in found) or "forces fit"
+        yield _message(time_ns[k], [_status("controller", level, text, missing)])
+
+
+def _status(name: str, level: int, text: str, values: dict[str, str]) -> dict[str, object]:
+    rows = [{"key": key, "value": value} for key, value in values.items()]
+    return {"level": level, "name": f"cardsflow: {name}", "message": text, "values": rows}
+
+
+def _message(time_ns: np.int64, status: list[dict[str, object]]) -> Batch:
+    when = np.array([time_ns])
+    values = {"header": header(when), "status": status}
+    return Batch(TOPIC, when, message_rows(types.DIAGNOSTICS, values, 1))

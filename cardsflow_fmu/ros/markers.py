@@ -1,0 +1,151 @@
+"""Markers: cables coloured by their tension, task points, and the bodies of links."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addin_sdfusion.robot import WORLD, Robot
+from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.viewer.scene import colours
+from cardsflow_fmu.viewer.scene import shapes as s
+from cardsflow_fmu.viewer.scene.link_poses import link_poses, moved_point
+from cardsflow_fmu.viewer.scene.meshes import LinkMeshes
+from cardsflow_fmu.viewer.scene.motion import Motion, task_points
+from cardsflow_fmu.viewer.scene.muscle_paths import MusclePath
+from cardsflow_fmu.viewer.scene.stage import Stage
+
+from .cdr import header
+from .robot_frames import pose_values, position_values, urdf_frames
+
+Values = Mapping[str, Any]
+
+_SPHERE, _CYLINDER, _LINE_STRIP, _TRIANGLES = 2, 3, 4, 11
+_LINE_WIDTH, _POINT_SIZE = 0.006, 0.03  # as parts of the robot's reach
+
+
+def cable_markers(
+    time_ns: NDArray[np.int64],
+    robot: Robot,
+    paths: list[MusclePath],
+    tensions: FloatArray | None,
+    highest: float,
+    reach: float,
+) -> Iterator[Values]:
+    """A line strip for every muscle, coloured by its tension.
+
+    Args:
+        time_ns: Of K frames, in [ns].
+        robot: The robot.
+        paths: Of its muscles.
+        tensions: Shape (K, m), in [N]; None where they are not known.
+        highest: The largest tension of the whole motion, in [N].
+        reach: Of the robot, in [m].
+    """
+    for k, (muscle, path) in enumerate(zip(robot.muscles, paths, strict=True)):
+        pull = np.full(len(time_ns), np.nan) if tensions is None else tensions[:, k]
+        top = min(muscle.f_max, max(highest, muscle.f_min))
+        red_green_blue = colours.tension_colours(pull, muscle.f_min, top).T
+        yield {
+            **_marker(header(time_ns, WORLD), "cables", k, _LINE_STRIP),
+            "scale": {"x": _LINE_WIDTH * reach},
+            "color": _colour(red_green_blue),
+            "points": path.points,
+        }
+
+
+def point_markers(
+    time_ns: NDArray[np.int64], robot: Robot, motion: Motion, frames: slice, reach: float
+) -> Iterator[Values]:
+    """A sphere for every task point, and one where it is to be."""
+    poses = link_poses(robot, motion.q[frames])
+    for k, point in enumerate(task_points(robot)):
+        at = moved_point(poses[point.link], point.position)
+        places = {"task points": (at, colours.TRAIL)}
+        if point.name in motion.y_d:
+            desired = motion.y_d[point.name][frames]
+            places["desired"] = np.where(np.isnan(desired), at, desired), colours.REFERENCE
+        for kind, (place, colour) in places.items():
+            yield {
+                **_marker(header(time_ns, WORLD), kind, k, _SPHERE),
+                "pose": {"position": position_values(place), "orientation": {"w": 1.0}},
+                "scale": dict.fromkeys("xyz", _POINT_SIZE * reach),
+                "color": _colour(colour),
+            }
+
+
+def body_markers(
+    time_ns: NDArray[np.int64], robot: Robot, stage: Stage, meshes: LinkMeshes
+) -> Iterator[Values]:
+    """The bodies of links, each in its URDF frame: triangles of meshes and hulls, or cylinders.
+
+    Args:
+        time_ns: When, a single time, in [ns].
+        robot: The robot.
+        stage: The robot at any joint positions.
+        meshes: Surfaces of its links.
+    """
+    poses = link_poses(robot, stage.motion.q[:1])
+    frames = urdf_frames(robot)
+    links = [shape for shape in stage.scene(0) if shape.group == s.LINKS]
+    for k, shape in enumerate(links):
+        if not isinstance(shape, s.MeshShape | s.Capsule):
+            continue  # the balls of joints
+        link = shape.key.rpartition("/")[0]
+        T_frame_link = _inverse(frames[link])
+        values: dict[str, Any] = {
+            **_marker(header(time_ns, link), "links", k, _TRIANGLES),
+            "frame_locked": True,
+            "color": _colour(shape.colour),
+        }
+        if isinstance(shape, s.MeshShape):
+            corners = shape.triangles.vertices[shape.triangles.faces].reshape(1, -1, 3)
+            yield values | {
+                "pose": pose_values(T_frame_link[np.newaxis]),
+                "scale": dict.fromkeys("xyz", 1.0),
+                "points": corners,
+            }
+        else:
+            T_link_world = _inverse(poses[link][0])
+            T, length = _between(T_frame_link @ T_link_world, shape.start, shape.end)
+            width = 2.0 * shape.radius
+            yield values | {
+                "type": _CYLINDER,
+                "pose": pose_values(T[np.newaxis]),
+                "scale": {"x": width, "y": width, "z": length},
+            }
+
+
+def _inverse(T: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.inv(T), dtype=np.float64)
+
+
+def _between(T: FloatArray, start: FloatArray, end: FloatArray) -> tuple[FloatArray, float]:
+    """The pose of a cylinder between two points that T moves, and its length."""
+    a, b = (T[:3, :3] @ point + T[:3, 3] for point in (start, end))
+    length = float(np.linalg.norm(b - a))
+    z = (b - a) / length if length else np.array([0.0, 0.0, 1.0])
+    x = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
+    x /= np.linalg.norm(x)
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+    pose[:3, 3] = (a + b) / 2.0
+    return pose, length
+
+
+def _marker(head: Values, group: str, number: int, kind: int) -> dict[str, Any]:
+    return {
+        "header": head,
+        "ns": group,
+        "id": number,
+        "type": kind,
+        "pose": {"orientation": {"w": 1.0}},
+    }
+
+
+def _colour(rgb: Any) -> dict[str, Any]:
+    """Red, green and blue from 0 to 255, each a number or an array, as a `ColorRGBA`."""
+    return {name: value / 255.0 for name, value in zip("rgb", rgb, strict=True)} | {"a": 1.0}

@@ -1,0 +1,70 @@
+"""The frames of a robot's URDF, as transforms from parent to child along a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from addin_sdfusion.robot import WORLD, Robot
+from addin_sdfusion.robot.model.pose import IDENTITY
+from addin_sdfusion.robot.transforms.joint_chains import single_joints
+from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.viewer.scene.link_poses import link_poses, motion_transforms
+from sim_dart.core.frames import transform
+
+
+def urdf_frames(robot: Robot) -> Mapping[str, FloatArray]:
+    """T_link_frame of every link by its name: where its URDF frame is, that of its joint.
+
+    Of a robot that URDF does not hold, the frames are those of its links.
+    """
+    if robot.driven_joints:
+        return {link.name: np.eye(4) for link in robot.links}
+    joints = single_joints(robot)
+    return {joint.child: transform(joint.T_child_joint) for joint in joints}
+
+
+def frame_transforms(robot: Robot, q: FloatArray) -> Iterator[tuple[str, str, FloatArray]]:
+    """Parent, child and T_parent_child of every URDF frame, shape (K, 4, 4).
+
+    Args:
+        robot: A valid robot.
+        q: Joint positions at K times, shape (K, n), in [rad] or [m].
+    """
+    if robot.driven_joints:
+        poses = link_poses(robot, q)
+        yield from ((WORLD, link.name, poses[link.name]) for link in robot.links)
+        return
+    columns = {c.name: k for k, c in enumerate(robot.coordinates)}
+    frames = urdf_frames(robot)
+    for joint in single_joints(robot):
+        T_parent = frames.get(joint.parent, transform(IDENTITY))
+        T = np.linalg.inv(T_parent) @ transform(joint.T_parent_joint)
+        moved = np.broadcast_to(T, (len(q), 4, 4))
+        if joint.motion is not None and joint.coordinate is not None:
+            moved = T @ motion_transforms(joint.motion, q[:, columns[joint.coordinate.name]])
+        yield joint.parent, joint.child, moved
+
+
+def position_values(position: FloatArray) -> Mapping[str, Any]:
+    """Positions, shape (K, 3), as a `Point` or a `Vector3`."""
+    return dict(zip("xyz", position.T, strict=True))
+
+
+def quaternion_values(T: FloatArray) -> Mapping[str, Any]:
+    """Orientations of poses, shape (K, 4, 4), as a `Quaternion`."""
+    return dict(zip("xyzw", Rotation.from_matrix(T[:, :3, :3]).as_quat().T, strict=True))
+
+
+def pose_values(T: FloatArray) -> Mapping[str, Any]:
+    """Poses, shape (K, 4, 4), as a `Pose`."""
+    return {"position": position_values(T[:, :3, 3]), "orientation": quaternion_values(T)}
+
+
+def transform_values(header: Mapping[str, Any], child: str, T: FloatArray) -> Mapping[str, Any]:
+    """Transforms to a child, shape (K, 4, 4), as a `TransformStamped`."""
+    moved = {"translation": position_values(T[:, :3, 3]), "rotation": quaternion_values(T)}
+    return {"header": header, "child_frame_id": child, "transform": moved}

@@ -1,0 +1,162 @@
+"""Joint states of recordings as references: those of rosbag2, of our own, and damaged ones."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+from support.recorded import waving
+from support.robots.robots import PLANAR_2R, planar_2r
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment.joint_states import read_joint_states
+from cardsflow_fmu.ros.recording import write_recording
+from cardsflow_fmu.signals.ports import coordinate_signals
+
+pytestmark = pytest.mark.extra("ros2")
+
+JOINTS = ("joint_1", "joint_2")
+COUNT = 60
+
+
+def state(k: int, names: tuple[str, ...], begin: int = 1_700_000_000) -> Any:
+    """A message at 1 kHz."""
+    from rosbags.typesys import Stores, get_typestore
+
+    types = get_typestore(Stores.ROS2_JAZZY).types
+    time = types["builtin_interfaces/msg/Time"](sec=begin, nanosec=k * 1_000_000)
+    return types["sensor_msgs/msg/JointState"](
+        header=types["std_msgs/msg/Header"](stamp=time, frame_id=""),
+        name=list(names),
+        position=np.sin(0.01 * k + np.arange(len(names))),
+        velocity=np.cos(0.01 * k + np.arange(len(names))),
+        effort=np.zeros(0),
+    )
+
+
+def bag(folder: Path, *publishers: tuple[str, tuple[str, ...]], mcap: bool = True) -> Path:
+    """A folder of rosbag2, written by rosbags: topics and the joints that they name."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store, kind = get_typestore(Stores.ROS2_JAZZY), "sensor_msgs/msg/JointState"
+    plugin = StoragePlugin.MCAP if mcap else StoragePlugin.SQLITE3
+    with Writer(folder, version=9, storage_plugin=plugin) as writer:
+        topics = {
+            t: writer.add_connection(t, kind, typestore=store) for t, _ in dict(publishers).items()
+        }
+        for k in range(COUNT):
+            for topic, names in publishers:
+                content = store.serialize_cdr(state(k, names), kind)
+                writer.write(topics[topic], 1_700_000_000_000_000_000 + k, content)
+    return folder
+
+
+@pytest.mark.parametrize("mcap", [True, False], ids=["mcap", "sqlite"])
+def test_the_publisher_that_names_all_joints_is_followed(mcap: bool, tmp_path: Path) -> None:
+    """Whatever the order of its joints, from a folder or the file in it."""
+    arm = ("gripper", *reversed(JOINTS))
+    folder = bag(
+        tmp_path / "bag", ("/joint_states", ("gripper",)), ("/joint_states", arm), mcap=mcap
+    )
+    (inside,) = [file for file in folder.iterdir() if file.suffix != ".yaml"]
+    for path in (folder, inside):
+        found = read_joint_states(path, JOINTS)
+        assert found.names == arm
+        np.testing.assert_array_equal(found.time, np.arange(COUNT) / 1e3)
+        np.testing.assert_array_equal(found.q, [state(k, arm).position for k in range(COUNT)])
+        np.testing.assert_array_equal(found.qd, [state(k, arm).velocity for k in range(COUNT)])
+    settings = {"reference": {"file": str(folder)}, "controller.type": "joint_space"}
+    points = Experiment.load(PLANAR_2R, settings).reference.curve.points  # type: ignore[union-attr]
+    order = [arm.index(name) for name in JOINTS]
+    np.testing.assert_array_equal([p.q for p in points], found.q[:, order])
+    np.testing.assert_array_equal([p.qd for p in points], found.qd[:, order])  # type: ignore[index]
+
+
+def test_a_run_recorded_and_followed_again_is_the_same_motion(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    robot = planar_2r()
+    run = waving(robot, 0.5)
+    recorded = write_recording(run, tmp_path / "run.mcap").file
+    names = coordinate_signals("q", robot)
+    code, out, _ = cardsflow("convert", recorded, "--to", tmp_path / "motion.csv")
+    assert (code, out.strip()) == (0, str(tmp_path / "motion.csv"))
+    columns = np.genfromtxt(tmp_path / "motion.csv", delimiter=",", names=True, deletechars="")
+    np.testing.assert_array_equal([columns[n] for n in names], run.columns(names).T)
+    assert "already" in cardsflow.refused("convert", recorded, "--to", tmp_path / "motion.csv")
+
+
+def test_what_is_no_recording_of_the_robot_is_told_in_a_line(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    other = bag(tmp_path / "other", ("/joint_states", ("wheel",)))
+    two = bag(tmp_path / "two", ("/left", JOINTS), ("/right", JOINTS))
+    (tmp_path / "no.mcap").write_bytes(b"no recording")
+    (tmp_path / "none").mkdir()
+    (tmp_path / "none/metadata.yaml").touch()
+    for path, what in (
+        (other, "no column q.joint_1"),
+        (two, "/left, /right, and none as /joint_states"),
+        (tmp_path / "no.mcap", "damaged"),
+        (tmp_path / "missing.mcap", "missing.mcap"),
+        (tmp_path / "none", "no files"),
+    ):
+        words = ("--set", f"reference={{file='{path}'}}", "--set", "controller.type=joint_space")
+        assert what in cardsflow.refused("run", PLANAR_2R, *words, "-o", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_recording_that_ends_too_early_gives_what_it_has(tmp_path: Path) -> None:
+    whole = bag(tmp_path / "bag", ("/joint_states", JOINTS)) / "bag_0.mcap"
+    file = next(whole.parent.glob("*.mcap"))
+    run = waving(planar_2r(), 40.0)
+    content = write_recording(run, tmp_path / "run.mcap").file.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(content[: len(content) // 2])
+    found = read_joint_states(tmp_path / "cut.mcap")
+    assert 100 < len(found.time) < len(run.rows)
+    np.testing.assert_array_equal(found.q, run.columns(["q.joint_1", "q.joint_2"])[: len(found.q)])
+    assert len(read_joint_states(file).time) == COUNT
+
+
+def test_damaged_recordings_are_refused_or_read(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    for mcap in (True, False):
+        folder = bag(tmp_path / f"bag{mcap}", ("/joint_states", JOINTS), mcap=mcap)
+        (inside,) = [file for file in folder.iterdir() if file.suffix != ".yaml"]
+        whole = np.frombuffer(inside.read_bytes(), np.uint8)
+        damaged = tmp_path / f"damaged{inside.suffix}"
+        for _ in range(60):
+            content = whole.copy()
+            where = rng.integers(len(content), size=rng.integers(1, 20))
+            content[where] = rng.integers(256, size=len(where))
+            damaged.write_bytes(content[: rng.integers(1, len(content) + 1)].tobytes())
+            with contextlib.suppress(InputError):
+                read_joint_states(damaged)
+
+
+@pytest.mark.parametrize("compression", ["zstd", "lz4"])
+def test_a_chunk_that_unpacks_to_too_much_is_refused(compression: str, tmp_path: Path) -> None:
+    """Whether it says so of itself or not."""
+    import lz4.frame
+    import zstandard
+    from mcap.data_stream import RecordBuilder
+    from mcap.records import Chunk, Header
+
+    content = bytes(400 * 2**20)
+    packed = (zstandard if compression == "zstd" else lz4.frame).compress(content)
+    for said in (len(content), 1000):
+        builder = RecordBuilder()
+        Header("ros2", "test").write(builder)
+        Chunk(compression, packed, 0, 0, 0, said).write(builder)
+        stream = io.BytesIO(b"\x89MCAP0\r\n" + builder.end())
+        (tmp_path / "bomb.mcap").write_bytes(stream.getvalue() + struct.pack("<B", 0))
+        with pytest.raises(InputError, match=r"larger than|not as long"):
+            read_joint_states(tmp_path / "bomb.mcap")

@@ -1,0 +1,340 @@
+"""Recordings as independent readers see them: every byte, every value, every frame."""
+
+from __future__ import annotations
+
+import types as python_types
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.cases import few
+from support.command_line import CommandLine
+from support.recorded import waving, with_columns
+from support.robots.every_joint import every_joint
+from support.robots.random_robots import random_robot, random_tree
+from support.robots.robots import PLANAR_2R, planar_2r
+
+from addin_sdfusion.robot import WORLD, InputError, Robot
+from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
+from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
+from cardsflow_fmu.ros import types
+from cardsflow_fmu.ros.cdr import message_rows
+from cardsflow_fmu.ros.recording import convert_run, write_recording
+from cardsflow_fmu.signals.ports import coordinate_signals, motor_signals, muscle_signals
+from cardsflow_fmu.viewer.scene.link_poses import link_poses
+from sim_dart import MusclePaths
+from sim_dart.core.frames import transform
+
+pytestmark = pytest.mark.extra("ros2")
+
+Messages = dict[str, list[tuple[int, Any]]]
+
+
+def run_of(robot: Robot, folder: Path, seconds: float = 0.5) -> ExperimentRunData:
+    """A made-up run of a robot: with rates, lengths, ticks without forces, and odd columns."""
+    plain = waving(robot, seconds)
+    rng = np.random.default_rng(5)
+    names = coordinate_signals("qd", robot) + muscle_signals("l", robot)
+    names += [*coordinate_signals("slack", robot), *motor_signals("tau", robot), "energy.kinetic"]
+    more = {name: rng.normal(size=len(plain.rows)) for name in names}
+    more["infeasible"] = (np.arange(len(plain.rows)) % 20 > 16).astype(float)
+    more[names[0]][3] = np.nan
+    run = with_columns(plain, more)
+    about = python_types.SimpleNamespace(robot=robot, folder=folder, roots=(folder,), scene=None)
+    known = vars(run) | {"units": dict.fromkeys(run.names, "unit")}
+    return ExperimentRunData(**known, experiment=about)  # type: ignore[arg-type]
+
+
+def messages_in(file: Path) -> Messages:
+    """All messages by their topics, as rosbags reads them with the types in the file alone.
+
+    What it writes of each message again are the same bytes.
+    """
+    from rosbags.rosbag2 import Reader
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store, found = get_typestore(Stores.EMPTY), defaultdict(list)
+    with Reader(file) as reader:
+        for connection in reader.connections:
+            store.register(get_types_from_msg(connection.msgdef.data, connection.msgtype))
+        for connection, time, content in reader.messages():
+            message = store.deserialize_cdr(content, connection.msgtype)
+            assert bytes(store.serialize_cdr(message, connection.msgtype)) == bytes(content)
+            found[connection.topic].append((time, message))
+    return found
+
+
+def column(messages: Messages, topic: str, field: str) -> np.ndarray:
+    """A field of all messages of a topic."""
+    return np.array([getattr(message, field) for _, message in messages[topic]])
+
+
+ROBOTS = [
+    planar_2r(),
+    every_joint(),
+    *few([random_tree(seed) for seed in range(3, 9)], 0),
+    *few([random_robot(seed) for seed in range(4)], 0),
+]
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
+def test_every_byte_and_every_value_comes_back(robot: Robot, tmp_path: Path) -> None:
+    run = run_of(robot, tmp_path)
+    recorded = write_recording(run, tmp_path / "run.mcap")
+    messages = messages_in(recorded.file)
+    assert set(messages) <= set(recorded.topics)
+    values = {
+        ("/joint_states", "position"): coordinate_signals("q", robot),
+        ("/joint_states", "velocity"): coordinate_signals("qd", robot),
+        ("/tendon_states", "tension"): muscle_signals("f", robot),
+        ("/tendon_states", "length"): muscle_signals("l", robot),
+        ("/tendon_commands", "command"): muscle_signals("f", robot),
+        ("/controller_state", "slack"): coordinate_signals("slack", robot),
+        ("/signals", "value"): ["energy.kinetic"],
+    }
+    if robot.motors:
+        values["/joint_commands", "effort"] = motor_signals("tau", robot)
+    for (topic, field), names in values.items():
+        np.testing.assert_array_equal(column(messages, topic, field), run.columns(names))
+    flags = column(messages, "/controller_state", "infeasible")
+    np.testing.assert_array_equal(flags, run["infeasible"] != 0.0)
+    times = [time for time, _ in messages["/joint_states"]]
+    np.testing.assert_allclose(np.array(times) * 1e-9, run["time"], atol=1e-9, rtol=0.0)
+    stamps = [m.header.stamp for _, m in messages["/joint_states"]]
+    assert [s.sec * 10**9 + s.nanosec for s in stamps] == times
+    levels = [m.status[0].level for _, m in messages["/diagnostics"] if "contr" in m.status[0].name]
+    changes = np.count_nonzero(np.diff(run["infeasible"]))
+    assert levels[:3] == [0, 2, 0]
+    assert len(levels) == changes + 1
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
+def test_frames_follow_from_the_description(robot: Robot, tmp_path: Path) -> None:
+    """/tf is what the URDF in the recording gives at its joint states, and where the links are."""
+    run = run_of(robot, tmp_path)
+    messages = messages_in(write_recording(run, tmp_path / "run.mcap").file)
+    (_, description), *more = messages["/robot_description"]
+    assert not more
+    urdf = ElementTree.fromstring(description.data)
+    q = dict(zip(coordinate_signals("q", robot), range(len(robot.coordinates)), strict=True))
+    names = messages["/joint_states"][0][1].name
+    assert names == [c.name for c in robot.coordinates]
+    assert set(names) <= {joint.get("name") for joint in urdf.iter("joint")}
+    by_time = dict(messages["/joint_states"])
+    for time, frames in messages["/tf"][::7]:
+        state = by_time[time]
+        told = {t.child_frame_id: t for t in frames.transforms}
+        assert {link.get("name") for link in urdf.iter("link")} == {WORLD, *told}
+        values = dict(zip(state.name, state.position, strict=True))
+        for joint in urdf.iter("joint"):
+            moved = told[joint.find("child").get("link")]
+            assert moved.header.frame_id == joint.find("parent").get("link")
+            np.testing.assert_allclose(matrix(moved.transform), by_urdf(joint, values), atol=1e-9)
+        poses = link_poses(robot, np.array([state.position]))
+        for joint in robot.joints:
+            T = poses[joint.child][0] @ transform(joint.T_child_joint)
+            np.testing.assert_allclose(chain(told, joint.child), T, atol=1e-9)
+    assert len(q) == len(names)
+
+
+def by_urdf(joint: ElementTree.Element, values: dict[str, float]) -> np.ndarray:
+    """The transform of a joint by URDF's definition."""
+    origin = joint.find("origin")
+    assert origin is not None
+    T = np.eye(4)
+    T[:3, 3] = [float(x) for x in origin.get("xyz", "").split()]
+    T[:3, :3] = Rotation.from_euler(
+        "xyz", [float(x) for x in origin.get("rpy", "").split()]
+    ).as_matrix()
+    axis = joint.find("axis")
+    if axis is None:
+        return T
+    way = values[joint.get("name", "")] * np.array([float(x) for x in axis.get("xyz", "").split()])
+    moved = np.eye(4)
+    if joint.get("type") == "prismatic":
+        moved[:3, 3] = way
+    else:
+        moved[:3, :3] = Rotation.from_rotvec(way).as_matrix()
+    return T @ moved
+
+
+def matrix(moved: Any) -> np.ndarray:
+    """A transform of a message."""
+    T, r = np.eye(4), moved.rotation
+    T[:3, 3] = [moved.translation.x, moved.translation.y, moved.translation.z]
+    T[:3, :3] = Rotation.from_quat([r.x, r.y, r.z, r.w]).as_matrix()
+    return T
+
+
+def chain(told: dict[str, Any], link: str) -> np.ndarray:
+    """T_world_link by the transforms of a message."""
+    T = np.eye(4)
+    while link != WORLD:
+        T = matrix(told[link].transform) @ T
+        link = told[link].header.frame_id
+    return T
+
+
+def test_efforts_and_rates_are_those_of_the_muscle_jacobian(tmp_path: Path) -> None:
+    """By the principle of virtual work, with L by central differences of the lengths."""
+    robot = random_robot(3)
+    run = run_of(robot, tmp_path)
+    messages = messages_in(write_recording(run, tmp_path / "run.mcap").file)
+    paths, k, h = MusclePaths(robot), 17, 1e-6
+    q = run.columns(coordinate_signals("q", robot))[k]
+    qd = run.columns(coordinate_signals("qd", robot))[k]
+    f = run.columns(muscle_signals("f", robot))[k]
+    steps = h * np.eye(len(q))
+    lengths = [[paths.evaluate(q + s * e).lengths.copy() for s in (1, -1)] for e in steps]
+    L = np.stack([(a - b) / (2 * h) for a, b in lengths], axis=1)
+    np.testing.assert_allclose(column(messages, "/joint_states", "effort")[k], -L.T @ f, atol=1e-5)
+    np.testing.assert_allclose(column(messages, "/tendon_states", "velocity")[k], L @ qd, atol=1e-7)
+
+
+def test_cables_are_where_their_points_are_and_coloured_by_tension(tmp_path: Path) -> None:
+    robot = planar_2r()
+    run = run_of(robot, tmp_path)
+    messages = messages_in(write_recording(run, tmp_path / "run.mcap").file)
+    highest = max(run[name].max() for name in muscle_signals("f", robot))
+    time, array = max(messages["/cables"], key=lambda row: row[0])
+    row = int(np.argmin(np.abs(run["time"] - time * 1e-9)))
+    poses = link_poses(robot, run.columns(coordinate_signals("q", robot))[row][np.newaxis])
+    markers = [m for m in array.markers if m.ns == "cables"]
+    for marker, muscle, name in zip(
+        markers, robot.muscles, muscle_signals("f", robot), strict=True
+    ):
+        for point, via in zip(marker.points, muscle.via_points, strict=True):
+            T = poses[via.link][0]
+            place = T[:3, :3] @ via.position + T[:3, 3]
+            np.testing.assert_allclose([point.x, point.y, point.z], place, atol=1e-12)
+        assert marker.color.a == 1.0
+        if run[name][row] == highest:
+            assert marker.color.r == 1.0
+    lowest = min(
+        zip(markers, muscle_signals("f", robot), strict=True), key=lambda m: run[m[1]][row]
+    )
+    assert lowest[0].color.b > lowest[0].color.r
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        getattr(types, name)
+        for name in dir(types)
+        if name.isupper() and "msg/" in str(getattr(types, name))
+    ],
+)
+def test_types_and_empty_messages_are_those_of_the_reference(name: str) -> None:
+    """The bytes of a message of nothing but zeros, and of the definition in the file."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(types.definition(name), name))
+    assert types.type_hash(name) == store.hash_rihs01(name)
+    (row,) = message_rows(name, {}, 1)
+    message = store.deserialize_cdr(row.tobytes(), name)
+    assert bytes(store.serialize_cdr(message, name)) == row.tobytes()
+
+
+def test_the_hash_of_joint_states_is_the_published_one() -> None:
+    published = "RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"
+    assert types.type_hash(types.JOINT_STATE) == published
+
+
+def test_mcap_reads_what_rosbag2_keeps_beside_topics(tmp_path: Path) -> None:
+    """By the package mcap: schemas, qualities of service, hashes, meshes, checksums."""
+    from mcap.reader import make_reader
+
+    experiment = Experiment.load(Path(__file__).parents[3] / "examples/roboy_left_arm")
+    known = vars(waving(experiment.robot, 0.2))
+    run = ExperimentRunData(**known, experiment=experiment)
+    recorded = write_recording(run, tmp_path / "run.mcap")
+    with recorded.file.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        assert reader.get_header().profile == "ros2"
+        summary = reader.get_summary()
+        assert summary is not None
+        count = sum(1 for _ in reader.iter_messages())
+        attached = {a.name: a.data for a in reader.iter_attachments()}
+    assert count == summary.statistics.message_count  # type: ignore[union-attr]
+    for channel in summary.channels.values():
+        schema = summary.schemas[channel.schema_id]
+        assert schema.encoding == "ros2msg"
+        assert channel.metadata["topic_type_hash"] == types.type_hash(schema.name)
+        latched = channel.topic in ("/robot_description", "/robot_bodies")
+        assert ("transient_local" in channel.metadata["offered_qos_profiles"]) == latched
+    urdf = messages_in(recorded.file)["/robot_description"][0][1].data
+    for mesh in ElementTree.fromstring(urdf).iter("mesh"):
+        package, _, name = mesh.get("filename", "").removeprefix("package://").partition("/")
+        assert package == experiment.robot.name
+        assert attached[name]
+
+
+def test_results_without_their_robot_and_hardware_are_recorded_too(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    header = RecordingHeader(("f.a",), ("N",), ("q.b", "l.a"), ("rad", "m"), 1, 1e-3)
+    with Recorder(tmp_path / "hardware.rec", header) as recorder:
+        for k in range(5):
+            came = python_types.SimpleNamespace(
+                state=None if k == 3 else np.array([0.1 * k, 0.5]),
+                seq=k,
+                age=0.0,
+                round_trip=1e-4,
+                device_flags=0,
+            )
+            recorder.write(1e-3 * k, np.array([10.0 + k]), came)  # type: ignore[arg-type]
+    code, _, err = cardsflow("convert", tmp_path / "hardware.rec", "--to", tmp_path / "h.mcap")
+    assert code == 0
+    assert "the robot is not known" in err
+    messages = messages_in(tmp_path / "h.mcap")
+    np.testing.assert_array_equal(
+        column(messages, "/joint_states", "position")[:, 0], [0.0, 0.1, 0.2, np.nan, 0.4]
+    )
+    np.testing.assert_array_equal(
+        column(messages, "/tendon_commands", "command")[:, 0], 10.0 + np.arange(5)
+    )
+    assert messages["/joint_states"][0][1].name == ["b"]
+    assert list(messages["/signals"][0][1].name) == ["age", "round_trip_time", "seq", "flags"]
+
+
+def test_a_run_leaves_a_recording_where_it_is_asked_for(tmp_path: Path) -> None:
+    settings = {"run.recording": "mcap", "run.duration": 0.05}
+    result = run(Experiment.load(PLANAR_2R, settings), tmp_path / "out", through="direct")
+    messages = messages_in(result.files["recording.mcap"])
+    names = coordinate_signals("q", result.experiment.robot)
+    np.testing.assert_array_equal(
+        column(messages, "/joint_states", "position"), result.columns(names)
+    )
+    times = column(messages, "/controller_state", "solve_time")
+    np.testing.assert_array_equal(times[np.isfinite(times)], result.solve_times[:, 1])
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.01}), tmp_path / "out", through="direct")
+    assert not (tmp_path / "out/recording.mcap").exists()
+
+
+def test_a_run_without_rows_and_files_of_others_are_refused(tmp_path: Path) -> None:
+    empty = RunData(("time", "q.a"), np.zeros((0, 2)), {}, {"status": "incomplete"})
+    with pytest.raises(InputError, match="no rows"):
+        write_recording(empty, tmp_path / "run.mcap")
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "theirs.mcap").write_bytes(b"\x89MCAP0\r\n of somebody else")
+    (tmp_path / "a.csv").write_text("time,q.a\n0,1\n1,2\n")
+    with pytest.raises(InputError, match="not of cardsflow"):
+        convert_run(tmp_path / "a.csv", tmp_path / "theirs.mcap")
+
+
+def test_without_the_extra_one_line_names_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cardsflow: CommandLine
+) -> None:
+    import sys
+
+    (tmp_path / "a.csv").write_text("time,q.a\n0,1\n1,2\n")
+    monkeypatch.setitem(sys.modules, "mcap.writer", None)
+    line = cardsflow.refused("convert", tmp_path / "a.csv", "--to", tmp_path / "a.mcap")
+    assert line.startswith("cardsflow: --to: messages of ROS 2 need mcap: ")
+    assert "ros2" in line
