@@ -1,4 +1,4 @@
-"""Progress dialog with a button that cancels."""
+"""Progress dialog, with a button that cancels where that can be."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from .guard import application
 class ProgressDialog:
     """A dialog that is a `Progress`; on the screen from its first call on."""
 
-    def __init__(self, title: str) -> None:
+    def __init__(self, title: str, *, cancellable: bool = True) -> None:
         self._title = title
+        self._cancellable = cancellable
         self._dialog: Any = None
 
     def __call__(self, done: int, whole: int, what: str) -> None:
@@ -26,7 +27,7 @@ class ProgressDialog:
         whole = max(whole, 1)  # Fusion refuses a dialog without a range
         if self._dialog is None:
             self._dialog = application().userInterface.createProgressDialog()
-            self._dialog.isCancelButtonShown = True
+            self._dialog.isCancelButtonShown = self._cancellable
             self._dialog.show(self._title, what, 0, whole, 0)
         self._dialog.maximumValue = whole
         self._dialog.progressValue = min(max(done, 0), whole)

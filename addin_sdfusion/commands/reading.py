@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..building.build_robot import link_of
 from ..fusion.design import read_design
 from ..muscles.design_table import read_table
 from ..muscles.rows import MuscleTable
+from ..progress import Progress
 from ..robot.finding import Finding
 from ..snapshot import DesignSnapshot
+from .progress_dialog import ProgressDialog
 
 _NOTES = {
     "part": "This is a part design: it has one link only. Muscles need links that move against "
@@ -40,9 +42,37 @@ class Reading:
     note: str
 
 
-def read(design: Any, *, masses: bool = True) -> Reading:
-    """Read a design."""
-    snapshot = read_design(design, meshes=False, masses=masses)
+def read(design: Any, *, weighed_for: str = "") -> Reading:
+    """Read a design.
+
+    Args:
+        design: The design.
+        weighed_for: Title of the progress while masses are calculated; they are not if empty.
+    """
+    if not weighed_for:
+        return _reading(read_design(design, meshes=False, masses=None))
+    shown = ProgressDialog(weighed_for, cancellable=False)
+    try:
+        return _reading(read_design(design, meshes=False, masses="high", progress=shown))
+    finally:
+        shown.hide()
+
+
+def with_meshes(reading: Reading, design: Any, progress: Progress) -> DesignSnapshot:
+    """The design with its meshes, and with the masses that were read: it is weighed once."""
+    snapshot, weighed = read_design(design, masses=None, progress=progress), reading.snapshot
+    return replace(
+        snapshot,
+        bodies=tuple(
+            replace(body, mass=other.mass)
+            for body, other in zip(snapshot.bodies, weighed.bodies, strict=True)
+        ),
+        occurrences=weighed.occurrences,
+        findings=tuple(dict.fromkeys((*weighed.findings, *snapshot.findings))),
+    )
+
+
+def _reading(snapshot: DesignSnapshot) -> Reading:
     links = link_of(snapshot)
     table, findings = read_table(snapshot, links)
     stored = [finding for finding in snapshot.findings if finding.code == "bad-attribute"]

@@ -31,7 +31,7 @@ from ..snapshot import (
     SurfaceSnapshot,
 )
 from .bodies.bodies import count_bodies, read_bodies
-from .bodies.mass import read_mass
+from .bodies.mass import Accuracy, read_mass
 from .bodies.meshes import Mesher
 from .joints.groups import read_groups
 from .joints.joints import read_joints
@@ -51,7 +51,7 @@ def read_design(
     design: Any,
     *,
     meshes: bool = True,
-    masses: bool = True,
+    masses: Accuracy | None = "very_high",
     progress: Progress | None = None,
     log: Log | None = None,
 ) -> DesignSnapshot:
@@ -60,7 +60,7 @@ def read_design(
     Args:
         design: The design, or Fusion's application for the one that is open.
         meshes: Whether to calculate the triangles of bodies.
-        masses: Whether to calculate mass properties, which takes Fusion a while.
+        masses: How well to calculate mass properties, which takes Fusion a while; None: not.
         progress: Called for every body and occurrence; may raise `Cancelled`.
         log: Takes the traces of what cannot be read; Fusion's log if not given.
 
@@ -86,7 +86,7 @@ def _log(text: str) -> None:
 class _Reading:
     """One reading of a design."""
 
-    def __init__(self, design: Any, masses: bool, progress: Progress, log: Log) -> None:
+    def __init__(self, design: Any, masses: Accuracy | None, progress: Progress, log: Log) -> None:
         self._design = design
         self._masses = masses
         self._progress = progress
@@ -147,7 +147,8 @@ class _Reading:
         grounded = attempt(subject, "grounding", _is_grounded, native)
         visible = attempt(subject, "visibility", lambda: bool(native.isVisible))
         referenced = attempt(subject, "reference", lambda: bool(native.isReferencedComponent))
-        mass = attempt(subject, "mass", read_mass, native) if self._masses else None
+        masses = self._masses
+        mass = attempt(subject, "mass", read_mass, native, masses) if masses else None
         return OccurrenceSnapshot(
             occurrence.path,
             occurrence.parent,

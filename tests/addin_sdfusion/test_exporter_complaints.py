@@ -57,7 +57,7 @@ def test_3_nested_and_rotated_occurrences_keep_their_poses(
 
 def boxes_of_links(design: Any) -> dict[str, Any]:
     """Boxes of the visible solids by link, in [m], from the fake's bodies."""
-    links = link_of(read_design(design, meshes=False, masses=False))
+    links = link_of(read_design(design, meshes=False, masses=None))
     found: dict[str, list[Any]] = {}
     for occurrence in design.rootComponent.allOccurrences:
         link = links.get(occurrence.fullPathName)

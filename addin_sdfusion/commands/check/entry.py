@@ -49,7 +49,7 @@ class Check(Window):
         return False
 
     def _check(self) -> None:
-        self._reading = read(self.design)
+        self._reading = read(self.design, weighed_for=DIALOG.name)
         self.findings = errors_first(check_design(self._reading.snapshot))
         rows = [
             (

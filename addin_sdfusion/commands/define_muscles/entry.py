@@ -45,7 +45,7 @@ class DefineMuscles(Window):
 
     def __init__(self, inputs: Inputs, design: Any) -> None:
         super().__init__(inputs, design)
-        self._read: Reading = read(design, masses=False)
+        self._read: Reading = read(design)
         self._picks = Picks()
         self._entities = Entities(design, self._read.snapshot)
         note = "\n".join(f.message for f in self._read.table_findings[:SHOWN])

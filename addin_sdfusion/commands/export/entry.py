@@ -11,7 +11,6 @@ import adsk.core
 
 from ...building.build_robot import BuiltRobot, build_robot
 from ...exporting.export import export_robot
-from ...fusion.design import read_design
 from ...muscles.attributes import GROUP, SETTINGS, settings_text
 from ...muscles.point_names import natural_key
 from ...progress import Cancelled
@@ -23,7 +22,7 @@ from ..command import Command, Window
 from ..guard import application, ask, message
 from ..inputs import Inputs
 from ..progress_dialog import ProgressDialog
-from ..reading import read
+from ..reading import read, with_meshes
 from .dialog import COLLISIONS, DIALOG, FOUND, LINKS, QUALITIES, UP
 
 _SHOWN = 8
@@ -35,7 +34,7 @@ class Export(Window):
 
     def __init__(self, inputs: Inputs, design: Any) -> None:
         super().__init__(inputs, design)
-        self._reading = read(design)
+        self._reading = read(design, weighed_for=DIALOG.name)
         self.settings = self._reading.snapshot.settings
         self.findings: list[Finding] = []
         self._checked: ExportSettings | None = None
@@ -85,8 +84,9 @@ class Export(Window):
     def _export(self) -> None:
         shown = ProgressDialog(DIALOG.name)
         try:
-            meshes = self.settings.visual or self.settings.collision != "none"
-            snapshot = read_design(self.design, meshes=meshes, progress=shown)
+            snapshot = self._reading.snapshot
+            if self.settings.visual or self.settings.collision != "none":
+                snapshot = with_meshes(self._reading, self.design, shown)
             snapshot = replace(snapshot, settings=self.settings)
             done = export_robot(snapshot, self.settings.folder, progress=shown)
         except Cancelled:

@@ -11,7 +11,7 @@ from ...snapshot import BodySnapshot, MassSnapshot
 from ..notes import Notes, optional
 from ..occurrences import Occurrence, each_in, subject_in
 from ..units import distance
-from .mass import read_mass
+from .mass import Accuracy, read_mass
 from .meshes import Mesher, bounding_box
 
 Kind = Literal["solid", "surface", "mesh"]
@@ -25,7 +25,11 @@ def count_bodies(occurrence: Occurrence) -> int:
 
 
 def read_bodies(
-    occurrence: Occurrence, mesher: Mesher | None, masses: bool, notes: Notes, tick: Tick
+    occurrence: Occurrence,
+    mesher: Mesher | None,
+    masses: Accuracy | None,
+    notes: Notes,
+    tick: Tick,
 ) -> Iterator[BodySnapshot]:
     """The bodies of an occurrence, not those below it; without meshes if there is no mesher."""
     component = occurrence.component
@@ -47,7 +51,7 @@ def _body(
     kind: Kind,
     body: tuple[Any, Any],
     mesher: Mesher | None,
-    masses: bool,
+    masses: Accuracy | None,
     notes: Notes,
 ) -> BodySnapshot:
     native, proxy = body
@@ -62,14 +66,15 @@ def _body(
             *(native, proxy, kind, occurrence, subject),
             severity="warning",
         )
-    weighed = masses and kind == "solid"
     visible = notes.attempt(subject, "visibility", lambda: bool(proxy.isVisible))
     return BodySnapshot(
         name=name,
         occurrence=occurrence.path,
         kind=kind,
         visible=visible is not False,
-        mass=_mass(proxy, material or "", occurrence, subject, notes) if weighed else None,
+        mass=_mass(proxy, material or "", occurrence, subject, notes, masses)
+        if masses and kind == "solid"
+        else None,
         material=material or "",
         mesh=mesh,
     )
@@ -85,9 +90,14 @@ def _material(body: Any) -> str:
 
 
 def _mass(
-    proxy: Any, material: str, occurrence: Occurrence, subject: Subject, notes: Notes
+    proxy: Any,
+    material: str,
+    occurrence: Occurrence,
+    subject: Subject,
+    notes: Notes,
+    accuracy: Accuracy,
 ) -> MassSnapshot | None:
-    read = notes.attempt(subject, "mass", lambda: (read_mass(proxy),))
+    read = notes.attempt(subject, "mass", lambda: (read_mass(proxy, accuracy),))
     if read is None:
         return None
     (mass,) = read

@@ -1,23 +1,27 @@
-"""Mass properties from Fusion at its highest accuracy, in SI units."""
+"""Mass properties from Fusion, in SI units."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import adsk.fusion
 
 from ...snapshot import MassSnapshot
 from ..units import KG_CM2, finite, position
 
+Accuracy = Literal["high", "very_high"]
+"""How well Fusion weighs: to about a ten-thousandth, or better, which takes it longer."""
 
-def read_mass(owner: Any) -> MassSnapshot | None:
+
+def read_mass(owner: Any, accuracy: Accuracy = "very_high") -> MassSnapshot | None:
     """The mass properties of a body or an occurrence, in the root frame.
 
-    The default accuracy is some per cent off. The products of inertia are passed on as they
-    are: their sign is not documented.
+    Fusion's default accuracy is some per cent off. The products of inertia are entries of the
+    matrix.
 
     Args:
         owner: A proxy, or an entity of the root component.
+        accuracy: How well it is weighed.
 
     Returns:
         None if it has no mass.
@@ -25,8 +29,10 @@ def read_mass(owner: Any) -> MassSnapshot | None:
     Raises:
         ValueError: Fusion could not calculate them.
     """
-    accuracy = adsk.fusion.CalculationAccuracy.VeryHighCalculationAccuracy
-    properties = owner.getPhysicalProperties(accuracy)
+    levels = adsk.fusion.CalculationAccuracy
+    properties = owner.getPhysicalProperties(
+        levels.HighCalculationAccuracy if accuracy == "high" else levels.VeryHighCalculationAccuracy
+    )
     if properties is None:
         raise ValueError("Fusion gives none")
     mass = finite(properties.mass)

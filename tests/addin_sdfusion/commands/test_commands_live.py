@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fake_fusion import Builder, designs
+from fake_fusion.base import CLASSES
 from fake_fusion.maths import translation
 from support.designs.exported import press_export
 
@@ -135,3 +136,24 @@ def test_a_row_is_not_deleted_while_one_of_its_cells_tells_of_a_change(fusion: A
     assert fusion.messages == []
     command.ok()
     assert command.failed == ""
+
+
+def test_an_export_weighs_everything_once_and_says_so(
+    fusion: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arm()
+    weighed: list[tuple[str, int]] = []
+    for name in ("BRepBody", "Occurrence"):
+        original = CLASSES["adsk.fusion"][name].getPhysicalProperties
+
+        def counted(owner: Any, accuracy: int, original: Any = original) -> Any:
+            weighed.append((repr(owner), accuracy))
+            return original(owner, accuracy)
+
+        monkeypatch.setattr(CLASSES["adsk.fusion"][name], "getPhysicalProperties", counted)
+    press_export(fusion, tmp_path / "robot")
+    assert (tmp_path / "robot").is_dir()
+    assert len(weighed) == len(set(weighed)) == 4
+    assert {accuracy for _, accuracy in weighed} == {2}
+    assert fusion.world.progress[0].hidden
+    assert fusion.world.progress[0].title == "Export"

@@ -27,7 +27,7 @@ def shown(fusion: Any, kind: str, name: str) -> list[Any]:
     from addin_sdfusion.commands.reading import read
 
     design = fusion.design
-    return entities_of(design, read(design, masses=False), Subject(kind, name))
+    return entities_of(design, read(design), Subject(kind, name))
 
 
 def two_copies() -> Any:

@@ -29,7 +29,7 @@ X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
 def read(design: Any) -> DesignSnapshot:
-    return read_design(design, meshes=False, masses=False)
+    return read_design(design, meshes=False, masses=None)
 
 
 def by_name(design: Any) -> dict[str, JointSnapshot]:

@@ -15,7 +15,9 @@ DropDownStyles = enumeration(
     "adsk.core", "DropDownStyles", {"TextListDropDownStyle": 1, "CheckBoxDropDownStyle": 2}
 )
 CalculationAccuracy = enumeration(
-    "adsk.fusion", "CalculationAccuracy", {"VeryHighCalculationAccuracy": 3}
+    "adsk.fusion",
+    "CalculationAccuracy",
+    {"HighCalculationAccuracy": 2, "VeryHighCalculationAccuracy": 3},
 )
 DesignTypes = enumeration("adsk.fusion", "DesignTypes", {"DirectDesignType": 0})
 FeatureHealthStates = enumeration(
