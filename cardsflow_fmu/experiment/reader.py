@@ -86,7 +86,7 @@ def experiment_settings(
     context = Context(file)
     data = _with_gains(data)
     tables = ExperimentTables.read(data, context)
-    robots = _robots(tables, context, named)
+    robots, in_file = _robots(tables, context, named)
     robot = with_muscle_settings(robots["robot"], tables.muscles, context)
     context = Context(file, robot_names(robot))
     mains = [robots["robot_path"], *(part.files[0] for part in robots.get("parts", ()))]
@@ -101,6 +101,7 @@ def experiment_settings(
         context,
         robots["robot_path"],
         robot,
+        in_file,
     )
     context = Context(file, robot_names(robot, reference.space))
     run = tables.run
@@ -158,15 +159,18 @@ def _with_passive(data: Mapping[str, Any], robot: Robot) -> Any:
     return {**reference, "points": filled}
 
 
-def _robots(tables: ExperimentTables, context: Context, named: tuple[Path, ...]) -> dict[str, Any]:
-    """The robot of [robot], or those of [[robots]] as one."""
+def _robots(
+    tables: ExperimentTables, context: Context, named: tuple[Path, ...]
+) -> tuple[dict[str, Any], list[str]]:
+    """The robot of [robot], or those of [[robots]] as one; coordinates before some are locked."""
     if tables.robots is None:
         reading, robot = read_robot(tables.robot, context)
         own: dict[str, Any] = {"robot_overrides": tables.robot.overrides}
     else:
         own = {"parts": read_parts(tables.robots, context)}
         reading, robot = combined(own["parts"], context, named)
-    return own | {"robot": robot, "robot_path": reading.files[0], "robot_files": reading.files}
+    own |= {"robot": robot, "robot_path": reading.files[0], "robot_files": reading.files}
+    return own, [] if tables.robot is None else [c.name for c in reading.require().coordinates]
 
 
 def _world(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,10 +29,21 @@ def read_reference(
     context: Context,
     robot_path: Path,
     robot: Robot,
+    in_file: Sequence[str] = (),
 ) -> tuple[StartSettings, ReferenceSettings]:
-    """The state at the start and the reference."""
+    """The state at the start and the reference.
+
+    Args:
+        data: The table of the reference.
+        start: That of the start.
+        space: What the controller follows.
+        context: Where they come from.
+        robot_path: The robot's file.
+        robot: The robot.
+        in_file: Names of the coordinates in its file, before any are locked.
+    """
     table = ReferenceTable.read(data, context, "reference")
-    curve = _curve(table, space, context, robot_path)
+    curve = _curve(table, space, context, robot_path, in_file)
     space = curve.space if isinstance(curve, Trajectory) else "operational"
     first, approach = _first(curve), table.approach
     if approach is None:
@@ -66,14 +77,14 @@ def _first(curve: Trajectory | FlowerSettings) -> tuple[float, ...]:
 
 
 def _curve(
-    table: ReferenceTable, space: Space, context: Context, robot_path: Path
+    table: ReferenceTable, space: Space, context: Context, robot_path: Path, in_file: Sequence[str]
 ) -> Trajectory | FlowerSettings:
     if table.points is not None:
         return table.trajectory_of_points()
     if table.is_recorded:
         return _recorded_motion(table, space, context)
     if table.flower is None:
-        return _named_trajectory(table, space, context, robot_path)
+        return _named_trajectory(table, space, context, robot_path, in_file)
     names = _names("operational", context).names
     if len(names) != 3 or any(not name.endswith(f".{a}") for name, a in zip(names, "xyz")):  # noqa: B905
         what = f"a flower needs a task point with axes x, y, z; found {', '.join(names) or 'none'}"
@@ -92,7 +103,7 @@ def _recorded_motion(table: ReferenceTable, space: Space, context: Context) -> T
 
 
 def _named_trajectory(
-    table: ReferenceTable, space: Space, context: Context, robot_path: Path
+    table: ReferenceTable, space: Space, context: Context, robot_path: Path, in_file: Sequence[str]
 ) -> Trajectory:
     name, file, key = table.trajectory, table.file, "reference.trajectory"
     if file is None:
@@ -106,10 +117,25 @@ def _named_trajectory(
         context.require(key, "trajectory", name, error.known)
         raise
     size, rows = len(trajectory.points[0].q), _names(trajectory.space, context)
+    if trajectory.space == "joint" and size == len(in_file):
+        return _of_coordinates(trajectory, [in_file.index(name) for name in rows.names])
     if size != len(rows.names):
         what = f"{name!r} moves {size} {rows.kind}s, the robot has {len(rows.names)}"
         raise context.error(key, what)
     return trajectory
+
+
+def _of_coordinates(trajectory: Trajectory, left: Sequence[int]) -> Trajectory:
+    """The trajectory of the coordinates that are not locked."""
+
+    def of(row: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(row[k] for k in left) if row else row
+
+    points = tuple(
+        replace(point, q=of(point.q), qd=of(point.qd), qdd=of(point.qdd))
+        for point in trajectory.points
+    )
+    return replace(trajectory, points=points)
 
 
 def _start(

@@ -104,3 +104,15 @@ def test_what_cannot_be_locked_is_told(
 def test_a_robot_that_is_locked_as_a_whole_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no joint that moves"):
         locked(tmp_path, **{"robot.joints.joint_1.locked": True})
+
+
+def test_trajectories_of_the_robots_file_lose_what_is_locked(tmp_path: Path) -> None:
+    """CASPR's trajectories move all joints; of those that are left, they are the same."""
+    named = {"reference": {"trajectory": "simple_joint_motion"}}
+    first = {**named, "robot.joints.joint_2.locked": False, "robot.joints.joint_1.locked": True}
+    whole = locked(tmp_path, value="false", **named).reference.curve
+    for left, settings in enumerate((named, first)):
+        curve = locked(tmp_path, **settings).reference.curve
+        assert [p.time for p in curve.points] == [p.time for p in whole.points]
+        for point, full in zip(curve.points, whole.points, strict=True):
+            assert (point.q, point.qd) == ((full.q[left],), tuple(full.qd[left : left + 1]))
