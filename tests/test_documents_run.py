@@ -1,4 +1,4 @@
-"""Every command and every piece of Python in README and docs runs, as a reader would run it.
+"""Every command and every piece of Python in README, docs and examples runs, as by a reader.
 
 Each document has a folder of its own with the examples in it, and its blocks run there one after
 another. What a comment before a block may say is in `documents`.
@@ -37,7 +37,7 @@ cardsflow() {
 
 def runnable() -> list[Path]:
     """The documents with blocks that run."""
-    every = documents.documents()
+    every = [*documents.documents(), *documents.of_examples()]
     return [file for file in every if any(_runs(block) for block in blocks(file))]
 
 
@@ -47,7 +47,7 @@ def _runs(block: Block) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("file", runnable(), ids=lambda file: file.name)
+@pytest.mark.parametrize("file", runnable(), ids=lambda file: str(file.relative_to(ROOT)))
 def test_all_blocks_run(file: Path, tmp_path: Path) -> None:
     folder = tmp_path / "clone"
     shutil.copytree(ROOT / "examples", folder / "examples", ignore=_results)

@@ -58,7 +58,12 @@ def documents() -> list[Path]:
 def all_words() -> list[Path]:
     """And those that stand elsewhere."""
     others = [ROOT / name for name in ("CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")]
-    return [*documents(), *others, *sorted((ROOT / "examples").glob("*/README.md"))]
+    return [*documents(), *others, *of_examples()]
+
+
+def of_examples() -> list[Path]:
+    """Those of the examples."""
+    return sorted((ROOT / "examples").glob("*/README.md"))
 
 
 _FENCED = re.compile(
