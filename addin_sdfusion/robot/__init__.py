@@ -20,7 +20,7 @@ from .model.joint import (
     revolute,
 )
 from .model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
-from .model.muscle_path import Branch, CoordinateTerm, PointCondition
+from .model.muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
 from .model.pose import IDENTITY, Pose, Vector3
 from .model.robot import GRAVITY, WORLD, Axis, Inertia, Link, Mesh, Robot, TaskFrame, TaskSet
 from .model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
@@ -55,6 +55,7 @@ __all__ = [
     "Muscle",
     "PiecewiseLinear",
     "PointCondition",
+    "PointMotion",
     "Polynomial",
     "Pose",
     "Robot",

@@ -176,6 +176,7 @@ def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) 
     on += [links[wrap.surface] for wrap in muscle.wraps]
     moved = [above.get(link, frozenset()) for link in on]
     told = [point.when.coordinate for point in muscle.via_points if point.when is not None]
+    told += [move.coordinate for point in muscle.via_points for move in point.moves]
     told += [term.coordinate for term in muscle.terms]
     by_name = {c.name: i for i, c in enumerate(robot.coordinates)}
     own = frozenset(by_name[name] for name in told)

@@ -22,6 +22,8 @@ def refuse_uncomputed(robot: Robot) -> None:
 def _uncomputed(muscle: Muscle, ellipsoids: set[str]) -> Iterator[str]:
     if any(point.when is not None for point in muscle.via_points):
         yield "a via point that is in use at times"
+    if any(point.moves for point in muscle.via_points):
+        yield "a via point that moves on its link"
     if muscle.branches:
         yield "a branch of its path"
     if muscle.terms:

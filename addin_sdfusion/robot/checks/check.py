@@ -44,6 +44,7 @@ CHECKS: tuple[Check, ...] = (
     muscles.has_muscles,
     muscles.via_points,
     muscle_paths.conditions,
+    muscle_paths.moving_points,
     muscle_paths.branches,
     muscle_paths.terms,
     muscles.moment_arms,

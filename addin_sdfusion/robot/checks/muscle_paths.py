@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from typing import get_args
 
 from ..finding import Finding, Subject
-from ..finding_builders import all_muscles, error, unknown
+from ..finding_builders import all_muscles, error, finite, unknown
 from ..model.muscle import Muscle, Quadrant, Wrap, WrapRule
 from ..model.robot import WORLD, Robot
+from .driven import function_fault
 
 
 def conditions(robot: Robot) -> Iterator[Finding]:
@@ -23,6 +24,20 @@ def conditions(robot: Robot) -> Iterator[Finding]:
                 problem = f"via point {k + 1} is in use from {point.when.low!r} to "
                 problem += f"{point.when.high!r}, smoothed over {point.when.smoothing!r}: no range"
                 yield error(subject, "bad-point-condition", problem)
+
+
+def moving_points(robot: Robot) -> Iterator[Finding]:
+    """Via points move by functions of coordinates that exist."""
+    for subject, muscle in all_muscles(robot):
+        for k, point in enumerate(muscle.via_points, start=1):
+            for move in point.moves:
+                yield from _coordinate(robot, subject, move.coordinate, f"via point {k}")
+                fault = function_fault(move.function)
+                if fault:
+                    yield error(subject, "bad-function", f"via point {k}: its {fault}")
+                if not move.low <= move.high or not finite(move.axis):
+                    problem = f"via point {k} moves from {move.low!r} to {move.high!r} along "
+                    yield error(subject, "bad-point-motion", problem + f"{move.axis!r}: no range")
 
 
 def branches(robot: Robot) -> Iterator[Finding]:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from .muscle_path import Branch, CoordinateTerm, PointCondition
+from .muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
 from .pose import IDENTITY, Pose, Vector3
 
 CableKind = Literal[
@@ -40,11 +40,13 @@ class ViaPoint:
         link: The link it is fixed to, or `WORLD`.
         position: In that link's frame, in [m].
         when: When the muscle passes through it; None for always.
+        moves: How it moves on the link, beside its position; none for a fixed point.
     """
 
     link: str
     position: Vector3
     when: PointCondition | None = None
+    moves: tuple[PointMotion, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+
+from .function import Function
+from .pose import Vector3
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +28,24 @@ class PointCondition:
     low: float
     high: float
     smoothing: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class PointMotion:
+    """How a coordinate moves a via point on its link: by f(q) along an axis.
+
+    Attributes:
+        axis: In the link's frame; a vector of any length, by which f counts.
+        coordinate: Name of the coordinate.
+        function: f, in [m] where the axis is a unit vector.
+        low, high: Beyond these values of the coordinate the point stands still, in [rad] or [m].
+    """
+
+    axis: Vector3
+    coordinate: str
+    function: Function
+    low: float = -math.inf
+    high: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,12 +24,13 @@ from ..model.muscle import (
     WrapShape,
     WrapSurface,
 )
-from ..model.muscle_path import Branch, CoordinateTerm, PointCondition
+from ..model.muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
 from ..model.pose import Pose, Vector3
 from ..model.robot import ANGLES, WORLD, Axis, TaskFrame, TaskSet
 from ..writers.cardsflow_xml import INSIDE, WRAP_STATES, WRAP_TYPES
 from .actuator import read_actuator
 from .distinct import distinct
+from .functions import read_function
 from .xml import Node, shortened
 
 SHAPES = {word: cast(WrapShape, shape) for shape, word in WRAP_TYPES.items()}
@@ -79,7 +80,7 @@ class MuscleReader:
     def _muscle(self, node: Node) -> Muscle:
         steps = [step for block in node.all("link") for step in self._steps(block)]
         points = [
-            ViaPoint(step.link, step.position, _condition(step.node))
+            ViaPoint(step.link, step.position, _condition(step.node), tuple(_moves(step.node)))
             for step in steps
             if step.shape is None
         ]
@@ -263,6 +264,14 @@ def _condition(node: Node) -> PointCondition | None:
     low, high = (node.number_attribute(name, infinite=True) for name in ("low", "high"))
     smoothing = node.number_attribute("smoothing", 0.0)
     return PointCondition(node.attribute("coordinate"), low, high, smoothing)
+
+
+def _moves(node: Node) -> Iterator[PointMotion]:
+    for move in node.all("move"):
+        low = move.number_attribute("low", -math.inf, infinite=True)
+        high = move.number_attribute("high", math.inf, infinite=True)
+        axis, coordinate = move.vector_attribute("axis"), move.attribute("coordinate")
+        yield PointMotion(axis, coordinate, read_function(move), low, high)
 
 
 def _branches(node: Node) -> Iterator[Branch]:

@@ -10,6 +10,7 @@ from ..errors import InputError
 from ..mesh_files import mesh_file
 from ..model.joint import Joint, renamed
 from ..model.muscle import BasePulley, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
+from ..model.muscle_path import PointMotion
 from ..model.pose import IDENTITY, Pose, Vector3
 from ..model.robot import WORLD, Link, Robot, TaskFrame, TaskSet
 from ..model.rotations import apply, compose, rotate, rotation
@@ -131,7 +132,14 @@ def _via_point(point: ViaPoint, member: Member) -> ViaPoint:
         link=member.named(point.link),
         position=_point(point.link, point.position, member),
         when=when and replace(when, coordinate=member.named(when.coordinate)),
+        moves=tuple(_point_motion(point.link, move, member) for move in point.moves),
     )
+
+
+def _point_motion(link: str, move: PointMotion, member: Member) -> PointMotion:
+    R = rotation(member.pose.rpy)
+    axis = rotate(R, move.axis) if link == WORLD else move.axis
+    return replace(move, axis=axis, coordinate=member.named(move.coordinate))
 
 
 def _wrap(wrap: Wrap, member: Member) -> Wrap:

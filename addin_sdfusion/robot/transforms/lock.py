@@ -38,6 +38,7 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
         return replace(robot, joints=tuple(_held(joint, positions) for joint in robot.joints))
     for _, muscle in all_muscles(robot):
         named = [point.when.coordinate for point in muscle.via_points if point.when is not None]
+        named += [move.coordinate for point in muscle.via_points for move in point.moves]
         for name in (*named, *(term.coordinate for term in muscle.terms)):
             if name in positions:
                 problem = f"muscle {muscle.name!r} depends on coordinate {name!r}: do not hold it"

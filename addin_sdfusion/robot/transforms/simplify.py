@@ -193,7 +193,9 @@ def _muscle(muscle: Muscle, homes: Homes) -> Muscle:
 
 def _via_point(point: ViaPoint, homes: Homes) -> ViaPoint:
     home, T_home_link = homes[point.link]
-    return replace(point, link=home, position=apply(T_home_link, point.position))
+    R = rotation(T_home_link.rpy)
+    moves = tuple(replace(move, axis=rotate(R, move.axis)) for move in point.moves)
+    return replace(point, link=home, position=apply(T_home_link, point.position), moves=moves)
 
 
 def _task_frame(frame: TaskFrame, homes: Homes) -> TaskFrame:

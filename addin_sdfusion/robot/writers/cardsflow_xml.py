@@ -8,6 +8,8 @@ the original format has no word for is in attributes and elements that its reade
     base_pulley  kind              a swivelling pulley at the first point; parameters likewise
     viaPoint     coordinate low high smoothing
                                    when a muscle passes through it
+    move         axis coordinate low high and a function
+                                   in a viaPoint: how it moves on its link
     branch       point divisor     the path begins anew at a via point, counted from 0
     term         coordinate factor a part of the length, in proportion to a coordinate
     endEffector  axes              which coordinates count: letters, or alpha, beta, gamma
@@ -34,6 +36,7 @@ from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.robot import Robot, TaskFrame
 from .common_losses import names, other_sets
 from .file_names import write_document
+from .functions import function_element
 from .wrap_side import is_shorter_path
 from .xml_text import document, element, numbers
 
@@ -206,7 +209,11 @@ def _muscle(
     for link, group in groupby(steps, key=lambda step: step.point.link):
         block = element(node, "link", name=link)
         for step in group:
-            element(block, "viaPoint", numbers(step.point.position), **step.attributes)
+            item = element(block, "viaPoint", numbers(step.point.position), **step.attributes)
+            for move in step.point.moves:
+                words = {"axis": numbers(move.axis), "coordinate": move.coordinate}
+                words |= {"low": numbers([move.low]), "high": numbers([move.high])}
+                function_element(item, "move", move.function, **words)
     for branch in muscle.branches:
         words = {"point": str(branch.point), "divisor": numbers([branch.divisor])}
         element(node, "branch", **words)

@@ -7,7 +7,7 @@ from collections.abc import Container, Iterable, Iterator
 
 from ..errors import RobotError
 from ..finding import Finding, Subject
-from ..finding_builders import error, listed, warning
+from ..finding_builders import all_muscles, error, listed, warning
 from ..model.joint import Joint
 from ..model.robot import Robot
 
@@ -81,23 +81,33 @@ def cables(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Fi
 
 
 def muscle_paths(
-    robot: Robot, format_: str, held: Container[str] = (), rules: Container[str] = ("taut",)
+    robot: Robot,
+    format_: str,
+    held: Container[str] = (),
+    rules: Container[str] = ("taut",),
+    *,
+    every_set: bool = False,
 ) -> Iterator[Finding]:
     """What paths have beside fixed points and wraps by the format's own rules.
 
     Args:
         robot: The robot.
         format_: What the format is called.
-        held: What of `conditions`, `branches` and `terms` it holds.
+        held: What of `conditions`, `moves`, `branches` and `terms` it holds.
         rules: The rules of wraps that it holds.
+        every_set: Whether it holds the cable sets beside the active one.
     """
-    for muscle in robot.muscles:
-        subject = Subject("muscle", muscle.name)
+    active = [(Subject("muscle", muscle.name), muscle) for muscle in robot.muscles]
+    for subject, muscle in all_muscles(robot) if every_set else active:
         conditions = [k for k, p in enumerate(muscle.via_points, 1) if p.when is not None]
         if conditions and "conditions" not in held:
             problem = f"{format_} has no points that are in use at times; always in use there: "
             problem += ", ".join(map(str, conditions))
             yield warning(subject, "point-condition-left-out", problem)
+        moving = [k for k, p in enumerate(muscle.via_points, 1) if p.moves]
+        if moving and "moves" not in held:
+            problem = f"{format_} has no points that move on their links; fixed there: "
+            yield warning(subject, "point-motion-left-out", problem + ", ".join(map(str, moving)))
         if muscle.branches and "branches" not in held:
             problem = f"{format_} has no branches of a tendon; its path is one piece there"
             yield warning(subject, "branches-left-out", problem)

@@ -24,9 +24,11 @@ from addin_sdfusion.robot import (
     Mesh,
     Muscle,
     PointCondition,
+    PointMotion,
     Polynomial,
     Pose,
     Robot,
+    SimmSpline,
     TaskFrame,
     TaskSet,
     Term,
@@ -104,7 +106,12 @@ def _of_other_programs(
     """Muscles with what the models of OpenSim and MuJoCo have."""
     first, *others = _way(rng, names)
     told = [c.name for c in tree.coordinates]
-    at_times = replace(others[0], when=PointCondition(told[0], -0.5, 0.75, 0.125))
+    spline = SimmSpline((-1.0, 0.0, 0.5, 1.0), (0.0, 0.25, 0.125, 0.5))
+    moves = (
+        PointMotion((1.0, 0.0, 0.0), told[0], spline, -0.75, 0.75),
+        PointMotion((0.0, 0.5, 0.5), told[-1], Polynomial((0.5, 0.25))),
+    )
+    at_times = replace(others[0], when=PointCondition(told[0], -0.5, 0.75, 0.125), moves=moves)
     points = (first, at_times, *others[1:], *_way(rng, names))
     branches, terms = (Branch(0, 1.5), Branch(4, 2.0)), (CoordinateTerm(told[-1], 0.5),)
     site = ViaPoint(names[-1], vector(rng))
@@ -251,6 +258,7 @@ def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
         "last_segment": [None, 1, 2],
         "rule": ["taut", "mujoco", "opensim"],
         "quadrant": ["all", "+x", "-z"],
+        "moves": [()],
         "when": [None, PointCondition(robot.coordinates[0].name, -1.0, 1.0)],
         "side_point": [None, ViaPoint(WORLD, (0.5, 0.0, 0.0))],
         "point": [0, 2, 4],

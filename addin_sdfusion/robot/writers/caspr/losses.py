@@ -36,7 +36,7 @@ def losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[Findin
         *(finding for joint in robot.joints for finding in _joint(joint)),
         *_links(robot),
         *(finding for member in all_muscles(robot) for finding in _muscle(*member)),
-        *muscle_paths(robot, "CASPR"),
+        *muscle_paths(robot, "CASPR", every_set=True),
         *_tasks(robot),
         *_ids(robot),
         *trajectory_losses(robot, trajectories),

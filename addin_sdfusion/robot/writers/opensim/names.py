@@ -105,4 +105,5 @@ def _with_legal_sets(robot: Robot, renaming: dict[str, Renaming], links: Renamin
 def _point(point: ViaPoint, links: Renaming, coordinates: Renaming) -> ViaPoint:
     when = point.when
     when = when and replace(when, coordinate=coordinates[when.coordinate])
-    return replace(point, link=links[point.link], when=when)
+    moves = tuple(replace(m, coordinate=coordinates[m.coordinate]) for m in point.moves)
+    return replace(point, link=links[point.link], when=when, moves=moves)

@@ -56,6 +56,8 @@ COVERED = {
     "CableModel": {"cable-model-left-out", "tension-law-changed", "caspr-tension-law",
                    "cable-parameters-left-out"},
     "BasePulley": {"pulley-left-out"},
+    "ViaPoint.moves": {"point-motion-left-out"},
+    "PointMotion": {"point-motion-left-out"},
     "ViaPoint.when": {"point-condition-left-out"},
     "PointCondition": {"point-condition-left-out"},
     "Branch": {"branches-left-out"},
