@@ -18,8 +18,8 @@ from .progress_dialog import ProgressDialog
 _NOTES = {
     "part": "This is a part design: it has one link only. Muscles need links that move against "
     "each other: make an assembly or hybrid design.",
-    "assembly": "This is an assembly design: its components come from other documents. Points can "
-    "be stored only in components of this document.",
+    "assembly": "This is an assembly design: its components come from other documents. Points are "
+    "kept in this design, each in the frame of the component that it is on.",
 }
 
 

@@ -16,7 +16,6 @@ import adsk.fusion
 
 from ..muscles.attributes import SETTINGS, read_settings
 from ..muscles.point_names import natural_key
-from ..muscles.stored import stored_muscles
 from ..progress import Progress, no_progress
 from ..robot.errors import InputError
 from ..robot.finding import Subject
@@ -33,6 +32,7 @@ from ..snapshot import (
 from .bodies.bodies import count_bodies, read_bodies
 from .bodies.mass import Accuracy, read_mass
 from .bodies.meshes import Mesher
+from .inserted import attributes_of_designs, read_kept, read_muscles
 from .joints.groups import read_groups
 from .joints.joints import read_joints
 from .keys import Keys
@@ -105,11 +105,13 @@ class _Reading:
         mesher = Mesher(settings.quality, notes) if meshes else None
         parts, bodies = self._parts(occurrences, mesher)
         keys = Keys(occurrences.values())
+        held = attributes_of_designs(attributes, occurrences)
         points = [
             point
             for occurrence in occurrences.values()
             for point in self._all("points", occurrence, read_points(occurrence, keys, notes))
         ]
+        points += read_kept(held, occurrences, notes)
         return DesignSnapshot(
             name=self._name(),
             settings=settings,
@@ -119,7 +121,7 @@ class _Reading:
             joints=self._named("joint", read_joints, occurrences),
             points=tuple(sorted(points, key=_point_key)),
             surfaces=self._surfaces(list(occurrences.values()), keys),
-            muscles=stored_muscles(attributes, self._name(), notes.findings),
+            muscles=read_muscles(held, self._name(), notes),
             intent=self._intent(),
             findings=notes.sorted(),
             source=self._source(),

@@ -1,19 +1,20 @@
 """Attributes of points, faces and the design, as JSON text.
 
-All are in the group `CARDSFlow`: `point` on a construction point, `wrap` on a face, `muscles` and
-`settings` on the design.
+All are in the group `CARDSFlow`: `point` on a construction point, `wrap` on a face; `muscles`,
+`settings`, and `points`, those that no construction point can hold, on the design.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..records import from_plain, to_plain
 from ..robot.errors import InputError
 from ..robot.json_text import json_text
+from ..robot.model.pose import Vector3
 from ..settings import ExportSettings
 from ..snapshot import MuscleSnapshot, PointUse, SurfaceUse
 from .rows import MuscleRow
@@ -22,7 +23,40 @@ GROUP = "CARDSFlow"
 POINT = "point"
 WRAP = "wrap"
 MUSCLES = "muscles"
+POINTS = "points"
 SETTINGS = "settings"
+
+
+@dataclass(frozen=True, slots=True)
+class KeptPoint:
+    """A point on a component of another document, kept in the design that it is put into.
+
+    Attributes:
+        occurrence: Path of the occurrence.
+        position: In the occurrence's frame, in [m].
+        use: What it is.
+    """
+
+    occurrence: str
+    position: Vector3
+    use: PointUse
+
+
+def kept_points_text(points: Sequence[KeptPoint]) -> str:
+    """The text of the design's attribute that keeps points."""
+    return json_text([to_plain(p) for p in points], ensure_ascii=False, sort_keys=True)
+
+
+def read_kept_points(text: str) -> tuple[KeptPoint, ...]:
+    """The points that the design's attribute keeps.
+
+    Raises:
+        InputError: It cannot be read; the message names the key.
+    """
+    plain = _json(text, POINTS)
+    if not isinstance(plain, list):
+        raise InputError("must hold a list", key=POINTS)
+    return tuple(from_plain(KeptPoint, p, f"{POINTS}[{i}]") for i, p in enumerate(plain))
 
 
 def point_text(point: PointUse) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...fusion.inserted import KEPT
 from ...fusion.occurrences import every_occurrence
 from ...muscles.attributes import GROUP, WRAP
 from ...muscles.stored import stored_surface
@@ -26,7 +27,7 @@ class Entities:
         components |= {o.fullPathName: o.component for o in every_occurrence(root)}
         for point in snapshot.points:
             component = components.get(point.occurrence)
-            if component is None:
+            if component is None or point.entity.startswith(KEPT):
                 continue
             found = component.constructionPoints.itemByName(point.name)
             if found is not None:

@@ -13,7 +13,9 @@ import adsk.core
 import adsk.fusion
 
 from ...fusion.units import CM
+from ...muscles.attributes import KeptPoint
 from ...robot.model.pose import Vector3
+from .desired_points import DesiredPoint
 from .edits import added
 
 BASE_FEATURE = "CARDSFlow points"
@@ -46,6 +48,12 @@ def make_points(
     finally:
         feature.finishEdit()
     return made
+
+
+def kept_point(item: DesiredPoint, occurrence: Any, path: str) -> KeptPoint:
+    """A point that is kept in the design, in the frame of an occurrence or of the root."""
+    place = _in_component(item.row.position, occurrence)
+    return KeptPoint(path, (place.x * CM, place.y * CM, place.z * CM), item.attribute)
 
 
 def delete_points(points: Sequence[Any]) -> None:

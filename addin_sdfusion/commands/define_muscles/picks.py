@@ -39,13 +39,13 @@ class Picks:
         center = self._position(entity)
         occurrence = entity.assemblyContext
         path = occurrence.fullPathName if occurrence else ""
-        problem = problem_of(entity, occurrence)
-        if isinstance(entity, adsk.fusion.ConstructionPoint):
-            return Pick(center, path, key_of(entity), f"Point {entity.name!r}", problem)
+        foreign = bool(problem_of(entity, occurrence))  # its place is kept in this design
+        if isinstance(entity, adsk.fusion.ConstructionPoint) and not foreign:
+            return Pick(center, path, key_of(entity), f"Point {entity.name!r}")
         handle = f"{HANDLE}{len(self._entities)}"
         self._entities[handle] = entity
         part = f"What you picked in {occurrence.name!r}" if occurrence else "What you picked"
-        return Pick(center, path, handle, part, problem)
+        return Pick(center, path, handle, part)
 
     def surface(self, entity: Any, key_of: Callable[[Any], str]) -> Pick:
         """A click on a cylinder or sphere.

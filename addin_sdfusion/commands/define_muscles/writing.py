@@ -11,13 +11,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from ...fusion.inserted import KEPT
+from ...fusion.notes import optional
 from ...fusion.occurrences import every_occurrence
 from ...fusion.units import CM
 from ...muscles.attributes import (
     GROUP,
     MUSCLES,
     POINT,
+    POINTS,
     WRAP,
+    kept_points_text,
     muscles_text,
     point_text,
     wrap_text,
@@ -30,8 +34,10 @@ from ...robot.model.robot import WORLD
 from ...snapshot import SurfaceUse
 from .desired_points import AnyRow, DesiredPoint, as_made, desired_points, original_name, rows_of
 from .edits import About, added, is_called, native
-from .free_points import delete_points, make_points
+from .free_points import delete_points, kept_point, make_points
 from .picks import Picks, is_center, problem_of
+
+_ASSEMBLY = 1  # DesignIntentTypes
 
 TOLERANCE = 1e-6
 """How far a new point may be from where it was clicked, in [m]."""
@@ -71,7 +77,14 @@ class Writer:
             InputError: Something cannot be written; the message says which object, and the
                 transaction must be given up.
         """
-        desired = list(desired_points(after))
+        desired = []
+        kept = []
+        for item in desired_points(after):
+            home = self._kept_at(item)
+            if home is None:
+                desired.append(item)
+            else:
+                kept.append(kept_point(as_made(item), self._occurrences.get(home), home))
         self._remove(before, {w.row.entity for w in desired if w.row.entity})
         points: list[Any] = []
         free: list[int] = []
@@ -92,8 +105,29 @@ class Writer:
         self._name(list(zip(points, desired, strict=True)))
         self._write_faces(before, after)
         self._set(self._design, MUSCLES, muscles_text(after.rows), "the design")
+        if kept or self._design.attributes.itemByName(GROUP, POINTS):
+            self._set(self._design, POINTS, kept_points_text(kept), "the design")
 
     # Points
+
+    def _kept_at(self, item: DesiredPoint) -> str | None:
+        """The occurrence that a point is kept at in the design; None if a component can hold it.
+
+        Components of other documents are read-only here, and the root of an assembly design takes
+        no points.
+        """
+        row = item.row
+        if row.entity.startswith(KEPT):
+            there = self._link_of.get(row.occurrence, WORLD) == row.link
+            return row.occurrence if there else self._home(row)
+        if row.entity in self._points:
+            return None
+        there = bool(row.entity) and self._link_of.get(row.occurrence, WORLD) == row.link
+        home = row.occurrence if there else self._home(row)
+        if not home:
+            intent = optional(lambda: self._design.designIntent)
+            return home if intent == _ASSEMBLY else None
+        return home if problem_of(None, self._occurrences.get(home)) else None
 
     def _remove(self, before: MuscleTable, used: set[str]) -> None:
         gone = []
@@ -121,15 +155,23 @@ class Writer:
         """Names and attributes; first, points give up names that others shall have."""
         changed = [(p, w) for p, w in points if not is_called(p, w.name)]
         names = {w.name for _, w in changed}
+        changed = [(p, w) for p, w in changed if not self._only_number(p, w)]
         for i, (point, w) in enumerate(changed):
             if point.name in names:
                 with About(f"construction point {point.name!r}", self._why_not(w.row)):
                     point.name = f"cardsflow renames {i}"
         for point, w in points:
             with About(f"construction point {w.name!r}", self._why_not(w.row)):
-                if not is_called(point, w.name):
+                if not is_called(point, w.name) and not self._only_number(point, w):
                     point.name = w.name
             self._set(point, POINT, point_text(w.attribute), w.name, self._why_not(w.row))
+
+    def _only_number(self, point: Any, wanted: DesiredPoint) -> bool:
+        """Whether a point that is read-only here needs no more than another muscle's number."""
+        known, named = parse_point_name(point.name), parse_point_name(wanted.name)
+        if known is None or named is None or not self._why_not(wanted.row):
+            return False
+        return replace(known, motor=0, copy=0) == replace(named, motor=0, copy=0)
 
     def _with_origin(self, item: DesiredPoint, point: Any) -> DesiredPoint:
         """The name that the user gave the point is remembered."""

@@ -370,22 +370,28 @@ def test_a_part_without_a_link_is_reported(fusion: Any, addin: Any) -> None:
     assert len(command.table("points")) == 1
 
 
-def test_referenced_components_are_named(fusion: Any, addin: Any) -> None:
+def test_faces_of_referenced_components_are_refused_and_points_are_kept(
+    fusion: Any, addin: Any
+) -> None:
     build = build_arm()
     linked = build.place(build.component("bolt", referenced=True))
-    build.box(linked, (1.0, 1.0, 1.0))
+    build.cylinder(linked, 1.0, 1.0)
     build.rigid_group("EXPORT_bolt", [linked])
     before = fusion.full_fingerprint()
     command = fusion.run_command(DEFINE)
-    command.pick("pick", User(fusion).body("bolt").vertices.item(0))
+    command.pick("wrap_pick", User(fusion).body("bolt").faces.item(0))
     text = command["status"].text
     assert "bolt:1" in text
     assert "another document" in text
+    command.pick("pick", User(fusion).body("bolt").vertices.item(0))
     command.set("link", "bolt")
     command.pick("pick", User(fusion).vertex(0))
-    command.ok()
-    assert "bolt" in command.failed
-    assert "Traceback" not in command.failed
+    done(command)
+    assert linked[-1].component.points == []
+    command = fusion.run_command(DEFINE)
+    assert [row[1] for row in command.table("points")[1:]] == ["bolt", "bolt"]
+    command.cancel()
+    fusion.undo()
     assert fusion.full_fingerprint() == before
 
 

@@ -10,7 +10,10 @@ import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.base import CLASSES
 from fake_fusion.maths import translation
-from support.designs.exported import press_export
+from fake_fusion.model.data import DesignData
+from support.designs.exported import initial_poses, press_export
+
+from addin_sdfusion.robot.readers import read_robot
 
 DEFINE, CHECK, EXPORT = "cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport"
 
@@ -157,3 +160,74 @@ def test_an_export_weighs_everything_once_and_says_so(
     assert {accuracy for _, accuracy in weighed} == {2}
     assert fusion.world.progress[0].hidden
     assert fusion.world.progress[0].title == "Export"
+
+
+def inserted(build: Builder, name: str, muscles: str) -> None:
+    """All that is drawn so far comes from another document, whose design lists muscles."""
+    source = DesignData(name)
+    source.attributes["CARDSFlow", "muscles"] = muscles
+    for component in build.design.components[1:]:
+        component.referenced, component.source = True, source
+
+
+def via_points(folder: Path) -> dict[str, list[np.ndarray]]:
+    """Via points of the exported muscles in the world, at the design's pose, in [m]."""
+    robot = read_robot(folder)
+    poses = initial_poses(robot)
+    return {
+        m.name: [(poses[v.link] @ [*v.position, 1.0])[:3] for v in m.via_points]
+        for m in robot.muscles
+    }
+
+
+def test_muscles_on_components_of_other_documents_are_kept_in_the_design(
+    fusion: Any, tmp_path: Path
+) -> None:
+    """An assembly design: everything is external, and the root takes no features."""
+    build = arm(intent="assembly")
+    inserted(build, "parts", "[]")
+    before = fusion.full_fingerprint()
+    occurrences = list(fusion.design.rootComponent.occurrences)
+    vertices = [o.bRepBodies[0].vertices[k] for k, o in enumerate(occurrences)]
+    command = fusion.run_command(DEFINE)
+    for vertex in vertices:
+        command.pick("pick", vertex)
+    command.ok()
+    assert command.failed == ""
+    assert all(o.component.constructionPoints.count == 0 for o in occurrences)
+    after = fusion.full_fingerprint()
+    command = fusion.run_command(DEFINE)
+    assert len(command.table("points")) == 3
+    command.ok()
+    assert fusion.full_fingerprint() == after  # nothing is written twice
+    press_export(fusion, tmp_path / "robot")
+    (found,) = via_points(tmp_path / "robot").values()
+    for point, vertex in zip(found, vertices, strict=True):
+        place = vertex.geometry
+        assert point == pytest.approx([0.01 * v for v in (place.x, place.y, place.z)], abs=1e-9)
+    with fusion.building():  # the points follow their parts
+        build.root.occurrences[1].T = translation((1.0, 2.0, 3.0)) @ build.root.occurrences[1].T
+    command = fusion.run_command(DEFINE)
+    seen = command.table("points")[2][2]
+    command.cancel()
+    place = vertices[1].geometry
+    assert seen == ", ".join(f"{10.0 * v:.1f}" for v in (place.x, place.y, place.z))
+    fusion.undo()  # the settings of the export
+    fusion.undo()
+    with fusion.building():
+        build.root.occurrences[1].T = translation((-1.0, -2.0, -3.0)) @ build.root.occurrences[1].T
+    assert fusion.full_fingerprint() == before
+
+
+def test_muscles_of_an_inserted_design_keep_their_forces(fusion: Any, tmp_path: Path) -> None:
+    build = Builder("whole")
+    paths = designs.chain(build, ("base", "upper"))
+    designs.muscle(build, 0, [("base", paths[0]), ("upper", paths[1])])
+    build.done()
+    inserted(build, "arm", '[{"name": "motor0", "f_min": 3, "f_max": 77, "color": "#123456"}]')
+    command = fusion.run_command(CHECK)
+    assert not any("force limits" in str(row) for row in command.table("findings"))
+    command.cancel()
+    press_export(fusion, tmp_path / "robot")
+    (muscle,) = read_robot(tmp_path / "robot").muscles
+    assert (muscle.name, muscle.f_min, muscle.f_max) == ("motor0", 3.0, 77.0)

@@ -48,7 +48,7 @@ class Component(WithName, BaseComponent):
         return self._data.design.components
 
     id = property(lambda self: f"{self._data.design.components.index(self._data):032x}")
-    parentDesign = property(lambda self: wrap(self._data.design))
+    parentDesign = property(lambda self: wrap(self._data.source or self._data.design))
     description = property(lambda _: "")
     material = property(lambda self: material(self._data.material))
     occurrences = property(lambda self: new(Occurrences, component=self._data))

@@ -255,6 +255,7 @@ class ComponentData(Named):
 
     Attributes:
         referenced: Whether it lives in another document.
+        source: That document's design, where that matters.
         poses: Poses of occurrences within a sub-assembly that differ from those which it has
             elsewhere (its joints are moved here): by path from this component, relative to the
             occurrence above.
@@ -262,6 +263,7 @@ class ComponentData(Named):
 
     design: Any = None
     referenced: bool = False
+    source: Any = None
     bodies: list[BodyData] = field(default_factory=list)
     mesh_bodies: list[BodyData] = field(default_factory=list)
     occurrences: list[OccurrenceData] = field(default_factory=list)
