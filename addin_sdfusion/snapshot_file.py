@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .muscles.stored import stored_muscles, stored_point, stored_surface
+from .record_schema import record_schema
 from .records import from_plain, to_plain
 from .robot import limits
 from .robot.errors import InputError
@@ -17,6 +18,20 @@ from .snapshot import DesignSnapshot
 
 FORMAT = 2
 """Version of the file format. A change that a reader of before would misread gives it a new one."""
+
+
+def file_schema() -> dict[str, Any]:
+    """The JSON Schema of the file."""
+    return {
+        "type": "object",
+        "properties": {
+            "$schema": {"type": "string"},
+            "format": {"const": FORMAT},
+            "design": record_schema(DesignSnapshot),
+        },
+        "required": ["format", "design"],
+        "additionalProperties": False,
+    }
 
 
 def snapshot_text(snapshot: DesignSnapshot) -> str:

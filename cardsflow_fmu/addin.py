@@ -1,4 +1,4 @@
-"""The add-in for Fusion from outside: export without Fusion, installation, archive."""
+"""The add-in for Fusion from outside: installation, archive."""
 
 from __future__ import annotations
 
@@ -7,19 +7,12 @@ import os
 import shutil
 import sys
 import zipfile
-from collections.abc import Mapping
-from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import addin_sdfusion
-from addin_sdfusion.exporting.export import Exported, export_robot
-from addin_sdfusion.records import from_plain, to_plain
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file, write_files
-from addin_sdfusion.settings import ExportSettings
-from addin_sdfusion.snapshot_file import read_snapshot
 
 NAME = "addin_sdfusion"
 """Fusion wants the folder, the program in it and its manifest to have the same name."""
@@ -29,27 +22,6 @@ ADD_INS = Path("Autodesk/Autodesk Fusion 360/API/AddIns")
 
 _LARGEST = 2**24
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-
-
-def export_snapshot(
-    file: str | Path, folder: str | Path, settings: Mapping[str, Any] | None = None
-) -> Exported:
-    """Export a design from its snapshot, as the add-in does inside Fusion.
-
-    Args:
-        file: The snapshot's JSON file.
-        folder: Where to; made if it does not exist.
-        settings: Changes to the snapshot's own settings, by their names in ExportSettings.
-
-    Raises:
-        RobotError: The design has errors; the exception carries all findings.
-        InputError: The snapshot cannot be read, a setting is wrong, or the folder cannot be
-            written.
-    """
-    snapshot = read_snapshot(file)
-    changed = to_plain(snapshot.settings) | dict(settings or {})
-    chosen = from_plain(ExportSettings, changed, "--set")
-    return export_robot(replace(snapshot, settings=chosen), folder)
 
 
 def install(folder: str | Path | None = None) -> Path:

@@ -33,6 +33,7 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_I
 
 
 EXTRAS = {
+    "cad": "build123d",
     "drake": "pydrake",
     "optimise": "cmaes",
     "pandas": "pandas",

@@ -1,11 +1,12 @@
-"""`cardsflow addin`: the commands about the Fusion add-in."""
+"""`cardsflow import-cad`, and `addin`: designs of CAD systems, and the add-in for Fusion."""
 
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 
-from addin_sdfusion.robot import RobotError
+from addin_sdfusion.robot import InputError, RobotError
 
 from .common import (
     FAILED,
@@ -20,20 +21,43 @@ from .common import (
 )
 
 
+def add_import_cad(commands: Commands) -> None:
+    """Add `import-cad`."""
+    parser = commands.add(
+        "import-cad",
+        _import_cad,
+        "Make a robot's folder of a CAD design: a snapshot (.json), a program that draws with "
+        "build123d (.py; it is run), or a STEP file with tables of its joints and muscles.",
+        "cardsflow import-cad examples/from_cad/two_link_arm.json arm",
+    )
+    parser.add_argument("design", type=Path, help="a snapshot, .py, .step or .stp")
+    parser.add_argument(
+        "folder", type=Path, nargs="?", help="the robot's folder; the design's name when left out"
+    )
+    step = parser.add_argument_group("of a STEP file")
+    step.add_argument("--joints", type=Path, metavar="CSV", help="the joints between its parts")
+    step.add_argument("--muscles", type=Path, metavar="CSV", help="its muscles and task points")
+    step.add_argument("--materials", type=Path, metavar="CSV", help="densities or masses of parts")
+    step.add_argument("--density", type=float, help="of all other parts, in kg/m3")
+    _add_export(parser)
+
+
 def add_addin(commands: Commands) -> None:
     """Add `addin` and its actions."""
     text = "The add-in for Fusion: export without Fusion, install it, pack it."
     actions = commands.group("addin", text, "cardsflow addin install")
     parser = actions.add(
         "export-snapshot",
-        _export_snapshot,
-        "Export a design from its snapshot, as the add-in does inside Fusion.",
+        _import_cad,
+        "Export a design from its snapshot, as the add-in does inside Fusion: the same as "
+        "`cardsflow import-cad`.",
         "cardsflow addin export-snapshot arm.json -o arm --set collision=none",
     )
-    parser.add_argument("snapshot", type=Path, help="the JSON file that the add-in has saved")
-    add_output(parser, "the robot's folder", required=True)
-    add_settings(parser, "setting of the export", "up_axis=y")
-    add_json(parser, "files and findings")
+    parser.add_argument("design", type=Path, help="the JSON file that the add-in has saved")
+    parser.add_argument(
+        "-o", "--output", dest="folder", type=Path, required=True, help="the robot's folder"
+    )
+    _add_export(parser)
     parser = actions.add(
         "install",
         _install_addin,
@@ -52,20 +76,6 @@ def add_addin(commands: Commands) -> None:
     add_json(parser, "the file")
 
 
-def _export_snapshot(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.addin import export_snapshot
-
-    try:
-        exported = export_snapshot(options.snapshot, options.output, settings_of(options.set))
-        findings, files = exported.findings, exported.files
-    except RobotError as error:
-        findings, files = error.findings, ()
-    if not options.json:
-        print_findings(findings, verbose=True)
-    print_files(files, options.json, findings=[finding.as_dict() for finding in findings])
-    return FAILED if any(finding.is_error for finding in findings) else GOOD
-
-
 def _install_addin(options: argparse.Namespace) -> int:
     from cardsflow_fmu.addin import install
 
@@ -78,3 +88,33 @@ def _zip_addin(options: argparse.Namespace) -> int:
 
     print_files([zip_addin(options.output)], options.json)
     return GOOD
+
+
+def _add_export(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every export."""
+    add_settings(parser, "setting of the export", "up_axis=y")
+    add_json(parser, "files and findings")
+
+
+def _import_cad(options: argparse.Namespace) -> int:
+    """Import a design."""
+    from cardsflow_fmu.cad import Tables, import_cad
+
+    given = {
+        name: value
+        for name in ("joints", "muscles", "materials", "density")
+        if (value := getattr(options, name, None)) is not None
+    }
+    if not 0.0 < given.get("density", 1.0) < math.inf:
+        raise InputError(f"must be greater than 0, not {options.density:g}", key="--density")
+    folder = options.folder or Path(options.design.stem)
+    tables = Tables(**given) if given else None
+    try:
+        exported = import_cad(options.design, folder, settings_of(options.set), tables)
+        findings, files = exported.findings, exported.files
+    except RobotError as error:
+        findings, files = error.findings, ()
+    if not options.json:
+        print_findings(findings, verbose=True)
+    print_files(files, options.json, findings=[finding.as_dict() for finding in findings])
+    return FAILED if any(finding.is_error for finding in findings) else GOOD

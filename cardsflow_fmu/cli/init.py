@@ -12,7 +12,7 @@ from addin_sdfusion.robot.json_text import json_text
 
 from .common import GOOD, Commands, add_json, add_output, add_robot, print_files
 
-KINDS = ("experiment", "study")
+KINDS = ("experiment", "study", "snapshot")
 SHELLS = ("bash", "zsh", "fish")
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -37,7 +37,7 @@ def add_schema(commands: Commands) -> None:
         "schema",
         _schema,
         "Print the JSON Schema of experiment.toml or study.toml, by which editors complete and "
-        "check them.",
+        "check them, or of a design's snapshot.",
         "cardsflow schema > experiment.schema.json",
     )
     parser.add_argument("kind", nargs="?", choices=KINDS, default=KINDS[0], help="of which file")
@@ -80,8 +80,12 @@ def schema(kind: str = "experiment") -> dict[str, Any]:
     It is independent of a robot: names of muscles, links and coordinates are checked by the reader.
 
     Args:
-        kind: `experiment` or `study`.
+        kind: `experiment`, `study`, or `snapshot`, which is JSON.
     """
+    if kind == "snapshot":
+        from addin_sdfusion.snapshot_file import file_schema
+
+        return {"$schema": DIALECT, "title": "design snapshot", **file_schema()}
     from cardsflow_fmu.config.schema import json_schema
     from cardsflow_fmu.config.table import Table
     from cardsflow_fmu.experiment.settings.file import ExperimentTables

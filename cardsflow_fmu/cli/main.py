@@ -15,7 +15,7 @@ from addin_sdfusion.robot import CardsflowError, InputError  # noqa: E402
 from cardsflow_fmu.utils import interrupts  # noqa: E402
 from cardsflow_fmu.version import __version__  # noqa: E402
 
-from .addin import add_addin  # noqa: E402
+from .addin import add_addin, add_import_cad  # noqa: E402
 from .build import add_build  # noqa: E402
 from .common import BAD_INPUT, EXIT_CODES, FAILED, GOOD, INTERRUPTED, Commands  # noqa: E402
 from .device import add_device, add_replay  # noqa: E402
@@ -39,6 +39,7 @@ _COMMANDS = (
     add_size,
     add_device,
     add_replay,
+    add_import_cad,
     add_addin,
     add_view,
     add_plot,

@@ -1,0 +1,203 @@
+"""The geometry kernel, Open CASCADE: mass properties, triangles and faces of its shapes.
+
+It comes with build123d, in the extra `cad`; a whole shape is given in its own frame, in its own
+unit of length, and placed by a `Transform` in metres.
+"""
+
+from __future__ import annotations
+
+import importlib
+from array import array
+from collections.abc import Iterator
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, Vector3
+from addin_sdfusion.robot.model.transform import Transform
+from addin_sdfusion.settings import MeshQuality
+from addin_sdfusion.snapshot import MassSnapshot, MeshSnapshot
+from cardsflow_fmu.utils.extras import install
+
+MILLIMETRE = 0.001
+
+_FINENESS: dict[MeshQuality, tuple[float, float]] = {
+    "low": (1e-2, 0.8),
+    "normal": (2e-3, 0.4),
+    "high": (5e-4, 0.2),
+    "very_high": (1e-4, 0.1),
+}
+"""How far triangles may be from a face, as a share of the body's size, and turn, in [rad]."""
+
+
+def kernel(module: str) -> Any:
+    """A module of the kernel, such as `gp`.
+
+    Raises:
+        InputError: It is not installed.
+    """
+    try:
+        return importlib.import_module(f"OCP.{module}")
+    except ImportError as error:
+        raise missing() from error
+
+
+def missing() -> InputError:
+    """The error where the extra is not installed."""
+    return InputError(f"STEP files and build123d need the extra `cad`: {install('cad')}")
+
+
+class Face(NamedTuple):
+    """A cylinder or sphere face.
+
+    Attributes:
+        shape: Which of them.
+        radius: In [m].
+        centre: Of the sphere, or of the cylinder's middle, in [m].
+        axis: Of the cylinder; z for a sphere.
+        length: Of the cylinder, in [m]; 0 for a sphere.
+    """
+
+    shape: Literal["sphere", "cylinder"]
+    radius: float
+    centre: Vector3
+    axis: Vector3 = (0.0, 0.0, 1.0)
+    length: float = 0.0
+
+
+def transform(trsf: Any, unit: float) -> Transform:
+    """A placement of the kernel (gp_Trsf).
+
+    Args:
+        trsf: The placement, which neither scales nor mirrors.
+        unit: Its unit of length, in [m].
+
+    Raises:
+        ValueError: It scales or mirrors.
+    """
+    rows = [[trsf.Value(i, j) for j in range(1, 5)] for i in range(1, 4)]
+    R = np.array(rows)[:, :3]
+    if not np.allclose(R @ R.T, np.eye(3), rtol=0.0, atol=1e-6) or np.linalg.det(R) < 0.0:
+        raise ValueError("it scales or mirrors")
+    a, b, c = ((row[0], row[1], row[2]) for row in rows)
+    x, y, z = (unit * row[3] for row in rows)
+    return Transform((a, b, c), (x, y, z))
+
+
+def solids(shape: Any) -> list[Any]:
+    """The solids of a shape, in order."""
+    return list(_explored(shape, "SOLID"))
+
+
+def _explored(shape: Any, kind: str) -> Iterator[Any]:
+    explorer = kernel("TopExp").TopExp_Explorer(
+        shape, getattr(kernel("TopAbs").TopAbs_ShapeEnum, f"TopAbs_{kind}")
+    )
+    while explorer.More():
+        yield explorer.Current()
+        explorer.Next()
+
+
+def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapshot | None:
+    """Mass properties of a solid; None where it has no volume.
+
+    Args:
+        shape: The solid.
+        T: Where it is, T_root_shape.
+        density: In [kg/m³].
+        unit: The shape's unit of length, in [m].
+    """
+    properties = kernel("GProp").GProp_GProps()
+    kernel("BRepGProp").BRepGProp.VolumeProperties_s(shape, properties, True, False, False)
+    mass = density * unit**3 * properties.Mass()
+    if not mass > 0.0:
+        return None
+    centre, inertia = properties.CentreOfMass(), properties.MatrixOfInertia()
+    own = np.array([[inertia.Value(i, j) for j in (1, 2, 3)] for i in (1, 2, 3)])
+    R = np.array(T.R)
+    J = density * unit**5 * R @ own @ R.T
+    com = R @ (unit * np.array([centre.X(), centre.Y(), centre.Z()])) + np.array(T.p)
+    about_origin = J + mass * (com @ com * np.eye(3) - np.outer(com, com))
+    xx, yy, zz = np.diag(about_origin).tolist()
+    xy, yz, xz = (float(about_origin[i, j]) for i, j in ((0, 1), (1, 2), (0, 2)))
+    least, middle, most = np.linalg.eigvalsh(J).tolist()
+    return MassSnapshot(mass, _vector(com), (xx, yy, zz, xy, yz, xz), (least, middle, most))
+
+
+def mesh_of(shape: Any, T: Transform, quality: MeshQuality, unit: float) -> MeshSnapshot | None:
+    """Triangles of a shape; None where the kernel gives none.
+
+    Args:
+        shape: The body.
+        T: Where it is, T_root_shape.
+        quality: How fine.
+        unit: The shape's unit of length, in [m].
+    """
+    deflection, angle = _FINENESS[quality]
+    box = kernel("Bnd").Bnd_Box()
+    kernel("BRepBndLib").BRepBndLib.Add_s(shape, box)
+    if box.IsVoid():
+        return None
+    size = box.SquareExtent() ** 0.5
+    kernel("BRepMesh").BRepMesh_IncrementalMesh(shape, deflection * size, False, angle, False)
+    nodes: list[Any] = []
+    triangles: list[int] = []
+    for face in _explored(shape, "FACE"):
+        _add_face(face, nodes, triangles)
+    if not triangles:
+        return None
+    placed = unit * np.array(nodes) @ np.array(T.R).T + np.array(T.p)
+    return MeshSnapshot(array("d", placed.ravel().tolist()), array("i", triangles))
+
+
+def _add_face(face: Any, nodes: list[Any], triangles: list[int]) -> None:
+    """Append a face's triangles, counter-clockwise seen from outside."""
+    location = kernel("TopLoc").TopLoc_Location()
+    mesh = kernel("BRep").BRep_Tool.Triangulation_s(kernel("TopoDS").TopoDS.Face(face), location)
+    if mesh is None:
+        return
+    first, trsf = len(nodes), location.Transformation()
+    for i in range(1, mesh.NbNodes() + 1):
+        node = mesh.Node(i).Transformed(trsf)
+        nodes.append((node.X(), node.Y(), node.Z()))
+    reversed_ = face.Orientation() == kernel("TopAbs").TopAbs_Orientation.TopAbs_REVERSED
+    for i in range(1, mesh.NbTriangles() + 1):
+        a, b, c = (first + corner - 1 for corner in mesh.Triangle(i).Get())
+        triangles += (a, c, b) if reversed_ else (a, b, c)
+
+
+def face_of(face: Any, T: Transform, unit: float) -> Face:
+    """A cylinder or sphere face that muscles can wrap over.
+
+    Args:
+        face: The face.
+        T: Where its shape is, T_root_shape.
+        unit: The shape's unit of length, in [m].
+
+    Raises:
+        ValueError: It is another one.
+    """
+    surface = kernel("BRepAdaptor").BRepAdaptor_Surface(face)
+    kinds = kernel("GeomAbs").GeomAbs_SurfaceType
+    if surface.GetType() == kinds.GeomAbs_Sphere:
+        sphere = surface.Sphere()
+        return Face("sphere", unit * sphere.Radius(), T.apply(_point(sphere.Location(), unit)))
+    if surface.GetType() != kinds.GeomAbs_Cylinder:
+        raise ValueError("it is neither a cylinder nor a sphere")
+    cylinder = surface.Cylinder()
+    direction = cylinder.Axis().Direction()
+    axis = np.array([direction.X(), direction.Y(), direction.Z()])
+    first, last = surface.FirstVParameter(), surface.LastVParameter()
+    middle = np.array(_point(cylinder.Location(), unit)) + unit * (first + last) / 2.0 * axis
+    length = unit * abs(last - first)
+    centre, along = T.apply(_vector(middle)), T.rotate(_vector(axis))
+    return Face("cylinder", unit * cylinder.Radius(), centre, along, length)
+
+
+def _point(point: Any, unit: float) -> Vector3:
+    return unit * point.X(), unit * point.Y(), unit * point.Z()
+
+
+def _vector(v: Any) -> Vector3:
+    x, y, z = (float(value) for value in v)
+    return x, y, z

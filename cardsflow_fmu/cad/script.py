@@ -1,0 +1,67 @@
+"""Designs that are programs: a file of Python that draws with build123d."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+from pathlib import Path
+
+from addin_sdfusion.robot import CardsflowError, InputError
+from addin_sdfusion.robot.files import read_file
+
+from .design import Design
+from .kernel import missing
+
+_LARGEST = 2**24
+
+
+def script_design(file: Path) -> Design:
+    """Run a program and take the design that it leaves in a variable.
+
+    Args:
+        file: The program; it can do whatever its user can.
+
+    Raises:
+        InputError: It cannot be read, fails, or leaves no design or several.
+    """
+    read_file(file, _LARGEST)
+    folder = str(file.resolve().parent)
+    sys.path.insert(0, folder)
+    try:
+        variables = runpy.run_path(str(file), run_name="__cad__")
+    except InputError as error:
+        known = error.file is not None
+        raise (
+            error
+            if known
+            else InputError(error.what, file=file, line=_line(error, file), key=error.key)
+        ) from error
+    except CardsflowError:
+        raise
+    except SyntaxError as error:
+        raise InputError(f"is not Python: {error.msg}", file=file, line=error.lineno) from error
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] in ("build123d", "OCP"):
+            raise missing() from error
+        raise InputError(f"{error}", file=file, line=_line(error, file)) from error
+    except (Exception, SystemExit) as error:
+        what = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
+        raise InputError(what, file=file, line=_line(error, file)) from error
+    finally:
+        sys.path.remove(folder)
+    found = {id(value): name for name, value in variables.items() if isinstance(value, Design)}
+    if len(found) != 1:
+        held = f"leaves {len(found)}: {', '.join(found.values())}" if found else "leaves none"
+        what = f"must leave one cardsflow_fmu.cad.Design in a variable; it {held}"
+        raise InputError(what, file=file)
+    return next(value for value in variables.values() if isinstance(value, Design))
+
+
+def _line(error: BaseException, file: Path) -> int | None:
+    """The line of the program that an error comes from."""
+    at, line = error.__traceback__, None
+    while at is not None:
+        if at.tb_frame.f_code.co_filename == str(file):
+            line = at.tb_lineno
+        at = at.tb_next
+    return line

@@ -1,0 +1,172 @@
+"""A STEP file with its tables as the snapshot of a design."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from addin_sdfusion.building.build_robot import link_of
+from addin_sdfusion.muscles.csv_reader import read_csv
+from addin_sdfusion.muscles.rows import MuscleRow, MuscleTable
+from addin_sdfusion.robot import WORLD, InputError, Vector3
+from addin_sdfusion.robot.files import read_file
+from addin_sdfusion.robot.finding_builders import listed
+from addin_sdfusion.robot.model.rotations import normalized
+from addin_sdfusion.settings import ExportSettings
+from addin_sdfusion.snapshot import (
+    ROOT,
+    DesignSnapshot,
+    JointSnapshot,
+    MotionSnapshot,
+    MuscleSnapshot,
+    PointSnapshot,
+    PointUse,
+    SourceSnapshot,
+)
+
+from .assembly import Assembly, Material
+from .kernel import MILLIMETRE
+from .step_file import read_step
+from .tables import Cell, JointRow, read_joints, read_materials
+
+_LARGEST = 2**24
+_X: Vector3 = (1.0, 0.0, 0.0)
+_Y: Vector3 = (0.0, 1.0, 0.0)
+_Z: Vector3 = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What a STEP file does not say.
+
+    Attributes:
+        joints: Table of the joints between its parts.
+        muscles: Table of muscles, as the add-in writes and reads them; None for none.
+        materials: Table of densities or masses of parts; None for none.
+        density: Of all other parts, in [kg/m³]; None where not known.
+    """
+
+    joints: Path | None = None
+    muscles: Path | None = None
+    materials: Path | None = None
+    density: float | None = None
+
+
+def step_design(file: Path, tables: Tables, settings: ExportSettings) -> DesignSnapshot:
+    """The snapshot of a STEP file.
+
+    Raises:
+        InputError: The file or a table cannot be read, or names a part that there is not.
+    """
+    name, parts = read_step(file)
+    assembly = Assembly(parts, MILLIMETRE)
+    if tables.joints is None:
+        paths = listed([place.path for place in assembly.places], 20)
+        raise InputError(f"needs a table of its joints, --joints; its parts are {paths}", file=file)
+    joints = tuple(_joint(row, assembly) for row in read_joints(tables.joints))
+    links = dict.fromkeys(path for joint in joints for path in (joint.two, joint.one) if path)
+    moving = {joint.one for joint in joints}
+    snapshot = DesignSnapshot(
+        name or file.stem,
+        settings if settings.components else replace(settings, components=tuple(links)),
+        assembly.occurrences({path for path in links if path not in moving}),
+        assembly.bodies(settings.quality, _materials(assembly, tables)),
+        joints=joints,
+        source=SourceSnapshot("STEP", document=file.name),
+    )
+    return snapshot if tables.muscles is None else _with_muscles(snapshot, tables.muscles)
+
+
+def _materials(assembly: Assembly, tables: Tables) -> dict[str, Material]:
+    """What parts are made of, by path."""
+    found = {} if tables.density is None else {ROOT: Material(tables.density)}
+    for row in () if tables.materials is None else read_materials(tables.materials):
+        path = _path(row.part, assembly)
+        if row.density is not None:
+            found[path] = Material(row.density, row.material)
+            continue
+        volume = assembly.volume(path)
+        if not volume > 0.0:
+            raise row.part.error(f"part {path!r} has no volume that its mass could fill")
+        found[path] = Material((row.mass or 0.0) / volume, row.material)
+    return found
+
+
+def _path(cell: Cell, assembly: Assembly) -> str:
+    """The path of the part that a cell names."""
+    if cell.text == WORLD:
+        return ROOT
+    try:
+        return assembly.find(cell.text).path
+    except InputError as error:
+        raise cell.error(error.what) from None
+
+
+def _joint(row: JointRow, assembly: Assembly) -> JointSnapshot:
+    child, parent = _path(row.child, assembly), _path(row.parent, assembly)
+    if child == ROOT:
+        raise row.child.error("the world does not move; make it the parent")
+    if child == parent:
+        raise row.child.error("is the same part as the parent")
+    return JointSnapshot(
+        row.name.text, row.kind, child, parent, row.origin, row.origin, _motions(row)
+    )
+
+
+def _motions(row: JointRow) -> tuple[MotionSnapshot, ...]:
+    """The motions of a joint, in their order from the parent to the child."""
+    axis = normalized(row.axis) if row.axis else _Z
+
+    def motion(
+        kind: Literal["rotation", "translation"], axis: Vector3, role: str = ""
+    ) -> MotionSnapshot:
+        limits = row.value, row.lower, row.upper
+        made = MotionSnapshot(kind, axis, *limits, role, row.damping, row.friction)
+        return replace(made, effort=row.effort)
+
+    if row.kind == "revolute":
+        return (motion("rotation", axis),)
+    if row.kind == "slider":
+        return (motion("translation", axis),)
+    if row.kind == "cylindrical":
+        return motion("rotation", axis, "rotation"), motion("translation", axis, "slide")
+    if row.kind == "ball":
+        axes = ((_X, "pitch"), (_Y, "yaw"), (_Z, "roll"))
+        return tuple(motion("rotation", *each) for each in axes)
+    return ()
+
+
+def _with_muscles(snapshot: DesignSnapshot, file: Path) -> DesignSnapshot:
+    """The design with the muscles, task points and markers of a table."""
+    place: dict[str, str] = {WORLD: ROOT}
+    for path, link in sorted(link_of(snapshot).items()):
+        place.setdefault(link, path)
+    table, findings = read_csv(read_file(file, _LARGEST), place, file)
+    return replace(
+        snapshot,
+        muscles=tuple(_muscle(row) for row in table.rows),
+        points=tuple(_points(table, place)),
+        findings=(*snapshot.findings, *findings),
+    )
+
+
+def _muscle(row: MuscleRow) -> MuscleSnapshot:
+    model = row.model
+    return MuscleSnapshot(
+        row.name, row.color, row.f_min, row.f_max, model.kind, dict(model.parameters)
+    )
+
+
+def _points(table: MuscleTable, place: Mapping[str, str]) -> Iterator[PointSnapshot]:
+    uses: list[tuple[str, Vector3, PointUse]] = []
+    for p in table.points:
+        use = PointUse("via", p.link, p.muscle, p.number)
+        uses.append((f"{p.muscle}_{p.number}", p.position, use))
+    for t in table.tasks:
+        uses.append((t.name, t.position, PointUse("task", t.link, name=t.name, axes=t.axes)))
+    for m in table.markers:
+        uses.append((m.name, m.position, PointUse("marker", m.link, name=m.name)))
+    for number, (name, position, use) in enumerate(uses):
+        yield PointSnapshot(name, place[use.link], position, str(number), use)

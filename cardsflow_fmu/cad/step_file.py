@@ -1,0 +1,137 @@
+"""Reader of STEP files: the tree of components with names, places and colours."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.files import read_file
+from addin_sdfusion.robot.model.transform import IDENTITY
+
+from .assembly import Part
+from .kernel import MILLIMETRE, kernel, transform
+
+_LARGEST = 2**30
+_DEEPEST = 100
+
+
+def read_step(file: Path) -> tuple[str, tuple[Part, ...]]:
+    """The parts in a STEP file, in millimetres.
+
+    Returns:
+        The assembly's name, empty where there are several or it has none; and what is in it.
+
+    Raises:
+        InputError: It cannot be read.
+    """
+    if not read_file(file, _LARGEST).lstrip().startswith(b"ISO-10303-21"):
+        raise InputError("is no STEP file: it does not begin with ISO-10303-21", file=file)
+    document = _document(file)
+    shapes = kernel("XCAFDoc").XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    colors = kernel("XCAFDoc").XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+    reading = _Reading(file, shapes, colors)
+    free = list(_labels(shapes.GetFreeShapes))
+    if len(free) == 1 and shapes.IsAssembly_s(free[0]):
+        return _name(free[0]), reading.children(free[0], 0)
+    return "", tuple(reading.part(label, 0) for label in free)
+
+
+def _document(file: Path) -> Any:
+    """What the kernel has read; its messages are not printed."""
+    messenger = kernel("Message").Message.DefaultMessenger_s()
+    printers = list(messenger.Printers())
+    for printer in printers:
+        messenger.RemovePrinter(printer)
+    try:
+        text = kernel("TCollection").TCollection_ExtendedString("XDE")
+        document = kernel("TDocStd").TDocStd_Document(text)
+        reader = kernel("STEPCAFControl").STEPCAFControl_Reader()
+        for choose in (reader.SetNameMode, reader.SetColorMode):
+            choose(True)
+        status = reader.ReadFile(str(file))
+        done = kernel("IFSelect").IFSelect_ReturnStatus.IFSelect_RetDone
+        if status != done or not reader.Transfer(document):
+            raise InputError("cannot be read as a STEP file", file=file)
+    except InputError:
+        raise
+    except Exception as error:  # the kernel's own, of no common class
+        what = " ".join(str(error).split())
+        raise InputError(f"cannot be read as a STEP file: {what}", file=file) from error
+    finally:
+        for printer in printers:
+            messenger.AddPrinter(printer)
+    return document
+
+
+class _Reading:
+    def __init__(self, file: Path, shapes: Any, colors: Any) -> None:
+        self._file = file
+        self._shapes = shapes
+        self._colors = colors
+
+    def children(self, label: Any, depth: int) -> tuple[Part, ...]:
+        """What an assembly holds."""
+        if depth > _DEEPEST:
+            raise InputError(
+                f"its assemblies are nested more than {_DEEPEST} deep", file=self._file
+            )
+        found = _labels(lambda into: self._shapes.GetComponents_s(label, into))
+        return tuple(self.part(component, depth + 1) for component in found)
+
+    def part(self, label: Any, depth: int) -> Part:
+        """A component in its place."""
+        tool, own = self._shapes, label
+        if tool.IsReference_s(label):
+            own = kernel("TDF").TDF_Label()
+            tool.GetReferredShape_s(label, own)
+        name = _name(own) or _name(label) or "part"
+        is_assembly = tool.IsAssembly_s(own)
+        shape = tool.GetShape_s(own)
+        T = tool.GetLocation_s(label).Transformation()
+        color, opacity = (None, 1.0) if is_assembly else self._color(label, own, shape)
+        try:
+            placed = transform(T, MILLIMETRE) if tool.IsReference_s(label) else IDENTITY
+        except ValueError as error:
+            raise InputError(f"part {name!r} cannot be placed: {error}", file=self._file) from None
+        return Part(
+            name,
+            placed,
+            None if is_assembly else shape,
+            self.children(own, depth) if is_assembly else (),
+            _name(label),
+            color=color,
+            opacity=opacity,
+        )
+
+    def _color(self, label: Any, own: Any, shape: Any) -> tuple[str | None, float]:
+        """Of the place, else the component, else the shape."""
+        found = kernel("Quantity").Quantity_ColorRGBA()
+        tool, kinds = kernel("XCAFDoc").XCAFDoc_ColorTool, kernel("XCAFDoc").XCAFDoc_ColorType
+        for kind in (kinds.XCAFDoc_ColorSurf, kinds.XCAFDoc_ColorGen):
+            if (
+                tool.GetColor_s(label, kind, found)
+                or tool.GetColor_s(own, kind, found)
+                or self._colors.GetColor(shape, kind, found)
+            ):
+                text = kernel("Quantity").Quantity_Color.ColorToHex_s(found.GetRGB())
+                return str(text.ToCString()).lower(), float(found.Alpha())
+        return None, 1.0
+
+
+def _labels(fill: Any) -> Iterator[Any]:
+    labels = kernel("collections").Sequence_TDF_Label()
+    fill(labels)
+    for i in range(1, labels.Length() + 1):
+        yield labels.Value(i)
+
+
+def _name(label: Any) -> str:
+    name = kernel("TDataStd").TDataStd_Name()
+    if not label.FindAttribute(kernel("TDataStd").TDataStd_Name.GetID_s(), name):
+        return ""
+    text = str(name.Get().ToExtString())
+    if text.startswith("=>"):  # the kernel's own, of a place without a name
+        return ""
+    return "".join(sign for sign in text if sign.isprintable()).strip()

@@ -1,0 +1,261 @@
+"""Tables beside a STEP file: joints between its parts, and what the parts are made of."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from addin_sdfusion.robot import InputError, Vector3
+from addin_sdfusion.robot.files import read_file
+from addin_sdfusion.robot.finding_builders import unknown
+from addin_sdfusion.snapshot import JointKind
+
+_LARGEST = 2**24
+_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+_RADIANS = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
+_DENSITIES = {"kg/m3": 1.0, "kg/m^3": 1.0, "kg/m³": 1.0, "g/cm3": 1e3, "g/cm^3": 1e3, "g/cm³": 1e3}
+_MASSES = {"kg": 1.0, "g": 0.001}
+_HEADER = re.compile(r"(?P<name>[a-z_ ]*[a-z_]) *(?:[\[(](?P<unit>[^\])]+)[\])])?", re.IGNORECASE)
+_QUANTITY = re.compile(r"(?P<number>[-+0-9.eE]+) *(?P<unit>[a-zA-Z°]*)")
+
+KINDS: Mapping[str, JointKind] = {
+    "rigid": "rigid",
+    "fixed": "rigid",
+    "revolute": "revolute",
+    "slider": "slider",
+    "prismatic": "slider",
+    "cylindrical": "cylindrical",
+    "ball": "ball",
+}
+"""Types of joints, and what a snapshot calls them."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a table: its text, and where it is."""
+
+    text: str
+    file: Path
+    line: int
+    column: str
+    unit: str = ""
+
+    def error(self, what: str) -> InputError:
+        """The error that something is wrong with it."""
+        return InputError(what, file=self.file, line=self.line, key=self.column)
+
+    def number(self, units: Mapping[str, float]) -> float:
+        """The cell as a quantity in SI units; a number alone has the column's unit, or SI's.
+
+        Raises:
+            InputError: It is none.
+        """
+        match = _QUANTITY.fullmatch(self.text)
+        try:
+            value = float(match["number"]) if match else math.nan
+        except ValueError:
+            value = math.nan
+        if not match or not math.isfinite(value):
+            raise self.error(f"must be a number, not {self.text!r}")
+        unit = match["unit"] or self.unit
+        if unit and unit not in units:
+            raise self.error(f"{unknown('unit', unit, list(units))}")
+        return value * units.get(unit, 1.0)
+
+
+@dataclass(frozen=True)
+class JointRow:
+    """A joint of the table.
+
+    Attributes:
+        name: Its name.
+        kind: What a snapshot calls it.
+        parent, child: Names of the parts, or `world`; the child moves.
+        origin: Where it is, in the root frame, in [m]; None where not given.
+        axis: In the root frame; None where not given.
+        lower, upper: Limits, in [rad] or [m]; None where not given.
+        value: Its value in the file, in [rad] or [m].
+        damping, friction: In [N·m·s/rad] and [N·m], or [N·s/m] and [N].
+        effort: In [N·m] or [N]; None where not given.
+    """
+
+    name: Cell
+    kind: JointKind
+    parent: Cell
+    child: Cell
+    origin: Vector3 | None
+    axis: Vector3 | None
+    lower: float | None
+    upper: float | None
+    value: float
+    damping: float
+    friction: float
+    effort: float | None
+
+
+@dataclass(frozen=True)
+class MaterialRow:
+    """What a part is made of.
+
+    Attributes:
+        part: Its name.
+        density: In [kg/m³]; None where the mass is given.
+        mass: In [kg]; None where the density is given.
+        material: Name of the material; may be empty.
+    """
+
+    part: Cell
+    density: float | None
+    mass: float | None
+    material: str
+
+
+def read_joints(file: Path) -> tuple[JointRow, ...]:
+    """The joints of a table.
+
+    Raises:
+        InputError: It is none; the message has the line.
+    """
+    required = ("name", "type", "parent", "child")
+    vectors = ("x", "y", "z", "axis x", "axis y", "axis z")
+    numbers = ("lower", "upper", "value", "damping", "friction", "effort")
+    return tuple(_joint(row) for row in _rows(file, required, (*vectors, *numbers)))
+
+
+def read_materials(file: Path) -> tuple[MaterialRow, ...]:
+    """The materials of a table.
+
+    Raises:
+        InputError: It is none; the message has the line.
+    """
+    rows = []
+    for row in _rows(file, ("part",), ("density", "mass", "material")):
+        density, mass = row.get("density"), row.get("mass")
+        if (density is None) == (mass is None):
+            raise row["part"].error("must have either a density or a mass")
+        by_volume = None if density is None else _positive(density, _DENSITIES)
+        whole = None if mass is None else _positive(mass, _MASSES)
+        material = row["material"].text if "material" in row else ""
+        rows.append(MaterialRow(row["part"], by_volume, whole, material))
+    return tuple(rows)
+
+
+def _positive(cell: Cell, units: Mapping[str, float]) -> float:
+    value = cell.number(units)
+    if not value > 0.0:
+        raise cell.error(f"must be greater than 0, not {cell.text!r}")
+    return value
+
+
+def _joint(row: Mapping[str, Cell]) -> JointRow:
+    kind = KINDS.get(row["type"].text)
+    if kind is None:
+        raise row["type"].error(unknown("type of joint", row["type"].text, list(KINDS)))
+    units = _METRES if kind == "slider" else _RADIANS
+    origin = _vector(row, ("x", "y", "z"), _METRES)
+    axis = _vector(row, ("axis x", "axis y", "axis z"), {})
+    if axis is not None and not any(axis):
+        raise row["axis x"].error("an axis must not be 0 0 0")
+    if kind in ("revolute", "slider", "cylindrical") and axis is None:
+        raise row["name"].error(f"a {kind} joint needs an axis: columns axis x, axis y, axis z")
+    if kind in ("revolute", "cylindrical", "ball") and origin is None:
+        raise row["name"].error(f"a {kind} joint needs an origin: columns x, y, z")
+    if kind in ("cylindrical", "ball"):
+        for column in ("lower", "upper", "value"):
+            if column in row:
+                raise row[column].error(f"a {kind} joint has several; leave the cell empty")
+
+    def number(column: str, units: Mapping[str, float] = {}) -> float | None:
+        return row[column].number(units) if column in row else None
+
+    return JointRow(
+        row["name"],
+        kind,
+        row["parent"],
+        row["child"],
+        origin,
+        axis,
+        number("lower", units),
+        number("upper", units),
+        number("value", units) or 0.0,
+        number("damping") or 0.0,
+        number("friction") or 0.0,
+        number("effort"),
+    )
+
+
+def _vector(
+    row: Mapping[str, Cell], columns: Sequence[str], units: Mapping[str, float]
+) -> Vector3 | None:
+    given = [column for column in columns if column in row]
+    if not given:
+        return None
+    if len(given) < len(columns):
+        lacking = next(column for column in columns if column not in row)
+        raise row[given[0]].error(f"{lacking!r} is missing beside it")
+    x, y, z = (row[column].number(units) for column in columns)
+    return x, y, z
+
+
+def _rows(
+    file: Path, required: Sequence[str], optional: Sequence[str]
+) -> Iterator[dict[str, Cell]]:
+    """The lines of a table, without cells that are empty: comma, semicolon or tab between them."""
+    try:
+        text = read_file(file, _LARGEST).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8; save it as 'CSV UTF-8'", file=file) from None
+    first = text.split("\n", 1)[0]
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))
+    columns: list[tuple[str, str]] = []
+    end = 0
+    try:
+        for cells in reader:
+            line, end = end + 1, reader.line_num
+            if not any(cell.strip() for cell in cells):
+                continue
+            if not columns:
+                columns = _columns(cells, required, optional, file, line)
+                continue
+            if len(cells) > len(columns):
+                what = f"has {len(cells)} cells, the first line has {len(columns)}"
+                raise InputError(what, file=file, line=line)
+            row = {
+                name: Cell(cell.strip(), file, line, name, unit)
+                for cell, (name, unit) in zip(cells, columns, strict=False)
+                if cell.strip()
+            }
+            lacking = [name for name in required if name not in row]
+            if lacking:
+                raise InputError(f"{lacking[0]!r} is empty", file=file, line=line)
+            yield row
+    except csv.Error as error:
+        raise InputError(f"cannot be read: {error}", file=file, line=end + 1) from None
+    if not columns:
+        raise InputError(f"is empty; its first line has {', '.join(required)}", file=file)
+
+
+def _columns(
+    cells: Sequence[str], required: Sequence[str], optional: Sequence[str], file: Path, line: int
+) -> list[tuple[str, str]]:
+    known = (*required, *optional)
+    columns = []
+    for cell in cells:
+        match = _HEADER.fullmatch(cell.strip())
+        name = " ".join((match["name"] if match else cell).lower().replace("_", " ").split())
+        if match is None or name not in known:
+            raise InputError(unknown("column", cell.strip(), known), file=file, line=line)
+        columns.append((name, (match["unit"] or "").strip()))
+    names = [name for name, _ in columns]
+    for name in required:
+        if name not in names:
+            raise InputError(f"has no column {name!r}", file=file, line=line)
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"has two columns {name!r}", file=file, line=line)
+    return columns

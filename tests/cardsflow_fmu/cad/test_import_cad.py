@@ -1,0 +1,182 @@
+"""Import of designs where no geometry kernel is needed: snapshots, tables, programs that fail."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+from support.designs.design_strategies import Draughtsman
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.snapshot_file import snapshot_text
+from cardsflow_fmu.cad.tables import read_joints, read_materials
+from cardsflow_fmu.cli.main import main
+
+EXAMPLE = Path(__file__).parents[3] / "examples/from_cad/two_link_arm.json"
+
+
+def test_both_commands_make_the_same_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("a").mkdir()
+    assert main(["import-cad", str(EXAMPLE), "a/arm", "--set", "collision=none"]) == 0
+    options = ["-o", "b/arm", "--set", "collision=none"]
+    assert main(["addin", "export-snapshot", str(EXAMPLE), *options]) == 0
+    ours, theirs = (
+        {str(p.relative_to(f)): p.read_bytes() for p in f.rglob("*") if p.is_file()}
+        for f in (Path("a/arm"), Path("b/arm"))
+    )
+    assert ours == theirs
+    assert not any(path.startswith("meshes/collision") for path in ours)
+    assert main(["import-cad", str(EXAMPLE)]) == 0
+    assert (tmp_path / "two_link_arm/model.sdf").is_file()
+
+
+def one_line(capsys: pytest.CaptureFixture[str], *words: Any) -> str:
+    """What a refused import says."""
+    assert main(["import-cad", *map(str, words)]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    (line,) = printed.err.splitlines()
+    return line.removeprefix("cardsflow: ")
+
+
+def test_without_the_extra_one_line_names_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for module in [name for name in sys.modules if name.partition(".")[0] in ("OCP", "build123d")]:
+        monkeypatch.delitem(sys.modules, module)
+    for module in ("OCP", "build123d"):
+        monkeypatch.setitem(sys.modules, module, None)
+    Path("arm.step").write_text("ISO-10303-21;\n")
+    assert "extra cad" in one_line(capsys, "arm.step")
+    Path("arm.py").write_text("import json\nfrom build123d import Box\n")
+    assert "extra cad" in one_line(capsys, "arm.py")
+    assert not Path("arm").exists()
+
+
+PROGRAMS = {
+    "x = 1\n": "arm.py: must leave one cardsflow_fmu.cad.Design in a variable; it leaves none",
+    "x = 1\ny = x / 0\n": "arm.py:2: ZeroDivisionError: division by zero",
+    "def f():\n    raise SystemExit('no')\n\nf()\n": "arm.py:2: SystemExit: no",
+    "x = (\n": "arm.py:1: is not Python: '(' was never closed",
+    "from cardsflow_fmu.cad import Design\nd = Design([], colour=1)\n": "arm.py:2: settings: unkn",
+    "from cardsflow_fmu.cad import Design\nd = Design([])\nd.muscle('m', 7)\n": "arm.py:3: muscle",
+    "from cardsflow_fmu.cad import Design\nd = Design([])\nd.muscle('m')\nd.muscle('m')\n":
+        "arm.py:4: muscle 'm' is there already",
+    "from cardsflow_fmu.cad import Design\na, b = Design([]), Design([])\n": "it leaves 2: a, b",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", PROGRAMS)
+def test_programs_that_leave_no_design(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("arm.py").write_text(text)
+    assert PROGRAMS[text] in one_line(capsys, "arm.py")
+
+
+def test_options_that_do_not_fit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = one_line(capsys, EXAMPLE, tmp_path / "arm", "--density", "7850")
+    assert said.startswith(f"{EXAMPLE}: ")
+    assert "STEP" in said
+    assert "--density" in one_line(capsys, "arm.step", "--density", "nan")
+    assert "neither .json" in one_line(capsys, "arm.sldasm")
+    (tmp_path / "garbage.stp").write_bytes(b"\x00\xff" * 100)
+    assert "no STEP file" in one_line(capsys, tmp_path / "garbage.stp")
+
+
+HEAD = "name,type,parent,child,x [mm],y [mm],z [mm],axis x,axis y,axis z,lower,upper,value\n"
+GOOD = "elbow,revolute,upper,lower,10,20,30,0,1,0,-90 deg,1.5,10 deg\n"
+
+
+def test_joints_are_read_with_their_units(tmp_path: Path) -> None:
+    file = tmp_path / "joints.csv"
+    text = HEAD + GOOD + "\nslide,slider,lower,hand,,,,0,0,2,-5 mm,0.1,\n"
+    for content in (text, text.replace(",", ";"), text.replace(",", "\t"), "\ufeff" + text):
+        file.write_text(content, encoding="utf-8")
+        elbow, slide = read_joints(file)
+        assert elbow.origin == pytest.approx((0.01, 0.02, 0.03))
+        assert (elbow.lower, elbow.upper) == pytest.approx((-np.pi / 2, 1.5))
+        assert elbow.value == pytest.approx(np.pi / 18)
+        assert (slide.lower, slide.upper, slide.value) == (-0.005, 0.1, 0.0)
+        assert slide.name.line == 4
+        assert slide.origin is None
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "joints.csv: is empty"),
+        ("name,type,parent\n", "joints.csv:1: has no column 'child'"),
+        (HEAD.replace("value", "colour"), "joints.csv:1: no column 'colour'"),
+        (HEAD.replace("upper", "lower"), "joints.csv:1: has two columns 'lower'"),
+        (HEAD + GOOD + GOOD.replace("revolute", "weld"), "joints.csv:3: type: no type of joint"),
+        (HEAD + GOOD.replace("10,20", "ten,20"), "joints.csv:2: x: must be a number, not 'ten'"),
+        (HEAD + GOOD.replace("10,20", "nan,20"), "joints.csv:2: x: must be a number"),
+        (HEAD + GOOD.replace("1.5", "1.5 mm"), "joints.csv:2: upper: no unit 'mm'"),
+        (HEAD + GOOD.replace("0,1,0", "0,0,0"), "joints.csv:2: axis x: an axis must not be"),
+        (HEAD + GOOD.replace("0,1,0", ",,"), "joints.csv:2: name: a revolute joint needs an axis"),
+        (HEAD + GOOD.replace("10,20,30", ",,"), "joints.csv:2: name: a revolute joint needs an o"),
+        (HEAD + GOOD.replace("10,20,30", "10,20,"), "joints.csv:2: x: 'z' is missing beside it"),
+        (HEAD + GOOD.replace("upper,lower", ",lower"), "joints.csv:2: 'parent' is empty"),
+        (HEAD + GOOD.replace("\n", ",9\n"), "joints.csv:2: has 14 cells, the first line has 13"),
+        (HEAD + '"' + "a" * 200_000, "joints.csv:2: cannot be read"),
+    ],
+)
+def test_bad_tables_are_refused_with_their_line(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "joints.csv"
+    file.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_joints(file)
+    assert str(caught.value).startswith(f"{tmp_path}/{said}")
+    assert "\n" not in str(caught.value)
+
+
+def test_materials(tmp_path: Path) -> None:
+    file = tmp_path / "materials.csv"
+    file.write_text("part,density [g/cm3],mass [g],material\narm,7.85,,Steel\nhand,,250,\n")
+    arm, hand = read_materials(file)
+    assert (arm.density, arm.mass, arm.material) == (pytest.approx(7850.0), None, "Steel")
+    assert (hand.density, hand.mass) == (None, pytest.approx(0.25))
+    for line, said in (("arm,1,1,", "either"), ("arm,,,", "either"), ("arm,-1,,", "greater")):
+        file.write_text(f"part,density,mass,material\n{line}\n")
+        with pytest.raises(InputError, match=said) as caught:
+            read_materials(file)
+        assert caught.value.line == 2
+
+
+def test_the_schema_is_that_of_what_is_written(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of random designs, of the example; and it refuses what the reader refuses."""
+    assert main(["schema", "snapshot"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    validator = jsonschema.Draft202012Validator(schema)
+    validator.check_schema(schema)
+    for seed in range(10):
+        validator.validate(json.loads(snapshot_text(Draughtsman(seed, 4).draw().snapshot)))
+    example = json.loads(EXAMPLE.read_text())
+    validator.validate(example)
+    for where, value in (
+        (("format",), 1),
+        (("design", "colour"), "red"),
+        (("design", "name"), 7),
+        (("design", "muscles", 0, "color"), "red"),
+        (("design", "muscles", 0, "model"), "magic"),
+        (("design", "joints", 0, "origin_one"), [1, 2]),
+        (("design", "points", 0, "use", "role"), "eye"),
+        (("design", "settings"), {"quality": "superb"}),
+    ):
+        damaged = json.loads(EXAMPLE.read_text())
+        at = damaged
+        for step in where[:-1]:
+            at = at[step]
+        at[where[-1]] = value
+        assert not validator.is_valid(damaged), where

@@ -1,0 +1,249 @@
+"""STEP files, written by the kernel: tree, places, masses, triangles, and what tables add."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from support.designs.design_strategies import forward
+
+from addin_sdfusion.robot import RobotError, read_robot
+from addin_sdfusion.robot.model.transform import IDENTITY
+from addin_sdfusion.settings import ExportSettings
+from cardsflow_fmu.cad import Tables, import_cad, read_design
+from cardsflow_fmu.cad.kernel import kernel, mass_of, mesh_of
+from cardsflow_fmu.cli.main import main
+
+pytestmark = [pytest.mark.slow, pytest.mark.extra("cad")]
+
+TURNS = {
+    "hand": ((100.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "twin": ((-100.0, 50.0, 0.0), (0.4, -1.1, 2.0)),
+    "index": ((10.0, 0.0, 30.0), (0.5, 0.0, 0.0)),
+    "thumb": ((0.0, 5.0, 30.0), (0.3, -0.7, 0.2)),
+    "foot": ((0.0, 0.0, -50.0), (0.0, 0.0, 0.0)),
+}
+"""Translation in [mm] and rotation vector of every place."""
+
+
+def location(place: str) -> Any:
+    t, turn = TURNS[place]
+    gp = kernel("gp")
+    trsf, x = gp.gp_Trsf(), Rotation.from_rotvec(turn).as_quat()
+    trsf.SetTransformation(gp.gp_Quaternion(*map(float, x)), gp.gp_Vec(*t))
+    return kernel("TopLoc").TopLoc_Location(trsf)
+
+
+def matrix(*places: str) -> Any:
+    """T_root_part, in [m], of places inside one another."""
+    T = np.eye(4)
+    for place in places:
+        t, turn = TURNS[place]
+        step = np.eye(4)
+        step[:3, :3], step[:3, 3] = Rotation.from_rotvec(turn).as_matrix(), 0.001 * np.array(t)
+        T = T @ step
+    return T
+
+
+def text(name: str) -> Any:
+    return kernel("TCollection").TCollection_ExtendedString(name, True)
+
+
+@pytest.fixture(scope="module")
+def step(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two hands of a palm and two fingers each, one product a part, and a foot that is a palm."""
+    document = kernel("TDocStd").TDocStd_Document(text("XDE"))
+    tools = kernel("XCAFDoc").XCAFDoc_DocumentTool
+    shapes, colors = tools.ShapeTool_s(document.Main()), tools.ColorTool_s(document.Main())
+    make = kernel("BRepPrimAPI")
+
+    def named(label: Any, name: str) -> Any:
+        kernel("TDataStd").TDataStd_Name.Set_s(label, text(name))
+        return label
+
+    root, hand = named(shapes.NewShape(), "robot"), named(shapes.NewShape(), "händ")
+    palm = named(shapes.AddShape(make.BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape(), False), "palm")
+    finger = make.BRepPrimAPI_MakeCylinder(5.0, 40.0).Shape()
+    finger = named(shapes.AddShape(finger, False), "finger")
+    colour = kernel("Quantity")
+    red = colour.Quantity_Color(1.0, 0.5, 0.0, colour.Quantity_TypeOfColor.Quantity_TOC_sRGB)
+    colors.SetColor(finger, red, kernel("XCAFDoc").XCAFDoc_ColorType.XCAFDoc_ColorSurf)
+    shapes.AddComponent(hand, palm, kernel("TopLoc").TopLoc_Location())
+    for place in ("index", "thumb"):
+        named(shapes.AddComponent(hand, finger, location(place)), place)
+    for place in ("hand", "twin"):
+        shapes.AddComponent(root, hand, location(place))
+    shapes.AddComponent(root, palm, location("foot"))
+    shapes.UpdateAssemblies()
+    writer = kernel("STEPCAFControl").STEPCAFControl_Writer()
+    writer.Transfer(document, kernel("STEPControl").STEPControl_StepModelType.STEPControl_AsIs)
+    file = tmp_path_factory.mktemp("step") / "robot.step"
+    writer.Write(str(file))
+    return file
+
+
+JOINTS = """name,type,parent,child,x [mm],y [mm],z [mm],axis x,axis y,axis z,lower,upper,damping
+base,fixed,world,palm:1,,,,,,,,,
+wrist,revolute,palm:1,händ,10,0,5,0,1,0,-90 deg,90 deg,0.1
+curl,revolute,händ:1+palm:1,händ:1+finger:1,0,0,0,1,0,0,,,
+slip,slider,palm:1,händ_2,,,,0,0,1,-5 mm,5 mm,
+"""
+MUSCLES = """role,name,number,link,x [mm],y [mm],z [mm],f_min,f_max
+via,m,0,palm,0,0,0,5,50
+via,m,1,finger,110,0,40,,
+task,tip,,finger,120,0,60,,
+"""
+
+
+@pytest.fixture
+def tables(tmp_path: Path) -> Tables:
+    found = Tables(tmp_path / "joints.csv", tmp_path / "muscles.csv", None, 7850.0)
+    assert found.joints is not None
+    assert found.muscles is not None
+    found.joints.write_text(JOINTS, encoding="utf-8")
+    found.muscles.write_text(MUSCLES, encoding="utf-8")
+    return found
+
+
+PLACES = {
+    "händ:1": ("hand",),
+    "händ:1+palm:1": ("hand",),
+    "händ:1+finger:1": ("hand", "index"),
+    "händ:1+finger:2": ("hand", "thumb"),
+    "händ:2": ("twin",),
+    "händ:2+palm:1": ("twin",),
+    "händ:2+finger:1": ("twin", "index"),
+    "händ:2+finger:2": ("twin", "thumb"),
+    "palm:1": ("foot",),
+}
+
+
+def test_the_tree_is_read_with_every_instance_in_its_place(step: Path, tables: Tables) -> None:
+    """Masses, centres and inertia against closed forms; triangles enclose the volume."""
+    design = read_design(step, None, tables)
+    assert design.name == "robot"
+    assert {o.path for o in design.occurrences} == set(PLACES)
+    assert {o.component for o in design.occurrences} == {"händ", "palm", "finger"}
+    assert len(design.bodies) == 7
+    for body in design.bodies:
+        T = matrix(*PLACES[body.occurrence])
+        is_palm = "palm" in body.occurrence.rpartition("+")[2]
+        assert body.color == (None if is_palm else "#ff8000")
+        volume = 0.01 * 0.02 * 0.03 if is_palm else math.pi * 0.005**2 * 0.04
+        m = 7850.0 * volume
+        com = np.array([0.005, 0.01, 0.015] if is_palm else [0.0, 0.0, 0.02])
+        if is_palm:
+            J = m / 12.0 * np.diag([0.02**2 + 0.03**2, 0.01**2 + 0.03**2, 0.01**2 + 0.02**2])
+        else:
+            across = m * (3 * 0.005**2 + 0.04**2) / 12.0
+            J = np.diag([across, across, m * 0.005**2 / 2.0])
+        assert body.mass is not None
+        assert body.mesh is not None
+        c = T[:3, :3] @ com + T[:3, 3]
+        about_root = T[:3, :3] @ J @ T[:3, :3].T + m * (c @ c * np.eye(3) - np.outer(c, c))
+        expected = [*np.diag(about_root), *(about_root[i, j] for i, j in ((0, 1), (1, 2), (0, 2)))]
+        assert body.mass.mass == pytest.approx(m, rel=1e-12)
+        np.testing.assert_allclose(body.mass.com, c, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(body.mass.moments, expected, rtol=0, atol=1e-9 * max(expected))
+        np.testing.assert_allclose(body.mass.principal, np.sort(np.diag(J)), rtol=1e-9)
+        nodes = np.array(body.mesh.nodes).reshape(-1, 3)
+        a, b, d = (nodes[np.array(body.mesh.triangles)[k::3]] for k in range(3))
+        enclosed = float(np.einsum("ij,ij->", a, np.cross(b, d)) / 6.0)
+        assert enclosed == pytest.approx(volume, rel=1e-9 if is_palm else 0.03)
+
+
+@pytest.mark.parametrize("kind", ["Cylinder", "Sphere", "Torus", "Cone", "Box"])
+def test_masses_are_those_of_closed_forms(kind: str) -> None:
+    """In [mm], of density 1000 kg/m³: 1e-9 relative, as 4 digits more are there."""
+    a, b, h = 30.0, 10.0, 70.0
+    shape, volume, J_zz = {
+        "Cylinder": ((a, h), math.pi * a * a * h, a * a / 2.0),
+        "Sphere": ((a,), 4.0 / 3.0 * math.pi * a**3, 0.4 * a * a),
+        "Torus": ((a, b), 2.0 * math.pi**2 * a * b * b, a * a + 0.75 * b * b),
+        "Cone": ((a, 0.0, h), math.pi * a * a * h / 3.0, 0.3 * a * a),
+        "Box": ((a, b, h), a * b * h, (a * a + b * b) / 12.0),
+    }[kind]
+    solid = getattr(kernel("BRepPrimAPI"), f"BRepPrimAPI_Make{kind}")(*shape).Shape()
+    mass = mass_of(solid, IDENTITY, 1000.0, 0.001)
+    assert mass is not None
+    assert mass.mass == pytest.approx(1e-6 * volume, rel=1e-9)
+    own = mass.moments[2] - mass.mass * (mass.com[0] ** 2 + mass.com[1] ** 2)
+    assert own == pytest.approx(1e-6 * volume * 1e-6 * J_zz, rel=1e-9)
+    counts = [
+        len(mesh.triangles)
+        for quality in ("low", "normal", "high")
+        if (mesh := mesh_of(solid, IDENTITY, quality, 0.001)) is not None  # type: ignore[arg-type]
+    ]
+    assert kind == "Box" or counts == sorted(set(counts))
+
+
+def test_tables_make_a_robot_of_it(step: Path, tables: Tables, tmp_path: Path) -> None:
+    words = ["--joints", tables.joints, "--muscles", tables.muscles, "--density", 7850]
+    arguments = ["import-cad", step, tmp_path / "hand", *words]
+    assert main(list(map(str, arguments))) == 0
+    robot = read_robot(tmp_path / "hand")
+    assert {joint.name for joint in robot.joints} == {"base", "wrist", "curl", "slip"}
+    limits = {c.name: (c.lower, c.upper, c.damping) for c in robot.coordinates}
+    assert limits["wrist"] == pytest.approx((-math.pi / 2, math.pi / 2, 0.1))
+    assert limits["slip"] == pytest.approx((-0.005, 0.005, 0.0))
+    (muscle,) = robot.muscles
+    assert (muscle.f_min, muscle.f_max) == (5.0, 50.0)
+    poses = forward(robot, {c.name: 0.0 for c in robot.coordinates})
+    at = [poses[p.link] @ [*p.position, 1.0] for p in muscle.via_points]
+    np.testing.assert_allclose([p[:3] for p in at], [(0, 0, 0), (0.11, 0, 0.04)], atol=1e-12)
+
+
+def test_masses_of_parts(step: Path, tables: Tables, tmp_path: Path) -> None:
+    file = tmp_path / "materials.csv"
+    file.write_text("part,density,mass,material\nhänd,,2,\nhänd:2+finger:2,1000,,Nylon\n")
+    design = read_design(step, None, Tables(tables.joints, None, file))
+    of = {body.occurrence: body for body in design.bodies}
+    assert of["palm:1"].mass is None
+    first = [b.mass.mass for path, b in of.items() if path.startswith("händ:1") and b.mass]
+    assert math.fsum(first) == pytest.approx(2.0, rel=1e-12)
+    nylon = of["händ:2+finger:2"]
+    assert nylon.mass is not None
+    assert nylon.mass.mass == pytest.approx(math.pi * 1000 * 0.005**2 * 0.04, rel=1e-12)
+    assert nylon.material == "Nylon"
+    assert of["händ:2+palm:1"].mass is None
+
+
+def test_what_is_wrong_is_one_line(
+    step: Path, tables: Tables, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def said(*words: Any) -> str:
+        assert main(["import-cad", str(step), str(tmp_path / "no"), *map(str, words)]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        return line.removeprefix("cardsflow: ")
+
+    assert "its parts are 'händ:1', 'händ:1+palm:1'" in said()
+    joints = tmp_path / "bad.csv"
+    for old, new, line in (
+        ("palm:1,händ,", "palm:1,foot,", "bad.csv:3: child: no part 'foot'"),
+        ("palm:1,händ,", "palm:1,index,", "bad.csv:3: child: part 'index' is in several places"),
+        ("palm:1,händ,", "händ,händ:1,", "bad.csv:3: child: is the same part as the parent"),
+        ("world,palm:1", "palm:1,world", "bad.csv:2: child: the world does not move"),
+    ):
+        joints.write_text(JOINTS.replace(old, new), encoding="utf-8")
+        assert said("--joints", joints).startswith(f"{tmp_path}/{line}")
+    cut = tmp_path / "cut.step"
+    cut.write_bytes(step.read_bytes()[: len(step.read_bytes()) // 2])
+    assert main(["import-cad", str(cut), "--joints", str(tables.joints)]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+    assert tables.muscles is not None
+    tables.muscles.write_text(MUSCLES.replace("finger", "thumb"))
+    with pytest.raises(RobotError) as caught:
+        import_cad(step, tmp_path / "no", {}, tables)
+    wrong = [f for f in caught.value.findings if f.is_error]
+    assert {(f.file, f.line) for f in wrong} >= {(tables.muscles, 3), (tables.muscles, 4)}
+    assert not (tmp_path / "no").exists()
+
+
+def test_settings_choose_the_links(step: Path, tables: Tables) -> None:
+    settings = {"components": ["händ:1", "palm:1"], "name": "other"}
+    design = read_design(step, settings, tables)
+    assert design.settings == ExportSettings("other", components=("händ:1", "palm:1"))
