@@ -30,7 +30,8 @@ def record_schema(cls: type) -> dict[str, Any]:
         return _tuple(tuple(typing.get_type_hints(cls, include_extras=True).values()))
     hints, texts = typing.get_type_hints(cls, include_extras=True), _texts(cls)
     properties = {
-        f.name: {**_schema(hints[f.name]), **_described(texts.get(f.name))} for f in fields(cls)
+        f.name: {**_schema(hints[f.name]), **_described(texts.get(f.name)), **_default(f.default)}
+        for f in fields(cls)
     }
     required = [f.name for f in fields(cls) if f.default is f.default_factory is MISSING]
     return {
@@ -40,6 +41,11 @@ def record_schema(cls: type) -> dict[str, Any]:
         "required": required,
         "additionalProperties": False,
     }
+
+
+def _default(value: Any) -> dict[str, Any]:
+    told = isinstance(value, str | bool | int | float) and value != ""
+    return {"default": value} if told else {}
 
 
 def _described(text: str | None) -> dict[str, str]:

@@ -299,6 +299,8 @@ def _default(form: Mapping[str, Any]) -> str:
 
 def _values(form: Mapping[str, Any]) -> str:
     """What a key may hold, in words."""
+    if {"enum": ["inf", "-inf"]} in form.get("anyOf", []):
+        return "number"
     if "anyOf" in form:
         item, *others = form["anyOf"]
         by_name = {"type": "object", "additionalProperties": item}
@@ -331,6 +333,7 @@ PAGES = {
     "laws.md": laws_page,
     "experiments.md": lambda: settings_page("experiments.md", schema("experiment")),
     "studies.md": lambda: settings_page("studies.md", schema("study")),
+    "snapshot.md": lambda: settings_page("snapshot.md", schema("snapshot")),
 }
 
 if __name__ == "__main__":

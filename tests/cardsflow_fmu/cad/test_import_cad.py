@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
+import os
 import sys
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +15,17 @@ import jsonschema
 import numpy as np
 import pytest
 from support.designs.design_strategies import Draughtsman
+from support.documents import ROOT, blocks
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, RobotError, read_robot
 from addin_sdfusion.snapshot_file import snapshot_text
+from cardsflow_fmu.cad import import_cad
 from cardsflow_fmu.cad.tables import read_joints, read_materials
+from cardsflow_fmu.cli.init import schema
 from cardsflow_fmu.cli.main import main
+from sim_dart import DartDynamics
 
-EXAMPLE = Path(__file__).parents[3] / "examples/from_cad/two_link_arm.json"
+EXAMPLE = ROOT / "examples/from_cad/two_link_arm.json"
 
 
 def test_both_commands_make_the_same_folder(
@@ -180,3 +188,78 @@ def test_the_schema_is_that_of_what_is_written(capsys: pytest.CaptureFixture[str
             at = at[step]
         at[where[-1]] = value
         assert not validator.is_valid(damaged), where
+
+
+def test_the_example_in_the_docs_is_a_robot(tmp_path: Path) -> None:
+    """The pendulum: its muscles pull it to both sides, its hinge has what the file says."""
+    (block,) = (b for b in blocks(ROOT / "docs/snapshot.md") if b.language == "json")
+    (tmp_path / "pendulum.json").write_text(block.text)
+    made = import_cad(tmp_path / "pendulum.json", tmp_path / "robot")
+    assert not any(finding.is_error for finding in made.findings)
+    robot = read_robot(tmp_path / "robot")
+    (hinge,) = robot.coordinates
+    assert (hinge.name, hinge.lower, hinge.upper, hinge.damping) == ("hinge", -1.0, 1.0, 0.02)
+    arm = DartDynamics(robot)
+    q = np.zeros(1)
+    left, right = arm.muscle_jacobian(q)[:, 0]
+    assert left == pytest.approx(-right)
+    assert abs(left) == pytest.approx(0.4 * 0.4 / math.hypot(0.4, 0.4))
+    assert arm.mass_matrix(q)[0, 0] == pytest.approx(0.1)
+    jsonschema.validate(json.loads(block.text), schema("snapshot"))
+
+
+def test_damaged_snapshots_give_a_robot_or_one_line(tmp_path: Path) -> None:
+    """Values of a sound file replaced by odd ones, exchanged or removed, one to five at a time."""
+    count = int(os.environ.get("CARDSFLOW_MUTATIONS", "100"))
+    rng = np.random.default_rng(21)
+    text = EXAMPLE.read_text()
+    outcomes: Counter[str] = Counter()
+    for _ in range(count):
+        content = json.loads(text)
+        for _ in range(rng.integers(1, 6)):
+            damage(content, rng)
+        (tmp_path / "damaged.json").write_text(json.dumps(content))
+        outcomes[outcome(tmp_path / "damaged.json", tmp_path / "robot")] += 1
+    assert set(outcomes) == {"robot", "findings", "refused"}, outcomes
+
+
+def outcome(file: Path, folder: Path) -> str:
+    try:
+        import_cad(file, folder, {"visual": False})
+        read_robot(folder)
+    except RobotError as error:
+        wrong = any(finding.is_error for finding in error.findings)
+        return "findings" if wrong else "no reason"
+    except InputError as error:
+        return "refused" if len(str(error).splitlines()) == 1 else str(error)
+    return "robot"
+
+
+ODD: tuple[Any, ...] = (
+    None, "", "world", "base:1", "no such", -1, 0, 1e308, -1e-320, 2**70, "inf", True, [], {}, [[]],
+    "\n", "\u0000", "x" * 5000, [0, 0, 0], [1e200, 0, 0], {"type": "d", "zlib": ""},
+)  # fmt: skip
+
+
+def damage(content: Any, rng: np.random.Generator) -> None:
+    """Change one value somewhere in plain data."""
+    holders = list(_holders(content)) or [{"": content}]
+    holder = holders[rng.integers(len(holders))]
+    keys = list(holder) if isinstance(holder, dict) else list(range(len(holder)))
+    key, other = (keys[rng.integers(len(keys))] for _ in range(2))
+    how = rng.integers(4)
+    if how == 0:
+        del holder[key]
+    elif how == 1:
+        holder[key], holder[other] = holder[other], holder[key]
+    elif how == 2 and isinstance(holder, list):
+        holder.append(holder[key])
+    else:
+        holder[key] = ODD[rng.integers(len(ODD))]
+
+
+def _holders(content: Any) -> Iterator[Any]:
+    if isinstance(content, dict | list) and content:
+        yield content
+        for inner in content.values() if isinstance(content, dict) else content:
+            yield from _holders(inner)
