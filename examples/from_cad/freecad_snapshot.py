@@ -10,6 +10,7 @@ document = FreeCAD.ActiveDocument
 
 
 def vector(v, unit=MM):
+    """A vector of FreeCAD as numbers."""
     return [unit * v.x, unit * v.y, unit * v.z]
 
 
@@ -35,9 +36,8 @@ for part in document.findObjects("App::Part"):
         mass = {"mass": m, "com": [x, y, z], "moments": moments, "principal": principal}
         bodies.append({"name": body.Label, "occurrence": path, "mass": mass})
 
-joints = []  # of your assembly: {"name", "kind", "one", "two", "origin_one", "origin_two", "motions"}
-points = []  # of your sketches or datum points, each with its "use"
-muscles = []  # {"name", "f_min", "f_max"}
+# To be filled in from what your assembly has; their keys are in docs/snapshot.md.
+joints, points, muscles = [], [], []
 
 design = {
     "name": document.Label,
