@@ -10,12 +10,12 @@ from ..muscles.rows import MuscleTable
 from ..report import in_order
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, warning
+from ..robot.model.joint import Joint
 from ..robot.model.pose import Pose
 from ..robot.model.robot import Link, Robot
 from ..snapshot import BodySnapshot, DesignSnapshot
 from .design_checks import (
     body_findings,
-    coupling_findings,
     design_notes,
     massless_links,
     name_findings,
@@ -23,6 +23,7 @@ from .design_checks import (
     snapshot_findings,
     up_hint,
 )
+from .joints.couplings import coupled
 from .joints.edges import Edges, find_edges, grounded_links
 from .links.links import PREFIX, Links, find_links, is_link_group
 from .links.mass_properties import link_inertia
@@ -113,9 +114,11 @@ class _Building:
         snapshot, links, masses = self._snapshot, self._links, self._masses
         table, findings = read_table(snapshot, links.of_occurrence)
         muscles = self._muscles(table)
-        robot = self._robot(muscles)
+        joints, uncoupled = coupled(self._frames.joints, snapshot.couplings)
+        robot = self._robot(muscles, joints)
         base = self._tree.branches[0].child if self._tree.branches else ""
         self.findings += [
+            *uncoupled,
             *masses.findings,
             *self._tree.findings,
             *body_findings(snapshot, links),
@@ -123,7 +126,6 @@ class _Building:
             *muscles.findings,
             *point_findings(snapshot, table, links),
             *name_findings(robot),
-            *coupling_findings(snapshot),
             *design_notes(snapshot, robot),
             *up_hint(snapshot, masses.parts, base),
         ]
@@ -173,7 +175,7 @@ class _Building:
         }
         return robot_muscles(table, self._frames.T_world_link, suppressed)
 
-    def _robot(self, muscles: RobotMuscles) -> Robot:
+    def _robot(self, muscles: RobotMuscles, joints: tuple[Joint, ...]) -> Robot:
         poses = self._frames.T_world_link
         names = [set_.name for set_ in muscles.task_sets]
         return Robot(
@@ -181,7 +183,7 @@ class _Building:
             tuple(
                 Link(link, link_inertia(self._masses.parts[link], T)) for link, T in poses.items()
             ),
-            self._frames.joints,
+            joints,
             muscles.cable_sets,
             CABLE_SET if muscles.cable_sets else "",
             muscles.task_sets,

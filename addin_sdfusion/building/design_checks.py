@@ -146,16 +146,6 @@ def name_findings(robot: Robot) -> Iterator[Finding]:
                 yield warning(Subject(kind, same[0]), "names-differ-by-case", problem)
 
 
-def coupling_findings(snapshot: DesignSnapshot) -> Iterator[Finding]:
-    """Couplings, which the description of robots does not have."""
-    for c in snapshot.couplings:
-        problem = (
-            f"follows {c.leader!r} in the design, but moves on its own in the robot, which has no "
-            "couplings; add what holds it, or make it rigid"
-        )
-        yield warning(Subject("joint", c.follower), "coupling-not-exported", problem)
-
-
 def design_notes(snapshot: DesignSnapshot, robot: Robot | None) -> Iterator[Finding]:
     """Findings on the kind of the design."""
     subject = Subject("design", snapshot.name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -21,9 +22,11 @@ from support.designs.small_designs import (
 )
 
 from addin_sdfusion.building.build_robot import BuiltRobot, build_robot, link_of
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.exporting.export import export_robot
+from addin_sdfusion.robot import Robot, read_robot
+from addin_sdfusion.robot.model.coupling import all_values
 from addin_sdfusion.settings import ExportSettings
-from addin_sdfusion.snapshot import GroupSnapshot
+from addin_sdfusion.snapshot import CouplingSnapshot, GroupSnapshot
 
 NAMES = ("a", "b", "c", "d")
 
@@ -357,3 +360,15 @@ def test_joints_have_the_designs_damping_friction_spring_and_effort() -> None:
         assert (made.damping, made.friction, made.stiffness, made.rest) == (0.3, 0.2, 5.0, 0.1)
         assert (made.tau_min, made.tau_max) == (-7.0, 7.0)
         assert (elbow.damping, elbow.tau_max) == (0.0, float("inf"))
+
+
+def test_a_coupling_is_that_of_the_coordinates(tmp_path: Path) -> None:
+    """The arm has one coordinate left, q_elbow = 2 q_shoulder + 0.1, also in its file."""
+    design = arm(couplings=(CouplingSnapshot("elbow", "shoulder", 2.0, 0.1),))
+    export_robot(design, tmp_path / "arm")
+    for robot in (build_robot(design).robot, read_robot(tmp_path / "arm")):
+        assert robot is not None
+        assert [c.name for c in robot.coordinates] == ["shoulder"]
+        assert all_values(robot, {"shoulder": 0.3}) == pytest.approx(
+            {"shoulder": 0.3, "elbow": 0.7}
+        )

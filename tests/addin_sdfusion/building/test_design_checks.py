@@ -324,9 +324,17 @@ CASES = {
         with_points(replace(via("flexor", 3, "lower", (0.6, 0, 0)), entity="x")),
         [("error", "duplicate-number", "flexor")],
     ),
-    "a coupling": (
-        replace(ARM, couplings=(CouplingSnapshot("elbow", "shoulder", 2.0),)),
-        [("warning", "coupling-not-exported", "elbow")],
+    "couplings that cannot be": (
+        replace(
+            ARM,
+            couplings=(
+                CouplingSnapshot("elbow", "shoulder", 2.0),
+                CouplingSnapshot("elbow", "shoulder", 3.0),
+                CouplingSnapshot("shoulder", "elbow"),
+                CouplingSnapshot("wrist", "elbow"),
+            ),
+        ),
+        [("warning", "coupling-left-out", name) for name in ("elbow", "shoulder", "wrist")],
     ),
     "no forces given": (
         replace(ARM, muscles=()),

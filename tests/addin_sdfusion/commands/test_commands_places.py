@@ -13,7 +13,7 @@ from fake_fusion.maths import translation
 from support.designs.exported import Export, export, failing, press_export
 
 from addin_sdfusion.robot import Finding, Subject
-from cardsflow_fmu.addin import export_snapshot
+from cardsflow_fmu.cad import import_cad
 
 DEFINE, CHECK, EXPORT = "cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport"
 
@@ -174,7 +174,7 @@ def test_check_saves_a_snapshot_that_exports_the_same(fusion: Any, tmp_path: Pat
     command.cancel()
     assert fusion.full_fingerprint() == before
     assert fusion.messages == []
-    export_snapshot(file, tmp_path / "a/arm")
+    import_cad(file, tmp_path / "a/arm")
     made = export(design, tmp_path / "b/arm")
     assert Export(tmp_path / "a/arm", made.robot, ()).contents() == made.contents()
 

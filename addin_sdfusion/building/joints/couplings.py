@@ -1,0 +1,68 @@
+"""Couplings of a design as those of the robot's coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ...robot.finding import Finding, Subject
+from ...robot.finding_builders import finite, unknown, warning
+from ...robot.model.function import linear
+from ...robot.model.joint import Coordinate, Joint, Term
+from ...snapshot import CouplingSnapshot
+from ..links.links import PREFIX
+
+
+def coupled(
+    joints: Sequence[Joint], couplings: Sequence[CouplingSnapshot]
+) -> tuple[tuple[Joint, ...], list[Finding]]:
+    """The joints with their couplings, and what is wrong with these.
+
+    A follower has the value that its leader's gives it: follower = ratio · leader + offset.
+    """
+    names = {c.name for joint in joints for c in joint.coordinates}
+    terms: dict[str, Term] = {}
+    findings = []
+    for c in sorted(couplings, key=repr):
+        follower, leader = _name(c.follower, c.follower_role), _name(c.leader, c.leader_role)
+        problem = _problem(c, follower, leader, names, terms)
+        if problem:
+            subject = Subject("coordinate", follower)
+            findings.append(warning(subject, "coupling-left-out", f"its coupling {problem}"))
+        else:
+            terms[follower] = Term(leader, linear(c.ratio, c.offset))
+    made = tuple(
+        replace(joint, coordinates=tuple(_following(c, terms) for c in joint.coordinates))
+        for joint in joints
+    )
+    return made, findings
+
+
+def _name(joint: str, role: str) -> str:
+    """The name of a coordinate, as `coordinate_name` makes it."""
+    name = joint.removeprefix(PREFIX)
+    return f"{name}_{role}" if role else name
+
+
+def _problem(
+    c: CouplingSnapshot, follower: str, leader: str, names: set[str], terms: dict[str, Term]
+) -> str:
+    """Why a coupling cannot be exported; empty if it can."""
+    for name in (follower, leader):
+        if name not in names:
+            return f"is left out: {unknown('coordinate', name, sorted(names))}"
+    if follower in terms:
+        return "to a second coordinate is left out; keep one of them"
+    at: str | None = leader
+    while at is not None:
+        if at == follower:
+            return "is left out: it follows itself, through what it follows"
+        at = terms[at].coordinate if at in terms else None
+    if not finite((c.ratio, c.offset)) or c.ratio == 0.0:
+        return f"is left out: its ratio is {c.ratio:g}, its offset {c.offset:g}"
+    return ""
+
+
+def _following(coordinate: Coordinate, terms: dict[str, Term]) -> Coordinate:
+    term = terms.get(coordinate.name)
+    return replace(coordinate, coupling=(term,)) if term else coordinate
