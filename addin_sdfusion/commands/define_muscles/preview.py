@@ -7,23 +7,28 @@ from typing import Any
 import adsk.core
 import adsk.fusion
 
+from ...fusion.notes import optional
 from ...fusion.units import CM
 from ...muscles.rows import MuscleTable
+from ...muscles.wrap_path import path_over
 from ...robot.model.pose import Vector3
 
-_THIN, _THICK = 2.0, 5.0  # pixels
-_TEXT = 0.6  # cm
+_THIN, _THICK, _TEXT = 2.0, 5.0, 14.0  # pixels
+_SEEN_THROUGH = 0.4
 
 
 def draw(design: Any, table: MuscleTable, muscle: str) -> None:
     """Draws all muscles, the chosen one thick and with the numbers of its points.
 
-    Only for `executePreview`: Fusion takes everything back.
+    Bodies are seen through meanwhile, as nothing else shows what is in them. Only for
+    `executePreview`: Fusion takes everything back.
     """
+    if table.points:
+        optional(lambda: setattr(design.rootComponent, "opacity", _SEEN_THROUGH))
     group = design.rootComponent.customGraphicsGroups.add()
     group.isSelectable = False  # nothing that could be picked by mistake
     for row in table.rows:
-        points = [point.position for point in table.points_of(row.name)]
+        points = _path(table, row.name)
         color = _color(row.color)
         if len(points) > 1:
             _line(group, points, color, _THICK if row.name == muscle else _THIN)
@@ -34,13 +39,30 @@ def draw(design: Any, table: MuscleTable, muscle: str) -> None:
                 _label(group, point.position, f" {point.number}", color)
 
 
+def _path(table: MuscleTable, muscle: str) -> list[Vector3]:
+    """The muscle's points, and its way over wrap surfaces between them."""
+    points = table.points_of(muscle)
+    uses = {
+        use.after: (wrap, use)
+        for wrap in table.wraps
+        for use in wrap.muscles
+        if use.muscle == muscle
+    }
+    path: list[Vector3] = []
+    for point, after in zip(points, (*points[1:], None), strict=True):
+        path.append(point.position)
+        if after is not None and point.number in uses:
+            path += path_over(point.position, after.position, *uses[point.number])
+    return path
+
+
 def _line(group: Any, points: list[Vector3], color: Any, weight: float) -> None:
     flat = [v / CM for point in points for v in point]
     coordinates = adsk.fusion.CustomGraphicsCoordinates.create(flat)
     line = group.addLines(coordinates, list(range(len(points))), True, [len(points)])
     line.weight = weight
     line.color = color
-    line.depthPriority = 1  # not hidden by the faces that it runs through
+    line.depthPriority = 1  # not hidden by faces in the same place
     line.isSelectable = False
 
 
@@ -48,6 +70,7 @@ def _label(group: Any, position: Vector3, text: str, color: Any) -> None:
     anchor = adsk.core.Point3D.create(*(v / CM for v in position))
     place = adsk.core.Matrix3D.create()
     place.translation = anchor.asVector()
+    scale = adsk.fusion.CustomGraphicsViewScale.create(1.0, anchor)  # a unit is a pixel
     label = group.addText(text, "Arial", _TEXT, place)
     label.color = color
     label.depthPriority = 1
@@ -55,6 +78,7 @@ def _label(group: Any, position: Vector3, text: str, color: Any) -> None:
     board = adsk.fusion.CustomGraphicsBillBoard.create(anchor)
     board.billBoardStyle = adsk.fusion.CustomGraphicsBillBoardStyles.ScreenBillBoardStyle
     label.billBoarding = board
+    label.viewScale = scale
 
 
 def _color(text: str) -> Any:

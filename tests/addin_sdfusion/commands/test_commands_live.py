@@ -231,3 +231,35 @@ def test_muscles_of_an_inserted_design_keep_their_forces(fusion: Any, tmp_path: 
     press_export(fusion, tmp_path / "robot")
     (muscle,) = read_robot(tmp_path / "robot").muscles
     assert (muscle.name, muscle.f_min, muscle.f_max) == ("motor0", 3.0, 77.0)
+
+
+def test_the_preview_is_seen_through_faces_and_shows_sides(fusion: Any) -> None:
+    build = arm()
+    build.cylinder((build.root.occurrences[0],), 1.0, 6.0)
+    before = fusion.design.rootComponent.opacity
+    command = fusion.run_command(DEFINE)
+    occurrences = list(fusion.design.rootComponent.occurrences)[:2]
+    faces = [f for body in occurrences[0].bRepBodies for f in body.faces]
+    face = next(f for f in faces if type(f.geometry).__name__ == "Cylinder")
+    command.set("link", "world")
+    for place in ((-3.0, 0.0, 0.0), (3.0, 0.0, 0.0)):
+        build.sketch((), points=[place])
+        sketch = fusion.design.rootComponent.sketches[-1]
+        command.pick("pick", sketch.sketchPoints[0])
+    command.set("link", "As the picked part")
+    command.pick("wrap_pick", face)
+    command.press("use_add")
+    axis = face.geometry.axis.z
+    for side, sign in (("Turning +", -1.0), ("Turning -", 1.0)):
+        command.set(command.cell("wrap_uses", 1, 2).id, side)
+        assert fusion.design.rootComponent.opacity < before
+        (group,) = fusion.design.rootComponent.customGraphicsGroups
+        (line,) = [item for item in group if hasattr(item, "weight")]
+        across = np.reshape(line.coordinates.coordinates, (-1, 3))[1:-1, 1]
+        assert len(across) > 5
+        assert np.all(np.sign(across[np.abs(across) > 0.5]) == sign * axis)
+        labels = [item for item in group if hasattr(item, "formattedText")]
+        assert all(label.viewScale.pixelScale == 1.0 for label in labels)
+        assert len(labels) == 2
+    command.cancel()
+    assert fusion.design.rootComponent.opacity == before

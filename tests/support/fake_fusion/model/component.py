@@ -52,6 +52,7 @@ class Component(WithName, BaseComponent):
     description = property(lambda _: "")
     material = property(lambda self: material(self._data.material))
     occurrences = property(lambda self: new(Occurrences, component=self._data))
+    opacity = edited("data.opacity", "float", "opacity")
 
     @property
     def allOccurrences(self) -> Any:

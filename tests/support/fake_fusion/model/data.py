@@ -282,6 +282,7 @@ class ComponentData(Named):
     tangents: list[str] = field(default_factory=list)
     poses: dict[Path, Any] = field(default_factory=dict)
     user_mass: float | None = None
+    opacity: float = 1.0
     material: str = "Steel"
 
     def __repr__(self) -> str:

@@ -44,7 +44,7 @@ def _component(c: Any, everything: bool) -> Any:
     points = [p for p in c.points if everything or p.by_user]
     return {
         "name": c.name,
-        "mass": c.user_mass,
+        "mass": [c.user_mass, c.opacity],
         "occurrences": [
             [o.name, _numbers(o.T), o.grounded, o.ground_to_parent, _named(o, everything)]
             for o in c.occurrences

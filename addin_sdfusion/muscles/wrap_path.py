@@ -1,0 +1,86 @@
+"""Path of a muscle over a wrap surface, to be drawn: which side it takes, and how often it turns.
+
+Seen along the cylinder's axis, or across the plane of the sphere's centre and both points, the path
+is a tangent, an arc of the surface's circle and a tangent; along the axis it rises evenly.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from ..robot.model.pose import Vector3
+from ..robot.model.rotations import add, cross, dot, normalized, subtract
+from ..snapshot import WrapUse
+from .rows import WrapRow
+
+_STEP = math.radians(6.0)  # of the drawn arc
+_Z: Vector3 = (0.0, 0.0, 1.0)
+
+Sense = Literal[-1, 1]
+
+
+def path_over(start: Vector3, end: Vector3, wrap: WrapRow, use: WrapUse) -> list[Vector3]:
+    """Points on the surface between two via points; none where the muscle does not touch it.
+
+    Args:
+        start: The point before the surface, in the root frame, in [m].
+        end: The point after it.
+        wrap: The surface.
+        use: How the muscle wraps over it.
+    """
+    if use.inside:
+        return []
+    a, b = subtract(start, wrap.centre), subtract(end, wrap.centre)
+    axis, sense = normalized(wrap.axis), use.side
+    if wrap.shape == "sphere":
+        normal = normalized(cross(a, b))
+        if not any(normal):
+            normal = normalized(
+                cross(a, _Z if abs(a[2]) < 0.9 * math.hypot(*a) else (1.0, 0.0, 0.0))
+            )
+        turned: Sense = 1 if normal[2] >= 0.0 else -1
+        axis, sense = normal, use.side * turned  # type: ignore[assignment]
+    points = _about(a, b, axis, wrap.radius, sense, use.turns)
+    return [add(wrap.centre, point) for point in points]
+
+
+def _about(a: Vector3, b: Vector3, z: Vector3, r: float, side: int, turns: int) -> list[Vector3]:
+    """The arc about an axis through the origin."""
+    height_a, height_b = dot(a, z), dot(b, z)
+    flat_a, flat_b = _less(a, z, height_a), _less(b, z, height_b)
+    R_a, R_b = math.hypot(*flat_a), math.hypot(*flat_b)
+    if min(R_a, R_b) <= r:
+        return []
+    x = normalized(flat_a)
+    y = cross(z, x)
+    angle_b = math.atan2(dot(flat_b, y), dot(flat_b, x))  # of a it is 0
+    natural: Sense = 1 if angle_b >= 0.0 else -1
+    sense = side or natural
+    if turns == 0 and sense == natural and _distance(flat_a, flat_b) >= r:
+        return []
+    first = sense * math.acos(r / R_a)
+    last = angle_b - sense * math.acos(r / R_b)
+    sweep = (sense * (last - first)) % (2.0 * math.pi) + 2.0 * math.pi * turns
+    before, arc = math.sqrt(R_a * R_a - r * r), r * sweep
+    whole = before + arc + math.sqrt(R_b * R_b - r * r)
+    count = max(math.ceil(sweep / _STEP), 1)
+    points = []
+    for k in range(count + 1):
+        angle = first + sense * sweep * k / count
+        rise = height_a + (height_b - height_a) * (before + arc * k / count) / whole
+        u, v = r * math.cos(angle), r * math.sin(angle)
+        points.append(tuple(u * x[i] + v * y[i] + rise * z[i] for i in range(3)))
+    return points  # type: ignore[return-value]
+
+
+def _less(v: Vector3, z: Vector3, height: float) -> Vector3:
+    return subtract(v, (height * z[0], height * z[1], height * z[2]))
+
+
+def _distance(a: Vector3, b: Vector3) -> float:
+    """How near the straight line between two points comes to the origin."""
+    d = subtract(b, a)
+    length = dot(d, d)
+    t = 0.0 if length == 0.0 else min(max(-dot(a, d) / length, 0.0), 1.0)
+    return math.hypot(*(p + t * q for p, q in zip(a, d, strict=True)))
