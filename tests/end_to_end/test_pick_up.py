@@ -17,6 +17,7 @@ from cardsflow_fmu.simulation.run import simulate
 
 PICK_UP = EXAMPLES / "pick_up"
 WEIGHT = 0.2 * 9.81
+ARMS = ("near", "far")
 
 
 @cache
@@ -80,6 +81,21 @@ def test_the_box_obeys_newton_while_it_moves() -> None:
 def test_without_friction_enough_the_box_stays_on_the_table() -> None:
     result = picked_up(world__friction=0.15)
     assert result["object.box.z"][-1] < 0.6
+
+
+@pytest.mark.slow
+def test_two_arms_lift_a_bar_together() -> None:
+    """Both arms carry its weight, and it stays level and as high as the hands."""
+    result = simulate(Experiment.load(EXAMPLES / "two_arms"), through="direct")
+    assert result.summary["infeasible_ticks"] == 0
+    held = result["time"] > 3.5
+    fingers = [f"contact.{arm}_{side}_finger.fz" for arm in ARMS for side in ("left", "right")]
+    np.testing.assert_allclose(sum(result[f][held] for f in fingers), -2.0 * WEIGHT, rtol=1e-3)
+    assert result["object.bar.z"][-1] - result["object.bar.z"][0] == pytest.approx(0.2, abs=5e-3)
+    assert result["object.bar.qw"][-1] > 0.9999
+    for arm in ARMS:
+        carried = sum(result[f][held] for f in fingers if arm in f)
+        assert (carried < -0.5 * WEIGHT).all()
 
 
 @pytest.mark.slow

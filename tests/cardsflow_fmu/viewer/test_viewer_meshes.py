@@ -44,6 +44,31 @@ def test_a_mesh_is_placed_and_scaled_in_its_link(folder: Path) -> None:
     np.testing.assert_allclose(corners.max(axis=0), [1.0, 0.05, 1.1], atol=1e-7)
 
 
+COLLADA = """<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="a" count="9">0 0 0  1 0 0  0 2 0</float_array><technique_common>
+<accessor source="#a" count="3" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node>
+<matrix>0 -1 0 5  1 0 0 6  0 0 1 7  0 0 0 1</matrix><instance_geometry url="#g"/>
+</node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
+def test_collada_meshes_are_where_their_nodes_put_them(tmp_path: Path) -> None:
+    """As the published robots have them: a quarter turn about z, and then 5, 6, 7 along."""
+    (tmp_path / "triangle.dae").write_text(COLLADA)
+    meshes = link_meshes(arm_with(Mesh("visual", "triangle.dae", scale=(0.1, 0.1, 0.1))), tmp_path)
+    (triangles,) = meshes["link_2"]
+    corners = triangles.vertices[triangles.faces[0]]
+    np.testing.assert_allclose(corners, [[0.5, 0.6, 0.7], [0.5, 0.7, 0.7], [0.3, 0.6, 0.7]])
+
+
 @pytest.mark.parametrize(
     "uri", ["missing.stl", "broken.stl", "empty.obj", "", "a\0b", "model://x/y"]
 )
