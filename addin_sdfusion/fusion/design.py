@@ -8,7 +8,7 @@ rest is read all the same.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 import adsk.core
@@ -22,6 +22,7 @@ from ..robot.finding import Subject
 from ..settings import ExportSettings
 from ..snapshot import (
     BodySnapshot,
+    CouplingSnapshot,
     DesignIntent,
     DesignSnapshot,
     OccurrenceSnapshot,
@@ -33,6 +34,7 @@ from .bodies.bodies import count_bodies, read_bodies
 from .bodies.mass import Accuracy, read_mass
 from .bodies.meshes import Mesher
 from .inserted import attributes_of_designs, read_kept, read_muscles
+from .joints.couplings import read_couplings
 from .joints.groups import read_groups
 from .joints.joints import read_joints
 from .keys import Keys
@@ -112,19 +114,26 @@ class _Reading:
             for point in self._all("points", occurrence, read_points(occurrence, keys, notes))
         ]
         points += read_kept(held, occurrences, notes)
+        groups = self._named("group", read_groups, occurrences)
+        joints = self._named("joint", read_joints, occurrences)
+        by_place = {(path, own.name, own.as_built): named for path, own, named in joints}
+        couplings = list[CouplingSnapshot]()
+        found = read_couplings(occurrences, by_place, notes)
+        notes.attempt(self._subject, "motion links", couplings.extend, found)
         return DesignSnapshot(
             name=self._name(),
             settings=settings,
             occurrences=tuple(parts),
             bodies=tuple(bodies),
-            groups=self._named("group", read_groups, occurrences),
-            joints=self._named("joint", read_joints, occurrences),
+            groups=_in_order(named for _, _, named in groups),
+            joints=_in_order(named for _, _, named in joints),
             points=tuple(sorted(points, key=_point_key)),
             surfaces=self._surfaces(list(occurrences.values()), keys),
             muscles=read_muscles(held, self._name(), notes),
             intent=self._intent(),
             findings=notes.sorted(),
             source=self._source(),
+            couplings=tuple(sorted(couplings, key=repr)),
         )
 
     def _parts(
@@ -166,15 +175,15 @@ class _Reading:
         kind: str,
         read: Callable[[Occurrence, Occurrences, Notes], Iterator[Named]],
         occurrences: Occurrences,
-    ) -> tuple[Named, ...]:
-        """Joints or groups; names that are unique in their component only are made so."""
+    ) -> list[tuple[str, Named, Named]]:
+        """Joints or groups, each by where it is, with its own name and with a unique one."""
         found: list[tuple[str, Named]] = []
         for occurrence in occurrences.values():
             items = self._all(f"{kind}s", occurrence, read(occurrence, occurrences, self._notes))
             items.sort(key=lambda i: (natural_key(i.name), getattr(i, "as_built", False)))
             found += [(occurrence.path, item) for item in items]
         named = with_unique_names(found, kind, self._notes)
-        return tuple(sorted(named, key=lambda item: natural_key(item.name)))
+        return [(path, own, unique) for (path, own), unique in zip(found, named, strict=True)]
 
     def _surfaces(
         self, occurrences: Sequence[Occurrence], keys: Keys
@@ -231,6 +240,10 @@ _INTENTS: dict[Any, DesignIntent] = {0: "part", 1: "assembly", 2: "hybrid"}  # D
 def _is_grounded(occurrence: Any) -> bool:
     """Whether an occurrence is pinned or, since May 2024, grounded to the one that holds it."""
     return bool(occurrence.isGrounded or optional(lambda: occurrence.isGroundToParent))
+
+
+def _in_order(found: Iterable[Named]) -> tuple[Named, ...]:
+    return tuple(sorted(found, key=lambda item: natural_key(item.name)))
 
 
 def _point_key(point: PointSnapshot) -> Any:

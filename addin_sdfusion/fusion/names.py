@@ -11,6 +11,7 @@ from ..robot.finding import Subject
 from ..snapshot import GroupSnapshot, JointSnapshot
 from .notes import Notes
 
+_LINK = "EXPORT_"
 Named = TypeVar("Named", JointSnapshot, GroupSnapshot)
 
 
@@ -31,7 +32,8 @@ def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Note
                 f"robot: there are {count[item.name]} of that name, because they are in different "
                 "components or their component is in several places. Rename them if you mind"
             )
-            notes.warn(Subject(kind, item.name), "same-name", message)
+            if kind == "joint" or item.name.startswith(_LINK):  # others' names are not exported
+                notes.warn(Subject(kind, item.name), "same-name", message)
         seen.add(item.name)
         made.append(replace(item, name=name))
     return made

@@ -59,12 +59,6 @@ def _note_others(occurrence: Occurrence, notes: Notes) -> None:
             "them by joints (Assemble > Joint)",
         ),
         (
-            "motion-links",
-            optional(lambda: int(component.motionLinks.count)),  # since November 2025
-            "motion links, which a robot's description does not have: the joints move "
-            "independently of each other in it",
-        ),
-        (
             "tangent-relationships",
             optional(lambda: int(component.tangentRelationships.count)),  # since May 2022
             "tangent relationships, which a robot's description does not have: where faces slide "

@@ -301,6 +301,35 @@ def test_limits_only_where_enabled(fusion: Any) -> None:
     assert limits == [(None, None), (-0.5, None), (None, 0.75), (-0.5, 0.75), (0.0, 0.0)]
 
 
+def test_motion_links_are_couplings(fusion: Any) -> None:
+    """In a hand inserted twice: a second knuckle at half the first, a slide by a screw's pitch."""
+    build = Builder()
+    hand = build.place("hand", designs.random_motion(random.Random(1)))
+    build.place(hand[-1].component, designs.random_motion(random.Random(2)))
+    parts = [build.place(f"part {k}", above=hand) for k in range(4)]
+    first, second = (
+        build.joint(f"knuckle {k}", "revolute", parts[k], hand, inside=hand, values=(value,))
+        for k, value in enumerate((0.4, 0.3))
+    )
+    screw = build.joint("screw", "cylindrical", parts[2], hand, inside=hand, values=(0.0, 1.5))
+    build.motion_link(first, second, values=(1.0, 0.5), reversed=True)
+    build.motion_link(screw, motions=(3, 4), values=(2 * math.pi, 0.2))
+    build.motion_link(second, first, suppressed=True)
+    snapshot = read(build.done())
+    found = {(c.follower, c.follower_role): c for c in snapshot.couplings}
+    assert found.keys() == {
+        *(("knuckle 1", ""), ("knuckle 1_2", ""), ("screw", "slide"), ("screw_2", "slide"))
+    }
+    for suffix in ("", "_2"):
+        knuckle = found[f"knuckle 1{suffix}", ""]
+        assert knuckle.leader == f"knuckle 0{suffix}"
+        assert (knuckle.ratio, knuckle.offset) == pytest.approx((-0.5, 0.5))
+        slide = found[f"screw{suffix}", "slide"]
+        assert (slide.leader, slide.leader_role) == (f"screw{suffix}", "rotation")
+        assert (slide.ratio, slide.offset) == pytest.approx((0.002 / (2 * math.pi), 0.015))
+    assert {f.code for f in snapshot.findings} == {"same-name"}
+
+
 # What is wrong with it ---------------------------------------------------------------------------
 
 

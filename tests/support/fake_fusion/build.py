@@ -24,6 +24,7 @@ from .model.data import (
     JointData,
     JointOriginData,
     Limits,
+    MotionLinkData,
     OccurrenceData,
     Path,
     PointData,
@@ -406,9 +407,22 @@ class Builder:
         self._component(inside).constraints.append(name)
         world().options.all_joints_fail = True
 
-    def motion_link(self, name: str = "Motion Link1", *, inside: Path = ()) -> None:
-        """A motion link between two joints."""
-        self._component(inside).motion_links.append(name)
+    def motion_link(
+        self, one: JointData, two: JointData | None = None, *, name: str = "", **more: Any
+    ) -> MotionLinkData:
+        """A motion link between two joints of a component, or two motions of one.
+
+        Args:
+            one: The first joint.
+            two: The second; None: the same.
+            name: Its name.
+            more: Further fields of MotionLinkData: motions, values, reversed, suppressed.
+        """
+        shelf = one.component.motion_links
+        name = unique(name or f"Motion Link{len(shelf) + 1}", shelf)
+        made = MotionLinkData(name, component=one.component, joint_one=one, joint_two=two, **more)
+        shelf.append(made)
+        return made
 
     def tangent(self, name: str = "Tangent1", *, inside: Path = ()) -> None:
         """A tangent relationship between faces."""

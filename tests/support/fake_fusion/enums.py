@@ -19,6 +19,24 @@ CalculationAccuracy = enumeration(
     "CalculationAccuracy",
     {"HighCalculationAccuracy": 2, "VeryHighCalculationAccuracy": 3},
 )
+JointMotionTypes = enumeration(
+    "adsk.fusion",
+    "JointMotionTypes",
+    {
+        "BallJointPitchMotionType": 0,
+        "BallJointRollMotionType": 1,
+        "BallJointYawMotionType": 2,
+        "CylindricalJointRotateMotionType": 3,
+        "CylindricalJointSlideMotionType": 4,
+        "PinSlotJointRotateMotionType": 5,
+        "PinSlotJointSlideMotionType": 6,
+        "PlanarJointRotateMotionType": 7,
+        "PlanarJointSlideOneMotionType": 8,
+        "PlanarJointSlideTwoMotionType": 9,
+        "RevoluteJointRotateMotionType": 10,
+        "SliderJointSlideMotionType": 11,
+    },
+)
 DesignTypes = enumeration("adsk.fusion", "DesignTypes", {"DirectDesignType": 0})
 FeatureHealthStates = enumeration(
     "adsk.fusion",

@@ -17,6 +17,7 @@ from .model import (
     component,
     entity,
     joints,
+    motion_links,
     points,
     rigid_groups,
 )
@@ -38,6 +39,7 @@ __all__ = [
     "joints",
     "maths",
     "modules",
+    "motion_links",
     "points",
     "rigid_groups",
 ]

@@ -1,4 +1,4 @@
-"""Positions that were moved and not captured; motion links and tangent relationships."""
+"""Positions that were moved and not captured; tangent relationships."""
 
 from __future__ import annotations
 
@@ -46,24 +46,10 @@ class Snapshot(Base):
 
 
 @api("adsk.fusion")
-class MotionLink(Base):
-    """Here a name only."""
-
-    name = property(lambda self: self._name)
-
-
-@api("adsk.fusion")
 class TangentRelationship(Base):
     """Here a name only."""
 
     name = property(lambda self: self._name)
-
-
-@api("adsk.fusion")
-@named
-class MotionLinks(Items):
-    def _all(self) -> list[Any]:
-        return [new(MotionLink, name=n) for n in self._component.motion_links]
 
 
 @api("adsk.fusion")

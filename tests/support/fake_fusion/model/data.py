@@ -218,6 +218,28 @@ class JointData(Named):
 
 
 @dataclass(eq=False)
+class MotionLinkData(Named):
+    """A motion link.
+
+    Attributes:
+        joint_one, joint_two: What it links; `joint_two` is None where both motions are of one.
+        motions: JointMotionTypes values.
+        values: By how much each moves while the other does, in [rad] or [cm].
+        reversed: Whether the second moves the other way.
+    """
+
+    component: Any = None
+    joint_one: Any = None
+    joint_two: Any = None
+    motions: tuple[int, int] = (10, 10)
+    values: tuple[float, float] = (1.0, 1.0)
+    reversed: bool = False
+    suppressed: bool = False
+    health: int = 0
+    problem: str = ""
+
+
+@dataclass(eq=False)
 class GraphicsData(Named):
     """A custom graphics group or one of its entities."""
 
@@ -278,7 +300,7 @@ class ComponentData(Named):
     graphics: list[GraphicsData] = field(default_factory=list)
     base_features: list[Any] = field(default_factory=list)
     constraints: list[str] = field(default_factory=list)
-    motion_links: list[str] = field(default_factory=list)
+    motion_links: list[MotionLinkData] = field(default_factory=list)
     tangents: list[str] = field(default_factory=list)
     poses: dict[Path, Any] = field(default_factory=dict)
     user_mass: float | None = None
