@@ -47,7 +47,7 @@ def branches(robot: Robot) -> Iterator[Finding]:
         if starts != sorted(set(starts)) or not all(0 <= k < points for k in starts):
             problem = f"branches at via points {starts} are not some of its own, in order"
             yield error(subject, "bad-branch", problem)
-        elif any(last <= first for first, last in _pieces(muscle)):
+        elif starts and any(last <= first for first, last in _pieces(muscle)):
             yield error(subject, "bad-branch", "a branch needs two via points at least")
         if any(branch.divisor == 0.0 for branch in muscle.branches):
             yield error(subject, "bad-branch", "a branch's divisor is 0")
