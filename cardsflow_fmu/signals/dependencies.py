@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from addin_sdfusion.robot import Muscle, Robot
+from addin_sdfusion.robot.model.coupling import followers
 from addin_sdfusion.robot.model.tension_laws import law_of, law_parameters, states_of
 
 from .groups import Groups, all_ports
@@ -161,12 +162,20 @@ def _of(names: Sequence[str], places: Iterable[int]) -> Names:
 def _coordinates_above(robot: Robot) -> dict[str, frozenset[int]]:
     """Indices of the coordinates that move each link."""
     above: dict[str, frozenset[int]] = {link.name: frozenset() for link in robot.links}
-    first = 0
+    moved_by = _moved_by(robot)
     for joint in robot.joints:
-        own = range(first, first + len(joint.coordinates))
+        own = frozenset[int]().union(*(moved_by[c.name] for c in joint.coordinates))
         above[joint.child] = above.get(joint.parent, frozenset()).union(own)
-        first += len(joint.coordinates)
     return above
+
+
+def _moved_by(robot: Robot) -> dict[str, frozenset[int]]:
+    """Indices of the coordinates q that each coordinate depends on, by its name."""
+    found = {c.name: frozenset[int]() for c in robot.all_coordinates}
+    found |= {c.name: frozenset([k]) for k, c in enumerate(robot.coordinates)}
+    for c in followers(robot):
+        found[c.name] = frozenset[int]().union(*(found[term.coordinate] for term in c.coupling))
+    return found
 
 
 def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) -> frozenset[int]:
@@ -178,8 +187,10 @@ def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) 
     told = [point.when.coordinate for point in muscle.via_points if point.when is not None]
     told += [move.coordinate for point in muscle.via_points for move in point.moves]
     told += [term.coordinate for term in muscle.terms]
-    by_name = {c.name: i for i, c in enumerate(robot.coordinates)}
-    own = frozenset(by_name[name] for name in told)
+    moved_by = _moved_by(robot)
+    own = _NOWHERE.union(*(moved_by[name] for name in told))
+    if robot.driven_joints:  # one coordinate may move both ends, each by its own function
+        return own.union(*moved)
     return frozenset().union(*moved) - frozenset.intersection(*moved or [_NOWHERE]) | own
 
 

@@ -15,6 +15,7 @@ from .frames import MovingFrame, Place, moving_frames
 from .library import law_parameters, pack_blob
 from .path_fields import path_counts, path_fields
 from .refusals import refuse_uncomputed
+from .variables import robot_variables, variable_counts, variable_fields
 
 Fields = dict[str, ArrayLike]
 
@@ -57,10 +58,7 @@ def _mass_fields(robot: Robot, frames: list[MovingFrame], places: dict[str, Plac
         "mass": [body.mass for body in bodies],
         "mass_centre": [body.centre for body in bodies],
         "inertia": [body.inertia for body in bodies],
-        "damping": [coordinate.damping for coordinate in robot.coordinates],
         "friction": [coordinate.friction for coordinate in robot.coordinates],
-        "stiffness": [coordinate.stiffness for coordinate in robot.coordinates],
-        "rest": [coordinate.rest for coordinate in robot.coordinates],
         "lower": [coordinate.lower for coordinate in robot.coordinates],
         "upper": [coordinate.upper for coordinate in robot.coordinates],
         "gravity": robot.gravity,
@@ -102,18 +100,25 @@ def compile_blob(robot: Robot, *, single: bool = False) -> bytes:
     refuse_uncomputed(robot)
     frames, places = moving_frames(robot)
     tasks = robot.task_frames
-    counts = path_counts(robot) | {
-        "dofs": len(frames),
-        "muscles": len(robot.muscles),
-        "tasks": len(tasks),
-        "law_parameters": sum(len(law_of(muscle.model).parameters) for muscle in robot.muscles),
-        "robots": 1,
-    }
+    variables = robot_variables(robot)
+    counts = (
+        path_counts(robot)
+        | variable_counts(variables)
+        | {
+            "dofs": len(robot.coordinates),
+            "frames": len(frames),
+            "muscles": len(robot.muscles),
+            "tasks": len(tasks),
+            "law_parameters": sum(len(law_of(muscle.model).parameters) for muscle in robot.muscles),
+            "robots": 1,
+        }
+    )
     return pack_blob(
         counts,
         _tree_fields(frames)
         | _law_fields(robot)
         | path_fields(robot, places)
+        | variable_fields(variables)
         | _mass_fields(robot, frames, places)
         | {
             "task_kind": [int(task.is_orientation) for task in tasks],

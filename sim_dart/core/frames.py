@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from addin_sdfusion.robot import WORLD, InputError, Motion, Pose, Robot
-from addin_sdfusion.robot.model.rotations import rotation
+from addin_sdfusion.robot import WORLD, Motion, Pose, Robot
+from addin_sdfusion.robot.model.rotations import axis_rotation, normalized, rotation
 
 from .arrays import FloatArray
+from .variables import robot_variables
 
 
 def transform(pose: Pose) -> FloatArray:
@@ -54,7 +55,7 @@ class MovingFrame:
 
     Attributes:
         motion: The motion.
-        coordinate: Index in q of the coordinate that drives it.
+        coordinate: Index of the variable that drives it, see `variables`; those of q are first.
         parent: Index of the moving frame that it is fixed to at q = 0, -1 for the world.
         T_parent_frame: Pose of the frame in the parent frame at q = 0, shape (4, 4).
     """
@@ -65,37 +66,31 @@ class MovingFrame:
     T_parent_frame: FloatArray
 
 
-def refuse_driven(robot: Robot, what: str) -> None:
-    """Refuse functions, couplings and locks between coordinates and motions.
-
-    Args:
-        robot: A valid robot.
-        what: What cannot be done with them, as a participle.
-
-    Raises:
-        InputError: There is one; the message names the joint.
-    """
-    for joint in robot.driven_joints:
-        problem = "functions of coordinates, couplings and locks are read and kept, but not yet "
-        raise InputError(f"joint {joint.name!r}: {problem}{what}")
-    for c in robot.coordinates:
-        if c.armature or c.limit_force:
-            problem = "armatures and limit forces are read and kept, but not yet "
-            raise InputError(f"coordinate {c.name!r}: {problem}{what}")
+def _held(motion: Motion, way: float) -> FloatArray:
+    """The transform of a motion that has gone a way, in [rad] or [m]."""
+    T = np.eye(4)
+    axis = normalized(motion.axis)
+    if motion.kind == "rotation":
+        T[:3, :3] = axis_rotation(axis, way)
+    else:
+        T[:3, 3] = way * np.array(axis)
+    return T
 
 
 def moving_frames(robot: Robot) -> tuple[list[MovingFrame], dict[str, Place]]:
     """The frames that move, parents first, and where every link is fixed."""
     frames: list[MovingFrame] = []
     places = {WORLD: Place(-1, np.eye(4))}
-    first = 0
-    refuse_driven(robot, "simulated")
+    variables = robot_variables(robot)
     for joint in robot.joints:
         parent = places[joint.parent]
         frame, T_frame_next = parent.frame, parent.T_frame_link @ transform(joint.T_parent_joint)
-        for motion in joint.motions:
-            frames.append(MovingFrame(motion, first + motion.coordinate, frame, T_frame_next))
+        ways = zip(variables.driver[joint.name], variables.still[joint.name], strict=True)
+        for motion, (driver, still) in zip(joint.motions, ways, strict=True):
+            if driver is None:
+                T_frame_next = T_frame_next @ _held(motion, still)
+                continue
+            frames.append(MovingFrame(motion, driver, frame, T_frame_next))
             frame, T_frame_next = len(frames) - 1, np.eye(4)
-        first += len(joint.coordinates)
         places[joint.child] = Place(frame, T_frame_next @ inverse(transform(joint.T_child_joint)))
     return frames, places

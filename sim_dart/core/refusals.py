@@ -8,11 +8,18 @@ from addin_sdfusion.robot import CardsflowError, Muscle, Robot
 
 
 def refuse_uncomputed(robot: Robot) -> None:
-    """Refuse a robot whose muscles have what is not computed.
+    """Refuse a robot whose muscles or coordinates have what is not computed.
 
     Raises:
         CardsflowError: It names the first such muscle and what it has.
     """
+    for c in robot.all_coordinates:
+        if c.limit_force is not None:
+            problem = "a force beyond a range cannot be simulated yet"
+            raise CardsflowError(f"coordinate {c.name!r}: {problem}")
+        if c.friction and c.coupling:
+            problem = "friction of a coupled coordinate cannot be simulated; put it on another"
+            raise CardsflowError(f"coordinate {c.name!r}: {problem}")
     ellipsoids = {s.name for s in robot.wrap_surfaces if s.shape == "ellipsoid"}
     for muscle in robot.muscles:
         for what in _uncomputed(muscle, ellipsoids):

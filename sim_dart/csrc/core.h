@@ -52,10 +52,10 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      energies       of what moves, in [J]: kinetic, of its weight, zero at the world's origin, of the
                     joints' springs; 3
      momenta        of what moves: linear in [N s], angular about the world's origin in [N m s]; 6
-   Of the frames that move, one a degree of freedom, in the world:
-     frame_rotation row by row, dofs x 9
-     frame_origin   on the axis, dofs x 3
-     frame_axis     of its motion, dofs x 3
+   Of the frames that move, in the world:
+     frame_rotation row by row, frames x 9
+     frame_origin   on the axis, frames x 3
+     frame_axis     of its motion, frames x 3
    Of the paths:
      points         via points in the world, points x 3
      surface_places a surface's centre and z axis in the world, surfaces x 6
@@ -72,7 +72,7 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      commands       found by core_invert, muscles                                                      */
 CORE_API real *core_array(core *c, const char *name, size_t *length);
 
-/* damping, friction, lower or upper of the coordinates, dofs, as the blob has them. */
+/* damping, friction, lower or upper of the coordinates q, dofs, as the blob has them. */
 CORE_API const real *core_coordinates(const core *c, const char *field);
 
 /* Go to q: frames, path lengths, muscle Jacobian and task coordinates. */
@@ -116,7 +116,8 @@ CORE_API void core_bias(core *c, const real *qd);
 /* energies and momenta at the last q. */
 CORE_API void core_energies(core *c, const real *qd);
 
-/* qdd of (M + diag(armature)) qdd + C + G = tau at the last q; here G is the weight's alone. */
+/* qdd of M qdd + C + G = tau at the last q, where G is the weight's alone, and M has these armatures, a number
+   for each variable, in the place of the robot's own.                                                  */
 CORE_API void core_accelerate(core *c, const real *qd, const real *tau, const real *armature);
 
 /* Advance q, qd and law_states by steps of h with constant commands u (of an ideal cable its force) and

@@ -41,6 +41,7 @@ core *core_open(const void *blob, size_t size, void *memory)
     STATE_ARRAYS(PLACE)
 #undef PLACE
     for (int32_t k = 0; k < view.counts.muscles; k++) c->has_laws |= view.law_kind[k] != KIND_IDEAL;
+    c->is_driven = wide > 0;
     for (int32_t j = 0; j < view.counts.dofs; j++) c->has_friction |= view.friction[j] != 0;
     tree_prepare(c);
     paths_prepare(c);
@@ -51,7 +52,7 @@ core *core_open(const void *blob, size_t size, void *memory)
 real *core_array(core *c, const char *name, size_t *length)
 {
     STATE_LENGTHS(&c->blob)
-    (void)law_constants;
+    (void)law_constants, (void)terms, (void)wide, (void)variables;
     const struct {
         const char *name;
         real *array;
@@ -85,9 +86,9 @@ real *core_array(core *c, const char *name, size_t *length)
         {"work", c->work, 3},
         {"energies", c->energies, 3},
         {"momenta", c->momenta, 6},
-        {"frame_rotation", c->rotation, 9 * dofs},
-        {"frame_origin", c->origin, 3 * dofs},
-        {"frame_axis", c->axis, 3 * dofs},
+        {"frame_rotation", c->rotation, 9 * frames},
+        {"frame_origin", c->origin, 3 * frames},
+        {"frame_axis", c->axis, 3 * frames},
     };
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         if (!strcmp(arrays[k].name, name)) return *length = arrays[k].length, arrays[k].array;

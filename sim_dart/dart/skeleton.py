@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import WORLD, Coordinate, Joint, Link, Pose, Robot
+from addin_sdfusion.robot import WORLD, Coordinate, InputError, Joint, Link, Pose, Robot
 from sim_dart.core.arrays import FloatArray
-from sim_dart.core.frames import refuse_driven, transform
+from sim_dart.core.frames import transform
 from sim_dart.core.mass_check import require_inertia
 
 _CREATE = {
@@ -79,7 +79,7 @@ def build_skeleton(robot: Robot) -> Skeleton:
     """
     import dartpy
 
-    refuse_driven(robot, "simulated by DART; the core does it")
+    _refuse_driven(robot)
     skeleton = dartpy.dynamics.Skeleton(robot.name)
     skeleton.setGravity(np.array(robot.gravity))
     bodies: dict[str, Any] = {WORLD: None}
@@ -90,6 +90,16 @@ def build_skeleton(robot: Robot) -> Skeleton:
     require_inertia(robot, skeleton.getMassMatrix())
     dofs = [skeleton.getDof(k).getName() for k in range(skeleton.getNumDofs())]
     return Skeleton(skeleton, bodies, [dofs.index(c.name) for c in robot.coordinates])
+
+
+def _refuse_driven(robot: Robot) -> None:
+    """Refuse what DART's joints do not have."""
+    what = "are simulated by the core alone, not by DART"
+    for joint in robot.driven_joints:
+        raise InputError(f"joint {joint.name!r}: functions, couplings and locks {what}")
+    for c in robot.coordinates:
+        if c.armature or c.limit_force:
+            raise InputError(f"coordinate {c.name!r}: armatures and limit forces {what}")
 
 
 def _add_joint(skeleton: Any, parent: Any, joint: Joint) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
@@ -33,11 +34,12 @@ class CoreDynamics(RobotDynamics):
             core.array("gravity", n),
         )
         self._qdd, self._biases = core.array("qdd", n), core.array("task_bias", 3 * k)
+        self._armature = np.array([c.armature for c in robot.coordinates]).tobytes()
         if not may_be_singular:
             require_inertia(robot, self.mass_matrix([c.initial for c in robot.coordinates]))
 
     def acceleration(self, q: ArrayLike, qd: ArrayLike, torques: ArrayLike) -> FloatArray:
-        """Solve M qdd + C + G = tau for qdd, shape (n,), by articulated bodies.
+        """Solve M qdd + C + G = tau for qdd, shape (n,), by articulated bodies where it can.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
@@ -45,10 +47,15 @@ class CoreDynamics(RobotDynamics):
             torques: tau, all generalised forces, shape (n,), in [N·m] or [N].
         """
         at, rates = finite("q", q, self.n), finite("qd", qd, self.n)
-        tau = finite("torques", torques, self.n) - self._stiffness * (at - self._rest)
-        none = bytes(8 * self.n)
+        tau = finite("torques", torques, self.n)
+        if self.robot.driven_joints:  # with the springs of what follows q
+            self._core.move(self._handle, at.tobytes())
+            self._core.update_bias(self._handle, rates.tobytes())
+            load = tau - self._C
+            return np.asarray(np.linalg.solve(self._mass_matrix(at), load))
+        tau = tau - self._stiffness * (at - self._rest)
         self._core.move(self._handle, at.tobytes())
-        self._core.accelerate(self._handle, rates.tobytes(), tau.tobytes(), none)
+        self._core.accelerate(self._handle, rates.tobytes(), tau.tobytes(), self._armature)
         return self._qdd.copy()
 
     def _mass_matrix(self, q: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ import numpy as np
 from addin_sdfusion.robot import Motion, Robot
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.core.frames import moving_frames, transform
+from sim_dart.core.variables import robot_variables, variable_values
 
 Poses = Mapping[str, FloatArray]
 """T_world_link at every frame by the name of the link, `world` among them, shape (K, 4, 4)."""
@@ -22,11 +23,12 @@ def link_poses(robot: Robot, q: FloatArray) -> Poses:
         q: Joint positions at K frames, shape (K, n), in [rad] or [m].
     """
     frames, frame_of = moving_frames(robot)
+    x = variable_values(robot_variables(robot), q)
     world = np.broadcast_to(np.eye(4), (len(q), 4, 4))
     T_world_frame: list[FloatArray] = []
     for frame in frames:
         parent = world if frame.parent < 0 else T_world_frame[frame.parent]
-        moved = motion_transforms(frame.motion, q[:, frame.coordinate])
+        moved = motion_transforms(frame.motion, x[:, frame.coordinate])
         T_world_frame.append(parent @ frame.T_parent_frame @ moved)
     return {
         link: (world if own.frame < 0 else T_world_frame[own.frame]) @ own.T_frame_link
@@ -43,13 +45,16 @@ def motor_axes(robot: Robot, q: FloatArray, poses: Poses) -> list[tuple[FloatArr
         poses: Of the links there.
     """
     found: dict[str, tuple[FloatArray, FloatArray]] = {}
-    columns = {c.name: k for k, c in enumerate(robot.coordinates)}
+    variables = robot_variables(robot)
+    x, held = variable_values(variables, q), np.zeros(len(q))
     for joint in robot.joints:
         T = poses[joint.parent] @ transform(joint.T_parent_joint)
-        for motion in joint.motions:
-            name = joint.coordinates[motion.coordinate].name
-            T = T @ motion_transforms(motion, q[:, columns[name]])
-            found[name] = T[:, :3, 3], T[:, :3, :3] @ np.array(motion.axis)
+        drivers = zip(variables.driver[joint.name], variables.still[joint.name], strict=True)
+        for motion, (driver, still) in zip(joint.motions, drivers, strict=True):
+            T = T @ motion_transforms(motion, x[:, driver] if driver is not None else held + still)
+            if driver is not None:
+                name = joint.coordinates[motion.coordinate].name
+                found.setdefault(name, (T[:, :3, 3], T[:, :3, :3] @ np.array(motion.axis)))
     return [found[motor.name] for motor in robot.motors]
 
 

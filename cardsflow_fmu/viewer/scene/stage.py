@@ -273,7 +273,7 @@ class Stage:
         for joint, poses, row in zip(
             self.robot.joints, self._joints, self._label_rows, strict=True
         ):
-            for i, c in enumerate(joint.coordinates):
+            for i, c in enumerate(c for c in joint.coordinates if c.is_free):
                 above = (0.055 + 0.04 * (row + i)) * self.reach * self.up
                 position = poses[k, :3, 3] + above
                 yield s.Label(

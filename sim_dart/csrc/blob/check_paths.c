@@ -83,7 +83,7 @@ static int check_pulleys(const blob_view *b, char *message, size_t capacity)
 
 int check_paths(const blob_view *b, char *message, size_t capacity)
 {
-    return check_points("surface", b->surface_frame, b->surface_centre, b->counts.surfaces, b->counts.dofs,
+    return check_points("surface", b->surface_frame, b->surface_centre, b->counts.surfaces, b->counts.frames,
                         message, capacity) ||
            check_surfaces(b, message, capacity) || check_wraps(b, message, capacity) ||
            check_pulleys(b, message, capacity);

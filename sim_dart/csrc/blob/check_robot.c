@@ -3,6 +3,7 @@
 #include "../math/vectors.h"
 #include "../numbers/real_functions.h"
 #include "check_points.h"
+#include "check_variables.h"
 #include "message.h"
 
 #include <math.h>
@@ -15,11 +16,11 @@ static int is_rotation(const real R[9])
     return 1;
 }
 
-/* Every frame is driven by a coordinate of its own. Quadratic, but only once, and without memory. */
+/* Every frame is driven by a variable of its own. Quadratic, but only once, and without memory. */
 static int check_coordinates(const blob_view *b, char *message, size_t capacity)
 {
-    for (int i = 0; i < b->counts.dofs; i++) {
-        if (b->coordinate[i] < 0 || b->coordinate[i] >= b->counts.dofs)
+    for (int i = 0; i < b->counts.frames; i++) {
+        if (b->coordinate[i] < 0 || b->coordinate[i] >= b->counts.variables)
             return refuse(message, capacity, "frame %d: there is no coordinate %d", i,
                           (int)b->coordinate[i]);
         for (int k = 0; k < i; k++)
@@ -33,17 +34,23 @@ static int check_coordinates(const blob_view *b, char *message, size_t capacity)
 /* Inertias that are no bodies' make a mass matrix that is not positive definite: the caller's check. */
 static int check_masses(const blob_view *b, char *message, size_t capacity)
 {
-    for (int i = 0; i < b->counts.dofs; i++) {
+    for (int i = 0; i < b->counts.frames; i++) {
         if (!(b->mass[i] >= 0) || !all_finite(b->mass + i, 1))
             return refuse(message, capacity, "frame %d: its mass is not from 0 on", i);
         if (!all_finite(b->mass_centre + 3 * i, 3) || !all_finite(b->inertia + 6 * i, 6))
             return refuse(message, capacity, "frame %d: its inertia is not finite", i);
+    }
+    for (int i = 0; i < b->counts.variables; i++) {
         if (!(b->damping[i] >= 0) || !all_finite(b->damping + i, 1))
             return refuse(message, capacity, "coordinate %d: its damping is not from 0 on", i);
-        if (!(b->friction[i] >= 0) || !all_finite(b->friction + i, 1))
-            return refuse(message, capacity, "coordinate %d: its friction is not from 0 on", i);
         if (!(b->stiffness[i] >= 0) || !all_finite(b->stiffness + i, 1) || !all_finite(b->rest + i, 1))
             return refuse(message, capacity, "coordinate %d: its spring is not from 0 on, or not finite", i);
+        if (!(b->armature[i] >= 0) || !all_finite(b->armature + i, 1))
+            return refuse(message, capacity, "coordinate %d: its armature is not from 0 on", i);
+    }
+    for (int i = 0; i < b->counts.dofs; i++) {
+        if (!(b->friction[i] >= 0) || !all_finite(b->friction + i, 1))
+            return refuse(message, capacity, "coordinate %d: its friction is not from 0 on", i);
         if (!(b->lower[i] <= b->upper[i]))
             return refuse(message, capacity, "coordinate %d: its limits are no interval", i);
     }
@@ -54,7 +61,7 @@ static int check_masses(const blob_view *b, char *message, size_t capacity)
 
 static int check_frames(const blob_view *b, char *message, size_t capacity)
 {
-    for (int i = 0; i < b->counts.dofs; i++) {
+    for (int i = 0; i < b->counts.frames; i++) {
         if (b->parent[i] < -1 || b->parent[i] >= i)
             return refuse(message, capacity, "frame %d: parent %d does not come before it", i,
                           (int)b->parent[i]);
@@ -79,7 +86,7 @@ static int check_tasks(const blob_view *b, char *message, size_t capacity)
         if (!is_rotation(b->task_rotation + 9 * k))
             return refuse(message, capacity, "task %d: its rotation is not orthonormal", k);
     }
-    return check_points("task", b->task_frame, b->task_position, b->counts.tasks, b->counts.dofs, message,
+    return check_points("task", b->task_frame, b->task_position, b->counts.tasks, b->counts.frames, message,
                         capacity);
 }
 
@@ -97,9 +104,10 @@ static int check_muscles(const blob_view *b, char *message, size_t capacity)
 
 int check_robot(const blob_view *b, char *message, size_t capacity)
 {
-    return check_frames(b, message, capacity) || check_coordinates(b, message, capacity) ||
+    return check_variables(b, message, capacity) || check_frames(b, message, capacity) ||
+            check_coordinates(b, message, capacity) ||
            check_masses(b, message, capacity) || check_muscles(b, message, capacity) ||
-           check_points("via point", b->point_frame, b->point_position, b->counts.points, b->counts.dofs,
+           check_points("via point", b->point_frame, b->point_position, b->counts.points, b->counts.frames,
                         message, capacity) ||
            check_tasks(b, message, capacity);
 }

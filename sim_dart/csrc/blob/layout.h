@@ -6,8 +6,10 @@
    A blob is a header, then the fields one after the other, each padded to 8 bytes; it begins at a multiple
    of 8 bytes. All this holds for numbers of single precision too, where reals have 4 bytes, and the first
    word of the header tells such a blob from one of doubles. Frames are the
-   moving frames of the tree, one a degree of freedom, parents first; frame -1 is the world. Links that
-   a fixed joint connects share a frame.                                                               */
+   moving frames of the tree, parents first; frame -1 is the world. Links that a fixed joint connects share
+   a frame. Each frame is driven by a variable of its own. The first variables are the degrees of freedom q;
+   those after them, if any, are sums of functions of earlier ones. Where there are none of these, there is a
+   frame for each degree of freedom.                                                                   */
 #ifndef CARDSFLOW_LAYOUT_H
 #define CARDSFLOW_LAYOUT_H
 
@@ -23,6 +25,10 @@
 /* COUNT(name, largest value) */
 #define BLOB_COUNTS(COUNT)                                                                             \
     COUNT(dofs, 4096)                                                                                  \
+    COUNT(frames, 4096)                                                                                \
+    COUNT(variables, 6144)                                                                             \
+    COUNT(terms, 65536)                                                                                \
+    COUNT(term_numbers, 4194304)                                                                       \
     COUNT(muscles, 65536)                                                                              \
     COUNT(points, 1048576)                                                                             \
     COUNT(tasks, 4096)                                                                                 \
@@ -35,7 +41,7 @@
 /* FIELD(element type, name, elements an item, count that says how many items)
      parent           frame that this one is fixed to at q = 0, or -1
      motion           enum motion: what moves it
-     coordinate       index in q of what drives it
+     coordinate       variable that drives it
      offset_rotation  the frame at q = 0 in the parent frame, row by row
      offset_position  its origin, in [m]
      axis             of the motion: unit vector in the frame
@@ -43,9 +49,16 @@
      mass_centre      of these bodies, in the frame, in [m]
      inertia          of these bodies about their mass centre, along the frame's axes: xx, yy, zz, xy,
                       xz, yz, in [kg m2]
-     damping          of a coordinate, by its index in q
+     damping          of a variable
+     stiffness, rest  spring of a variable x: torque -stiffness (x - rest)
+     armature         of a variable: inertia besides the bodies'
+     variable_terms   how many functions a variable is the sum of; none of those that are q
+     term_source      the variable that a function is of, before the one that it is part of
+     term_kind        enum term
+     term_size        how many coefficients, or pieces
+     term_number      c0, c1, ... of a polynomial; x_k, a, b, c, d of each piece a + D (b + D (c + D d)),
+                      D = x - x_k, which holds from x_k on, the first one before the second
      friction         Coulomb's, of a coordinate, by its index in q: largest force or torque
-     stiffness, rest  spring of a coordinate, by its index in q: torque -stiffness (q - rest)
      lower, upper     limits of a coordinate, by its index in q; infinite where there is none
      gravity          in the world, in [m/s2]
      muscle_points    via points of a muscle, at least 2
@@ -71,19 +84,25 @@
      pulley_direction in which the cable comes on: unit vector in that point's frame
      pulley_radius    in [m]                                                                           */
 #define BLOB_FIELDS(FIELD)                                                                             \
-    FIELD(int32_t, parent, 1, dofs)                                                                    \
-    FIELD(int32_t, motion, 1, dofs)                                                                    \
-    FIELD(int32_t, coordinate, 1, dofs)                                                                \
-    FIELD(real, offset_rotation, 9, dofs)                                                              \
-    FIELD(real, offset_position, 3, dofs)                                                              \
-    FIELD(real, axis, 3, dofs)                                                                         \
-    FIELD(real, mass, 1, dofs)                                                                         \
-    FIELD(real, mass_centre, 3, dofs)                                                                  \
-    FIELD(real, inertia, 6, dofs)                                                                      \
-    FIELD(real, damping, 1, dofs)                                                                      \
+    FIELD(int32_t, parent, 1, frames)                                                                  \
+    FIELD(int32_t, motion, 1, frames)                                                                  \
+    FIELD(int32_t, coordinate, 1, frames)                                                              \
+    FIELD(real, offset_rotation, 9, frames)                                                            \
+    FIELD(real, offset_position, 3, frames)                                                            \
+    FIELD(real, axis, 3, frames)                                                                       \
+    FIELD(real, mass, 1, frames)                                                                       \
+    FIELD(real, mass_centre, 3, frames)                                                                \
+    FIELD(real, inertia, 6, frames)                                                                    \
+    FIELD(real, damping, 1, variables)                                                                 \
+    FIELD(real, armature, 1, variables)                                                                \
+    FIELD(int32_t, variable_terms, 1, variables)                                                       \
+    FIELD(int32_t, term_source, 1, terms)                                                              \
+    FIELD(int32_t, term_kind, 1, terms)                                                                \
+    FIELD(int32_t, term_size, 1, terms)                                                                \
+    FIELD(real, term_number, 1, term_numbers)                                                          \
     FIELD(real, friction, 1, dofs)                                                                     \
-    FIELD(real, stiffness, 1, dofs)                                                                    \
-    FIELD(real, rest, 1, dofs)                                                                         \
+    FIELD(real, stiffness, 1, variables)                                                               \
+    FIELD(real, rest, 1, variables)                                                                    \
     FIELD(real, lower, 1, dofs)                                                                        \
     FIELD(real, upper, 1, dofs)                                                                        \
     FIELD(real, gravity, 3, robots)                                                                    \
@@ -117,6 +136,12 @@
 #define WRAP_INSIDE 2
 
 enum surface { SURFACE_SPHERE = 0, SURFACE_CYLINDER = 1, SURFACES };
+
+/* Functions of one variable. */
+enum term { TERM_POLYNOMIAL = 0, TERM_PIECES = 1, TERMS };
+
+/* Numbers of a piece. */
+#define PIECE_NUMBERS 5
 
 enum motion { ROTATION = 0, TRANSLATION = 1, MOTIONS };
 

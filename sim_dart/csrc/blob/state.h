@@ -12,35 +12,44 @@
     const size_t dofs = (size_t)n->dofs, muscles = (size_t)n->muscles;                                 \
     const size_t points = (size_t)n->points, tasks = (size_t)n->tasks;                                 \
     const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;                             \
-    const size_t pulleys = (size_t)n->pulleys;
+    const size_t pulleys = (size_t)n->pulleys, frames = (size_t)n->frames;                             \
+    const size_t variables = (size_t)n->variables, terms = (size_t)n->terms;                           \
+    const size_t wide = variables > dofs ? variables : 0; /* none where all variables are q */
 
 /* ARRAY(name, number of doubles) in the working memory behind the handle.
    A rotation about a constant axis is R0 + sin(q) R1 + (1 - cos(q)) R2, with R1 = R0 [a], R2 = R0 [a][a]. */
 #define STATE_ARRAYS(ARRAY)                                                                            \
-    ARRAY(rotation_sin, 9 * dofs)                                                                      \
-    ARRAY(rotation_cos, 9 * dofs)                                                                      \
-    ARRAY(rotation, 9 * dofs) /* frame in the world, row by row */                                     \
-    ARRAY(origin, 3 * dofs)   /* of the frame in the world; on the axis */                             \
-    ARRAY(axis, 3 * dofs)     /* in the world */                                                       \
+    ARRAY(rotation_sin, 9 * frames)                                                                    \
+    ARRAY(rotation_cos, 9 * frames)                                                                    \
+    ARRAY(rotation, 9 * frames) /* frame in the world, row by row */                                   \
+    ARRAY(origin, 3 * frames)   /* of the frame in the world; on the axis */                           \
+    ARRAY(axis, 3 * frames)     /* in the world */                                                     \
     ARRAY(point, 3 * points)  /* via points in the world */                                            \
-    ARRAY(link, 3 * dofs)     /* from the parent frame's origin to this one's, in the world */         \
-    ARRAY(spin, 3 * dofs)     /* angular velocity of the frame, in the world */                        \
-    ARRAY(slide, 3 * dofs)    /* what the motion's own velocity is: axis * qd */                       \
-    ARRAY(velocity, 3 * dofs) /* of the origin */                                                      \
-    ARRAY(centre, 3 * dofs)   /* first moment of mass about the origin, m r */                         \
-    ARRAY(moment, 9 * dofs)   /* second moment: inertia about the origin */                            \
-    ARRAY(drift, 6 * dofs)    /* acceleration of the frame beyond the parent's, at qdd = 0 */          \
-    ARRAY(acceleration, 6 * dofs)                                                                      \
-    ARRAY(wrench, 6 * dofs)   /* moment about the origin, force */                                     \
-    ARRAY(articulated, 27 * dofs)                                                                      \
-    ARRAY(reaction, 6 * dofs)                                                                          \
-    ARRAY(pivot, dofs)                                                                                 \
-    ARRAY(drive, dofs)                                                                                 \
+    ARRAY(link, 3 * frames)     /* from the parent frame's origin to this one's, in the world */       \
+    ARRAY(spin, 3 * frames)     /* angular velocity of the frame, in the world */                      \
+    ARRAY(slide, 3 * frames)    /* what the motion's own velocity is: axis * qd */                     \
+    ARRAY(velocity, 3 * frames) /* of the origin */                                                    \
+    ARRAY(centre, 3 * frames)   /* first moment of mass about the origin, m r */                       \
+    ARRAY(moment, 9 * frames)   /* second moment: inertia about the origin */                          \
+    ARRAY(drift, 6 * frames)    /* acceleration of the frame beyond the parent's, at qdd = 0 */        \
+    ARRAY(acceleration, 6 * frames)                                                                    \
+    ARRAY(wrench, 6 * frames)   /* moment about the origin, force */                                   \
+    ARRAY(articulated, 27 * frames)                                                                    \
+    ARRAY(reaction, 6 * frames)                                                                        \
+    ARRAY(pivot, frames)                                                                               \
+    ARRAY(drive, frames)                                                                               \
     ARRAY(mass_matrix, dofs *dofs)                                                                     \
     ARRAY(coriolis, dofs)                                                                              \
     ARRAY(gravity, dofs)                                                                               \
     ARRAY(qdd, dofs)                                                                                   \
-    ARRAY(at, dofs)           /* q of the last move */                                                 \
+    ARRAY(at, variables)      /* those of the last move: q, and what follows it */                     \
+    ARRAY(moved, wide)        /* how fast all variables change */                                      \
+    ARRAY(bend, wide)         /* their second derivatives at qdd = 0 */                                \
+    ARRAY(slope, terms)       /* f' and f'' of the last move */                                        \
+    ARRAY(curve, terms)                                                                                \
+    ARRAY(row, 3 * wide)      /* of forces on all variables, or of derivatives by them */              \
+    ARRAY(wide_matrix, wide *wide)                                                                     \
+    ARRAY(dense, wide ? dofs * dofs : 0) /* M factorised */                                            \
     ARRAY(q, dofs)            /* where the robot is */                                                 \
     ARRAY(qd, dofs)                                                                                    \
     ARRAY(load, dofs)         /* generalised forces of a step */                                       \
@@ -50,7 +59,7 @@
     ARRAY(momenta, 6)         /* linear, angular */                                                    \
     ARRAY(before, 2 * dofs + law_states) /* q, qd, law_states at the step's beginning */               \
     ARRAY(slopes, 2 * dofs + law_states) /* sum of their rates over the stages */                      \
-    ARRAY(armature, dofs)                                                                              \
+    ARRAY(armature, variables)                                                                         \
     ARRAY(response, dofs *dofs) /* rows: what a unit impulse on a coordinate does to qd */             \
     ARRAY(factor, dofs *dofs)                                                                          \
     ARRAY(impulse, dofs)                                                                               \
@@ -79,11 +88,11 @@
     ARRAY(force_high, muscles)                                                                         \
     ARRAY(commands, muscles)                                                                           \
     ARRAY(surface_place, 6 * surfaces) /* centre and axis in the world */                              \
-    ARRAY(wrap_radius, wraps)          /* of the surface, in the order of the wraps; and what follows */  \
+    ARRAY(wrap_radius, wraps)          /* of the surface, in the order of the wraps; and what follows */ \
     ARRAY(wrap_half, wraps)            /* infinite where there are no ends */                          \
     ARRAY(wrap_has_axis, wraps)        /* 1 for a cylinder, 0 for a sphere */                          \
     ARRAY(wrap_sense, wraps)           /* its side */                                                  \
-    ARRAY(wrap_is_special, wraps)      /* what wrap_simd.c is not for */                              \
+    ARRAY(wrap_is_special, wraps)      /* what wrap_simd.c is not for */                               \
     ARRAY(wrap_turning, wraps)         /* turning angle of the last move, if turns are counted */      \
     ARRAY(wrap_contact, CONTACT_NUMBERS *wraps)                                                        \
     ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
@@ -97,6 +106,7 @@ struct core {
     int32_t is_counting; /* whether wraps remember their turns */
     int32_t has_laws;    /* whether any muscle is more than an ideal cable */
     int32_t has_friction;
+    int32_t is_driven;   /* whether there are variables beside q */
     int32_t wrap_ends;   /* which directions any wrap is asked for */
     int32_t externals;   /* points that core_external_wrenches has given; the arrays are the caller's */
     const int32_t *external_frame;

@@ -35,9 +35,11 @@ void core_energies(core *c, const real *qd)
     bodies_links(c);
     bodies_inertias(c);
     bodies_velocities(c, qd);
-    for (int32_t i = 0; i < c->blob.counts.dofs; i++) add_body(c, i);
-    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) add_body(c, i);
+    const real *rates = c->is_driven ? c->moved : qd;
+    for (int32_t j = 0; j < c->blob.counts.variables; j++) {
         const real bent = c->at[j] - c->blob.rest[j];
         c->energies[2] += 0.5 * c->blob.stiffness[j] * bent * bent;
+        c->energies[0] += 0.5 * c->blob.armature[j] * rates[j] * rates[j];
     }
 }

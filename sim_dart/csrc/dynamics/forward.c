@@ -3,6 +3,7 @@
 #include "forward.h"
 
 #include "../kinematics/bodies.h"
+#include "dense.h"
 #include "spatial.h"
 
 #include <string.h>
@@ -131,12 +132,21 @@ static void backward(core *c, const real *tau, const real *armature)
 
 void dynamics_factor(core *c, const real *armature)
 {
+    if (c->is_driven) {
+        dense_factor(c, armature);
+        return;
+    }
     for (int32_t i = 0; i < c->blob.counts.dofs; i++) begin_body(c, i);
     backward(c, c->load, armature);
 }
 
 void dynamics_respond(core *c, const real *impulse, real *change)
 {
+    if (c->is_driven) {
+        memcpy(change, impulse, (size_t)c->blob.counts.dofs * sizeof(real));
+        dense_solve(c, change);
+        return;
+    }
     memset(c->wrench, 0, 6 * (size_t)c->blob.counts.dofs * sizeof(real));
     for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
         real *wrench = c->wrench + 6 * i;
@@ -177,6 +187,10 @@ static void forward(core *c)
 
 void core_accelerate(core *c, const real *qd, const real *tau, const real *armature)
 {
+    if (c->is_driven) {
+        dense_accelerate(c, qd, tau, armature);
+        return;
+    }
     bodies_links(c);
     bodies_inertias(c);
     bodies_velocities(c, qd);

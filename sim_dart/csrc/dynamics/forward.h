@@ -4,7 +4,7 @@
 
 #include "../blob/state.h"
 
-/* Factorise M + diag(armature); links, inertias and velocities are those of the last q. */
+/* Factorise M with these armatures; links, inertias and velocities are those of the last q. */
 CORE_INSIDE void dynamics_factor(core *c, const real *armature);
 /* change = M^-1 impulse, with the articulated bodies of the last factorisation. */
 CORE_INSIDE void dynamics_respond(core *c, const real *impulse, real *change);

@@ -120,8 +120,7 @@ void friction_keep(core *c, real h)
     const int32_t dofs = c->blob.counts.dofs;
     for (int32_t j = 0; j < dofs; j++) c->grip[j] = h * c->blob.friction[j];
     memcpy(c->unbraked, c->qd, (size_t)dofs * sizeof(real));
-    memset(c->armature, 0, (size_t)dofs * sizeof(real));
-    dynamics_factor(c, c->armature);
+    dynamics_factor(c, c->blob.armature);
     int32_t count = guess(c), freed = -1;
     for (int32_t round = 0; count > 0 || freed >= 0; round++) {
         real corner = 0;

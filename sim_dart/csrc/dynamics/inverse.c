@@ -1,5 +1,8 @@
 /* Inverse dynamics by Newton and Euler, C and G; the mass matrix by composite bodies; J' qd. */
+#include "inverse.h"
+
 #include "../kinematics/bodies.h"
+#include "../kinematics/variables.h"
 #include "spatial.h"
 
 #include <string.h>
@@ -21,19 +24,22 @@ static void newton_euler(const core *c, int32_t i, const real acceleration[6], c
     add_cross3(wrench, spin, Iw);
 }
 
-/* Generalised forces of all frames' wrenches, each passed on to the parent. */
-static void collect(core *c, real *forces)
+/* Forces on the variables of all frames' wrenches, each passed on to the parent: in `forces`, or in a row that
+   is to be folded into them.                                                                           */
+static real *collect(core *c, real *forces)
 {
-    for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
+    if (c->is_driven) memset(forces = c->row, 0, (size_t)c->blob.counts.variables * sizeof(real));
+    for (int32_t i = c->blob.counts.frames - 1; i >= 0; i--) {
         const int32_t parent = c->blob.parent[i];
         forces[c->blob.coordinate[i]] = generalised_force(c, i, c->wrench + 6 * i);
         if (parent >= 0) add_to_parent(c, i, c->wrench + 6 * i, c->wrench + 6 * parent);
     }
+    return forces;
 }
 
 static void add_springs(const core *c, real *forces)
 {
-    for (int32_t j = 0; j < c->blob.counts.dofs; j++)
+    for (int32_t j = 0; j < c->blob.counts.variables; j++)
         forces[j] += c->blob.stiffness[j] * (c->at[j] - c->blob.rest[j]);
 }
 
@@ -44,18 +50,19 @@ void core_gravity(core *c)
     const real up[6] = {0, 0, 0, -g[0], -g[1], -g[2]};
     bodies_links(c);
     bodies_inertias(c);
-    for (int32_t i = 0; i < c->blob.counts.dofs; i++) newton_euler(c, i, up, still, c->wrench + 6 * i);
-    collect(c, c->gravity);
-    add_springs(c, c->gravity);
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) newton_euler(c, i, up, still, c->wrench + 6 * i);
+    real *forces = collect(c, c->gravity);
+    add_springs(c, forces);
+    if (c->is_driven) variables_fold(c, forces, c->gravity);
 }
 
-/* The forces of motion at qdd = 0 in a world that is accelerated by `world`. */
-static void coast(core *c, const real *qd, const real world[3], real *forces)
+/* The forces of motion at qdd = 0 in a world that is accelerated by `world`, as of `collect`. */
+static real *coast(core *c, const real *qd, const real world[3], real *forces)
 {
     bodies_links(c);
     bodies_inertias(c);
     bodies_velocities(c, qd);
-    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         real *acceleration = c->acceleration + 6 * i;
         bodies_carry(c, i, c->acceleration, acceleration);
         if (c->blob.parent[i] < 0) add3(acceleration + 3, world);
@@ -63,20 +70,31 @@ static void coast(core *c, const real *qd, const real world[3], real *forces)
         add3(acceleration + 3, c->drift + 6 * i + 3);
         newton_euler(c, i, acceleration, c->spin + 3 * i, c->wrench + 6 * i);
     }
-    collect(c, forces);
+    forces = collect(c, forces);
+    for (int32_t j = c->blob.counts.dofs; j < c->blob.counts.variables; j++)
+        forces[j] += c->blob.armature[j] * c->bend[j];
+    return forces;
 }
 
 void core_coriolis(core *c, const real *qd)
 {
     static const real still[3] = {0, 0, 0};
-    coast(c, qd, still, c->coriolis);
+    real *forces = coast(c, qd, still, c->coriolis);
+    if (c->is_driven) variables_fold(c, forces, c->coriolis);
 }
 
 void core_bias(core *c, const real *qd)
 {
     const real *g = c->blob.gravity, up[3] = {-g[0], -g[1], -g[2]};
-    coast(c, qd, up, c->coriolis);
-    add_springs(c, c->coriolis);
+    real *forces = coast(c, qd, up, c->coriolis);
+    add_springs(c, forces);
+    if (c->is_driven) variables_fold(c, forces, c->coriolis);
+}
+
+void inverse_fall(core *c, const real *qd, real *forces)
+{
+    const real *g = c->blob.gravity, up[3] = {-g[0], -g[1], -g[2]};
+    variables_fold(c, coast(c, qd, up, forces), forces);
 }
 
 /* Add the moments of a composite body about the origin of frame i to its parent's:
@@ -109,24 +127,31 @@ static void unit_wrench(const core *c, int32_t i, real mass, real wrench[6])
     }
 }
 
-void core_mass_matrix(core *c)
+void inverse_mass(core *c, const real *armature, real *matrix)
 {
-    const size_t dofs = (size_t)c->blob.counts.dofs;
-    real *mass = c->drive;
+    const size_t width = (size_t)c->blob.counts.variables;
+    real *mass = c->drive, *entries = c->is_driven ? c->wide_matrix : matrix;
     bodies_links(c);
     bodies_inertias(c);
-    memcpy(mass, c->blob.mass, dofs * sizeof(real));
-    memset(c->mass_matrix, 0, dofs * dofs * sizeof(real));
-    for (int32_t i = c->blob.counts.dofs - 1; i >= 0; i--) {
+    memcpy(mass, c->blob.mass, (size_t)c->blob.counts.frames * sizeof(real));
+    memset(entries, 0, width * width * sizeof(real));
+    for (int32_t i = c->blob.counts.frames - 1; i >= 0; i--) {
         real wrench[6];
         unit_wrench(c, i, mass[i], wrench);
         const size_t row = (size_t)c->blob.coordinate[i];
         for (int32_t j = i; j >= 0; j = c->blob.parent[j]) {
             const size_t column = (size_t)c->blob.coordinate[j];
             const real entry = generalised_force(c, j, wrench);
-            c->mass_matrix[row * dofs + column] = c->mass_matrix[column * dofs + row] = entry;
+            entries[row * width + column] = entries[column * width + row] = entry;
             add_cross3(wrench, c->link + 3 * j, wrench + 3); /* about the parent's origin */
         }
         if (c->blob.parent[i] >= 0) add_composite(c, i, mass);
     }
+    for (size_t j = 0; j < width; j++) entries[j * width + j] += armature[j];
+    if (c->is_driven) variables_fold_matrix(c, matrix);
+}
+
+void core_mass_matrix(core *c)
+{
+    inverse_mass(c, c->blob.armature, c->mass_matrix);
 }

@@ -109,8 +109,7 @@ void limits_keep(core *c)
     int32_t count = 0, next = furthest(c);
     if (next < 0) return;
     memcpy(c->free, c->qd, dofs * sizeof(real));
-    memset(c->armature, 0, dofs * sizeof(real));
-    dynamics_factor(c, c->armature);
+    dynamics_factor(c, c->blob.armature);
     for (int32_t round = 0; next >= 0 && round < 4 * c->blob.counts.dofs; round++) {
         meet(c, next, count++);
         for (int32_t left = -1; left != count;) {

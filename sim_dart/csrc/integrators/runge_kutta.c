@@ -3,6 +3,7 @@
 #include "../dynamics/external_wrenches.h"
 #include "../dynamics/limits.h"
 #include "../kinematics/bodies.h"
+#include "../kinematics/variables.h"
 #include "../laws/laws.h"
 
 #include <math.h>
@@ -15,12 +16,14 @@ static int evaluate_rates(core *c, const real *u, const real *extra)
     const int bad = muscles_pull(c, u);
     if (bad) return bad;
     external_wrenches_add(c, extra);
-    for (int32_t j = 0; j < b->counts.dofs; j++) {
-        c->armature[j] = 0;
-        c->load[j] = c->torques[j] + c->outer[j] - b->damping[j] * c->qd[j] -
-                     b->stiffness[j] * (c->q[j] - b->rest[j]);
+    const real *rates = c->is_driven ? variables_rates(c, c->qd) : c->qd;
+    real *load = c->is_driven ? c->row : c->load;
+    for (int32_t j = 0; j < b->counts.variables; j++) {
+        const real given = j < b->counts.dofs ? c->torques[j] + c->outer[j] : 0;
+        load[j] = given - b->damping[j] * rates[j] - b->stiffness[j] * (c->at[j] - b->rest[j]);
     }
-    core_accelerate(c, c->qd, c->load, c->armature);
+    if (c->is_driven) variables_fold(c, load, c->load);
+    core_accelerate(c, c->qd, c->load, b->armature);
     return c->has_laws ? core_law_rates(c, u) : 0;
 }
 
@@ -42,6 +45,9 @@ static void add_work(core *c, real h)
         c->work[1] += c->outer[j] * way;
         c->work[2] -= c->blob.damping[j] * c->qd[j] * way;
     }
+    if (!c->is_driven) return;
+    for (int32_t j = c->blob.counts.dofs; j < c->blob.counts.variables; j++)
+        c->work[2] -= c->blob.damping[j] * c->moved[j] * c->moved[j] * h;
 }
 
 /* slopes += weight rates; the work of the same share of the step. */

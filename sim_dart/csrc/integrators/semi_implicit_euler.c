@@ -2,6 +2,7 @@
 #include "../dynamics/external_wrenches.h"
 #include "../dynamics/friction.h"
 #include "../dynamics/limits.h"
+#include "../kinematics/variables.h"
 #include "../laws/laws.h"
 #include "../math/elementary.h"
 
@@ -11,11 +12,15 @@
 static void accelerate(core *c, real h)
 {
     const blob_view *b = &c->blob;
-    for (int32_t j = 0; j < b->counts.dofs; j++) {
-        c->armature[j] = h * (b->damping[j] + h * b->stiffness[j]);
-        c->load[j] = c->torques[j] + c->outer[j] - b->damping[j] * c->qd[j] -
-                     b->stiffness[j] * (c->q[j] + h * c->qd[j] - b->rest[j]);
+    const real *rates = c->is_driven ? variables_rates(c, c->qd) : c->qd;
+    real *load = c->is_driven ? c->row : c->load;
+    for (int32_t j = 0; j < b->counts.variables; j++) {
+        const real given = j < b->counts.dofs ? c->torques[j] + c->outer[j] : 0;
+        c->armature[j] = b->armature[j] + h * (b->damping[j] + h * b->stiffness[j]);
+        load[j] = given - b->damping[j] * rates[j] -
+                  b->stiffness[j] * (c->at[j] + h * rates[j] - b->rest[j]);
     }
+    if (c->is_driven) variables_fold(c, load, c->load);
     core_accelerate(c, c->qd, c->load, c->armature);
 }
 
@@ -56,6 +61,11 @@ static void add_step_work(core *c, real h)
         muscles += c->torques[j] * way;
         outer += c->outer[j] * way;
         damping -= c->blob.damping[j] * c->qd[j] * way;
+    }
+    if (c->is_driven) {
+        variables_follow(c, c->qd, c->row);
+        for (int32_t j = c->blob.counts.dofs; j < c->blob.counts.variables; j++)
+            damping -= 0.5 * h * (c->moved[j] + c->row[j]) * c->blob.damping[j] * c->row[j];
     }
     c->work[0] += muscles, c->work[1] += outer, c->work[2] += damping;
 }

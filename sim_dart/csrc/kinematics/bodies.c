@@ -1,12 +1,13 @@
 #include "bodies.h"
 
 #include "../math/vectors.h"
+#include "variables.h"
 
 #include <string.h>
 
 void bodies_links(core *c)
 {
-    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         const int32_t parent = c->blob.parent[i];
         for (int k = 0; k < 3; k++)
             c->link[3 * i + k] = c->origin[3 * i + k] - (parent < 0 ? 0 : c->origin[3 * parent + k]);
@@ -31,13 +32,24 @@ static void place_inertia(core *c, int32_t i)
 
 void bodies_inertias(core *c)
 {
-    for (int32_t i = 0; i < c->blob.counts.dofs; i++) place_inertia(c, i);
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) place_inertia(c, i);
+}
+
+/* What the motions' second derivatives add to the drift. */
+static void add_bends(core *c)
+{
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) {
+        const real bend = c->bend[c->blob.coordinate[i]];
+        real *drift = c->drift + 6 * i + (c->blob.motion[i] == ROTATION ? 0 : 3);
+        for (int k = 0; k < 3; k++) drift[k] += bend * c->axis[3 * i + k];
+    }
 }
 
 void bodies_velocities(core *c, const real *qd)
 {
     static const real rest[3] = {0, 0, 0};
-    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+    if (c->is_driven) qd = variables_rates(c, qd);
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         const int32_t parent = c->blob.parent[i];
         const int turns = c->blob.motion[i] == ROTATION;
         const real rate = qd[c->blob.coordinate[i]], *r = c->link + 3 * i;
@@ -55,6 +67,7 @@ void bodies_velocities(core *c, const real *qd)
         add_cross3(turns ? drift : drift + 3, w, own);
         if (!turns) add_cross3(drift + 3, w, own); /* Coriolis: twice */
     }
+    if (c->is_driven) add_bends(c);
 }
 
 void bodies_carry(const core *c, int32_t i, const real *accelerations, real out[6])

@@ -4,6 +4,7 @@
 #include "../math/elementary.h"
 #include "bodies.h"
 #include "points.h"
+#include "variables.h"
 
 #include <string.h>
 
@@ -58,15 +59,19 @@ static void task_rates(const core *c, int32_t task, int32_t frame, real rates[3]
 void core_task_jacobian(core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
-    memset(c->task_jacobian, 0, 3 * (size_t)c->blob.counts.tasks * dofs * sizeof(real));
-    for (int32_t k = 0; k < c->blob.counts.tasks; k++)
+    const size_t width = c->is_driven ? (size_t)c->blob.counts.variables : dofs;
+    for (int32_t k = 0; k < c->blob.counts.tasks; k++) {
+        real *own = c->task_jacobian + 3 * (size_t)k * dofs, *rows = c->is_driven ? c->row : own;
+        memset(rows, 0, 3 * width * sizeof(real));
         for (int32_t j = c->blob.task_frame[k]; j >= 0; j = c->blob.parent[j]) {
             const size_t column = (size_t)c->blob.coordinate[j];
             real rates[3];
             task_rates(c, k, j, rates);
             for (size_t row = 0; row < 3; row++)
-                c->task_jacobian[(3 * (size_t)k + row) * dofs + column] += rates[row];
+                rows[row * width + column] += rates[row];
         }
+        for (size_t row = 0; row < 3 && c->is_driven; row++) variables_fold(c, rows + row * width, own + row * dofs);
+    }
 }
 
 /* Derivative of angle_rates at constant angular acceleration alpha: solved from
@@ -95,7 +100,7 @@ void core_task_bias(core *c, const real *qd)
 {
     bodies_links(c);
     bodies_velocities(c, qd);
-    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         real *acceleration = c->acceleration + 6 * i;
         bodies_carry(c, i, c->acceleration, acceleration);
         for (int k = 0; k < 6; k++) acceleration[k] += c->drift[6 * i + k];

@@ -4,13 +4,14 @@
 #include "../math/elementary.h"
 #include "../math/vectors.h"
 #include "points.h"
+#include "variables.h"
 
 #include <string.h>
 
 /* R1 = R0 [a], R2 = R0 [a][a], so that Rodrigues' formula is two products and two sums an entry. */
 void tree_prepare(core *c)
 {
-    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         if (c->blob.motion[i] != ROTATION) continue;
         const real *a = c->blob.axis + 3 * i;
         const real skew[9] = {0, -a[2], a[1], a[2], 0, -a[0], -a[1], a[0], 0};
@@ -43,9 +44,10 @@ static void frame_rotation(const core *c, int32_t i, real q, real R[9])
 void tree_move(core *c, const real *q)
 {
     memcpy(c->at, q, (size_t)c->blob.counts.dofs * sizeof(real));
-    for (int32_t i = 0; i < c->blob.counts.dofs; i++) {
+    if (c->is_driven) variables_move(c);
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) {
         const int32_t parent = c->blob.parent[i];
-        const real qi = q[c->blob.coordinate[i]];
+        const real qi = c->at[c->blob.coordinate[i]];
         real local[9], *R = c->rotation + 9 * i, *origin = c->origin + 3 * i, *axis = c->axis + 3 * i;
         tree_point(c, parent, c->blob.offset_position + 3 * i, origin);
         frame_rotation(c, i, qi, local);

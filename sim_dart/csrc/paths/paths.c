@@ -7,6 +7,7 @@
 
 #include "../kinematics/points.h"
 #include "../kinematics/tree.h"
+#include "../kinematics/variables.h"
 #include "../numbers/real_functions.h"
 #include "multi_wrap.h"
 #include "wrap.h"
@@ -253,7 +254,8 @@ static void walk(core *c, int is_traced)
     memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(real));
     int32_t k = 0, next = next_way(blob, &at);
     for (int32_t m = 0; m < blob->counts.muscles; m++, k++) {
-        real length = 0, *row = c->jacobian + (size_t)m * dofs;
+        real length = 0, *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : own;
+        if (c->is_driven) memset(row, 0, (size_t)blob->counts.variables * sizeof(real));
         for (const int32_t last = k + blob->muscle_points[m] - 1; k < last; k++) {
             if (k != next) {
                 length += add_segment(c, k, row);
@@ -262,6 +264,7 @@ static void walk(core *c, int is_traced)
             length += add_way(c, k, &at, &lanes, row, is_traced);
             next = next_way(blob, &at);
         }
+        if (c->is_driven) variables_fold(c, row, own);
         c->lengths[m] = length;
     }
 }

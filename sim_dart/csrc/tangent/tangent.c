@@ -22,6 +22,7 @@
 
 #include "../math/root.c"
 #include "../laws/hill/bezier.c"
+#include "../kinematics/variables.c"
 #include "../kinematics/tree.c"
 #include "../kinematics/bodies.c"
 #include "../kinematics/tasks.c"
@@ -45,6 +46,8 @@
 #include "../laws/laws.c"
 #include "../dynamics/energies.c"
 #include "../dynamics/external_wrenches.c"
+#include "../dynamics/inverse.c"
+#include "../dynamics/dense.c"
 #include "../dynamics/forward.c"
 #include "../dynamics/limits.c"
 #include "../dynamics/friction.c"
@@ -135,6 +138,7 @@ static real *array(const core_tangent *t, enum tangent_array which, size_t *leng
     const core *c = t->core;
     STATE_LENGTHS(&c->blob)
     (void)law_constants, (void)points, (void)surfaces, (void)wraps, (void)pulleys;
+    (void)frames, (void)terms, (void)wide, (void)variables;
     const struct {
         real *numbers;
         size_t length;

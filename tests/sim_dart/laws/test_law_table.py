@@ -57,7 +57,7 @@ def _blob(**fields: object) -> bytes:
     whole = {"law_kind": [list(TENSION_LAWS).index("hill_degroote2016")], "law_parameter": values}
     changed = whole | fields
     counts = dict.fromkeys(_counts(), 0)
-    counts |= {"dofs": 1, "muscles": 1, "points": 2, "robots": 1}
+    counts |= {"dofs": 1, "frames": 1, "variables": 1, "muscles": 1, "points": 2, "robots": 1}
     counts["law_parameters"] = len(changed["law_parameter"])  # type: ignore[arg-type]
     tree = {
         "parent": [-1],
@@ -74,7 +74,19 @@ def _blob(**fields: object) -> bytes:
         "point_frame": [-1, 0],
         "point_position": np.zeros((2, 3)),
     }
-    tree |= {key: [0] for key in ("damping", "friction", "stiffness", "rest", "lower", "upper")}
+    tree |= {
+        key: [0]
+        for key in [
+            "damping",
+            "friction",
+            "stiffness",
+            "rest",
+            "armature",
+            "lower",
+            "upper",
+            "variable_terms",
+        ]
+    }
     empty: dict[str, object] = {name: [] for name in _fields()}
     return pack_blob(counts, empty | tree | changed)  # type: ignore[arg-type]
 

@@ -1,0 +1,184 @@
+"""Variables of a robot: its coordinates q, and what follows them by functions, each in its place.
+
+x = phi(q): first q, then the coupled coordinates, each after those that it follows, then the angles
+and ways of motions that are driven by functions, or by a coordinate that drives another one too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from addin_sdfusion.robot import Coordinate, Joint, Motion, Polynomial, Robot
+from addin_sdfusion.robot.model.coupling import all_values, followers
+from addin_sdfusion.robot.model.function import ITSELF, Function, cubics, value
+
+from .arrays import FloatArray
+
+_POLYNOMIAL, _PIECES = 0, 1
+"""enum term of layout.h."""
+
+
+@dataclass(frozen=True)
+class FunctionTerm:
+    """A function that a variable is a sum of.
+
+    Attributes:
+        source: Index of the variable that it is of.
+        function: The function.
+    """
+
+    source: int
+    function: Function
+
+
+@dataclass(frozen=True)
+class Variables:
+    """The variables of a robot.
+
+    Attributes:
+        coordinates: Those that are coordinates, in order; the first are q.
+        terms: Of each variable, in order; none of q.
+        driver: The variable that drives each motion, by the names of the joints; None where it
+            stands still.
+        still: How far each motion goes that stands still, by the names of the joints.
+        index: The variable of each coordinate that moves, by name.
+    """
+
+    coordinates: tuple[Coordinate, ...]
+    terms: tuple[tuple[FunctionTerm, ...], ...]
+    driver: dict[str, tuple[int | None, ...]]
+    still: dict[str, tuple[float, ...]]
+    index: dict[str, int]
+
+
+def robot_variables(robot: Robot) -> Variables:
+    """The variables of a valid robot."""
+    moving = {c.name for c in robot.coordinates}
+    coupled = []
+    for c in followers(robot):
+        if any(term.coordinate in moving for term in c.coupling):
+            moving.add(c.name)
+            coupled.append(c)
+    coordinates = (*robot.coordinates, *coupled)
+    index = {c.name: k for k, c in enumerate(coordinates)}
+    values = all_values(robot, {c.name: c.initial for c in robot.coordinates})
+    terms: list[tuple[FunctionTerm, ...]] = [() for _ in robot.coordinates]
+    terms += [_coupling(c, index, values) for c in coupled]
+    driver, still = {}, {}
+    direct: set[int] = set()
+    for joint in robot.joints:
+        drivers = [_driver(joint, motion, index, terms, direct) for motion in joint.motions]
+        driver[joint.name] = tuple(drivers)
+        still[joint.name] = tuple(_still(joint, motion, values) for motion in joint.motions)
+    return Variables(coordinates, tuple(terms), driver, still, index)
+
+
+def _driver(
+    joint: Joint,
+    motion: Motion,
+    index: dict[str, int],
+    terms: list[tuple[FunctionTerm, ...]],
+    direct: set[int],
+) -> int | None:
+    """The variable of a motion, which may be a new one."""
+    if motion.is_fixed:
+        return None
+    own = index.get(joint.coordinates[motion.coordinate].name)
+    if own is None:
+        return None
+    if motion.function == ITSELF and own not in direct:
+        direct.add(own)
+        return own
+    terms.append((FunctionTerm(own, motion.function),))
+    return len(terms) - 1
+
+
+def _still(joint: Joint, motion: Motion, values: dict[str, float]) -> float:
+    if motion.is_fixed:
+        return motion.way(0.0)
+    return motion.way(values[joint.coordinates[motion.coordinate].name])
+
+
+def _coupling(
+    c: Coordinate, index: dict[str, int], values: dict[str, float]
+) -> tuple[FunctionTerm, ...]:
+    """What a coordinate follows; of those that stand still, a constant."""
+    moving = [
+        FunctionTerm(index[term.coordinate], term.function)
+        for term in c.coupling
+        if term.coordinate in index
+    ]
+    others = (term for term in c.coupling if term.coordinate not in index)
+    held = sum(value(term.function, values[term.coordinate]) for term in others)
+    if held:
+        moving.append(FunctionTerm(moving[0].source, Polynomial((held,))))
+    return tuple(moving)
+
+
+def variable_fields(variables: Variables) -> dict[str, ArrayLike]:
+    """The fields of the blob about variables."""
+    terms = [term for group in variables.terms for term in group]
+    numbers = [_numbers(term.function) for term in terms]
+    more = [0.0] * (len(variables.terms) - len(variables.coordinates))
+    fields: dict[str, ArrayLike] = {
+        name: [*(getattr(c, name) for c in variables.coordinates), *more]
+        for name in ("damping", "stiffness", "rest", "armature")
+    }
+    return fields | {
+        "variable_terms": [len(group) for group in variables.terms],
+        "term_source": [term.source for term in terms],
+        "term_kind": [_kind(term.function) for term in terms],
+        "term_size": [len(own) for own in numbers],
+        "term_number": np.concatenate([own.ravel() for own in numbers]) if numbers else [],
+    }
+
+
+def variable_counts(variables: Variables) -> dict[str, int]:
+    """How many items these fields have."""
+    terms = [term for group in variables.terms for term in group]
+    return {
+        "variables": len(variables.terms),
+        "terms": len(terms),
+        "term_numbers": sum(_numbers(term.function).size for term in terms),
+    }
+
+
+def _kind(function: Function) -> int:
+    return _POLYNOMIAL if isinstance(function, Polynomial) else _PIECES
+
+
+def _numbers(function: Function) -> FloatArray:
+    """A row a coefficient or a piece."""
+    if isinstance(function, Polynomial):
+        return np.array(function.coefficients, dtype=float)
+    return np.array(cubics(function), dtype=float)
+
+
+def variable_values(variables: Variables, q: FloatArray) -> FloatArray:
+    """All variables at many q.
+
+    Args:
+        variables: Of a robot.
+        q: Shape (K, n), in [rad] or [m].
+
+    Returns:
+        Shape (K, number of variables).
+    """
+    values = np.zeros((len(q), len(variables.terms)))
+    values[:, : q.shape[1]] = q
+    for k, group in enumerate(variables.terms):
+        for term in group:
+            values[:, k] += _at(term.function, values[:, term.source])
+    return values
+
+
+def _at(function: Function, x: FloatArray) -> FloatArray:
+    numbers = _numbers(function)
+    if isinstance(function, Polynomial):
+        return np.asarray(np.polynomial.polynomial.polyval(x, numbers))
+    at, a, b, c, d = numbers[np.searchsorted(numbers[1:, 0], x, side="right")].T
+    D = x - at
+    return np.asarray(a + D * (b + D * (c + D * d)))

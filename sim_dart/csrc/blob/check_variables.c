@@ -1,0 +1,47 @@
+#include "check_variables.h"
+
+#include "check_points.h"
+#include "message.h"
+
+/* A function that variable `own` is a sum of; how many numbers it has, or -1. */
+static int32_t term_numbers(const blob_view *b, int32_t t, int32_t own, int32_t left, char *message,
+                            size_t capacity)
+{
+    const int32_t size = b->term_size[t], each = b->term_kind[t] == TERM_PIECES ? PIECE_NUMBERS : 1;
+    if (b->term_source[t] < 0 || b->term_source[t] >= own)
+        return refuse(message, capacity, "function %d: its variable %d does not come before it", (int)t,
+                      (int)b->term_source[t]), -1;
+    if (b->term_kind[t] < 0 || b->term_kind[t] >= TERMS || size < 1 || size > left / each)
+        return refuse(message, capacity, "function %d: unknown kind %d, or it has %d numbers", (int)t,
+                      (int)b->term_kind[t], (int)size), -1;
+    const real *numbers = b->term_number + (b->counts.term_numbers - left);
+    for (int32_t k = 2; k < size && each > 1; k++)
+        if (!(numbers[PIECE_NUMBERS * (k - 1)] <= numbers[PIECE_NUMBERS * k]))
+            return refuse(message, capacity, "function %d: its pieces are out of order", (int)t), -1;
+    return size * each;
+}
+
+int check_variables(const blob_view *b, char *message, size_t capacity)
+{
+    const int32_t dofs = b->counts.dofs, variables = b->counts.variables;
+    if (variables < dofs || b->counts.frames > variables || (variables == dofs && b->counts.frames != dofs))
+        return refuse(message, capacity, "%d variables do not drive %d frames", (int)variables,
+                      (int)b->counts.frames);
+    if (!all_finite(b->term_number, (size_t)b->counts.term_numbers))
+        return refuse(message, capacity, "a function's numbers are not finite");
+    int32_t t = 0, left = b->counts.term_numbers;
+    for (int32_t k = 0; k < variables; k++) {
+        const int32_t terms = b->variable_terms[k];
+        if (terms < 0 || terms > b->counts.terms - t || (k < dofs && terms))
+            return refuse(message, capacity, "variable %d: it cannot have %d functions", (int)k, (int)terms);
+        for (const int32_t end = t + terms; t < end; t++) {
+            const int32_t numbers = term_numbers(b, t, k, left, message, capacity);
+            if (numbers < 0) return 1;
+            left -= numbers;
+        }
+    }
+    if (t != b->counts.terms || left)
+        return refuse(message, capacity, "the functions' numbers do not add up to %d",
+                      (int)b->counts.term_numbers);
+    return 0;
+}

@@ -1,0 +1,95 @@
+#include "variables.h"
+
+#include <string.h>
+
+/* A polynomial by Horner's rule: f, f', f''. */
+static void polynomial(const real *numbers, int32_t size, real x, real out[3])
+{
+    memset(out, 0, 3 * sizeof(real));
+    for (int32_t k = size; k-- > 0;) {
+        out[2] = out[2] * x + 2 * out[1];
+        out[1] = out[1] * x + out[0];
+        out[0] = out[0] * x + numbers[k];
+    }
+}
+
+/* The last piece that begins at or before x, or the first. */
+static void pieces(const real *numbers, int32_t size, real x, real out[3])
+{
+    int32_t low = 0, high = size;
+    while (high - low > 1) {
+        const int32_t middle = low + (high - low) / 2;
+        if (value_of(numbers[PIECE_NUMBERS * middle]) <= value_of(x)) low = middle;
+        else high = middle;
+    }
+    const real *piece = numbers + PIECE_NUMBERS * low, D = x - piece[0];
+    out[0] = piece[1] + D * (piece[2] + D * (piece[3] + D * piece[4]));
+    out[1] = piece[2] + D * (2 * piece[3] + D * 3 * piece[4]);
+    out[2] = 2 * piece[3] + D * 6 * piece[4];
+}
+
+void variables_move(core *c)
+{
+    const blob_view *b = &c->blob;
+    const real *numbers = b->term_number;
+    for (int32_t k = b->counts.dofs, t = 0; k < b->counts.variables; k++) {
+        real sum = 0, found[3];
+        for (const int32_t end = t + b->variable_terms[k]; t < end; t++) {
+            const int is_polynomial = b->term_kind[t] == TERM_POLYNOMIAL;
+            (is_polynomial ? polynomial : pieces)(numbers, b->term_size[t], c->at[b->term_source[t]], found);
+            numbers += (is_polynomial ? 1 : PIECE_NUMBERS) * b->term_size[t];
+            sum += found[0], c->slope[t] = found[1], c->curve[t] = found[2];
+        }
+        c->at[k] = sum;
+    }
+}
+
+void variables_follow(const core *c, const real *qd, real *rates)
+{
+    const blob_view *b = &c->blob;
+    memcpy(rates, qd, (size_t)b->counts.dofs * sizeof(real));
+    for (int32_t k = b->counts.dofs, t = 0; k < b->counts.variables; k++) {
+        rates[k] = 0;
+        for (const int32_t end = t + b->variable_terms[k]; t < end; t++)
+            rates[k] += c->slope[t] * rates[b->term_source[t]];
+    }
+}
+
+const real *variables_rates(core *c, const real *qd)
+{
+    const blob_view *b = &c->blob;
+    variables_follow(c, qd, c->moved);
+    for (int32_t k = b->counts.dofs, t = 0; k < b->counts.variables; k++) {
+        c->bend[k] = 0;
+        for (const int32_t end = t + b->variable_terms[k]; t < end; t++) {
+            const int32_t source = b->term_source[t];
+            c->bend[k] += c->curve[t] * c->moved[source] * c->moved[source] + c->slope[t] * c->bend[source];
+        }
+    }
+    return c->moved;
+}
+
+/* Add what is in the row of each variable to those of its sources; rows have `width` numbers. */
+static void fold(const core *c, real *rows, size_t width)
+{
+    const blob_view *b = &c->blob;
+    for (int32_t k = b->counts.variables, t = b->counts.terms; k-- > b->counts.dofs;)
+        for (const int32_t begin = t - b->variable_terms[k]; t > begin;) {
+            const real slope = c->slope[--t], *from = rows + (size_t)k * width;
+            real *to = rows + (size_t)b->term_source[t] * width;
+            for (size_t j = 0; j < width; j++) to[j] += slope * from[j];
+        }
+}
+
+void variables_fold(const core *c, real *row, real *own)
+{
+    fold(c, row, 1);
+    memcpy(own, row, (size_t)c->blob.counts.dofs * sizeof(real));
+}
+
+void variables_fold_matrix(core *c, real *own)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs, width = (size_t)c->blob.counts.variables;
+    fold(c, c->wide_matrix, width);
+    for (size_t i = 0; i < dofs; i++) variables_fold(c, c->wide_matrix + i * width, own + i * dofs);
+}
