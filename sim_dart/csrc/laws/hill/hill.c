@@ -24,7 +24,8 @@ const char *hill_refusal(const void *parameters)
     if (value_of(p->tendon_slack_length) < 0) return "tendon_slack_length must not be negative";
     if (value_of(p->pennation_at_optimal) < 0 || value_of(p->pennation_at_optimal) > 1.47)
         return "pennation_at_optimal must be from 0 to 1.47 rad";
-    if (!(value_of(p->max_contraction_velocity) > 0)) return "max_contraction_velocity must be positive";
+    /* not so small that speeds over it are infinite */
+    if (!(value_of(p->max_contraction_velocity) > 1e-30)) return "max_contraction_velocity must be positive";
     if (!(value_of(p->activation_time_constant) > 0)) return "activation_time_constant must be positive";
     if (!(value_of(p->deactivation_time_constant) > 0))
         return "deactivation_time_constant must be positive";
