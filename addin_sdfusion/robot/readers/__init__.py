@@ -19,6 +19,7 @@ from .caspr.trajectories import (
     trajectory_names,
 )
 from .kinds import WHAT, Kind, holds_robot, kind_of, robot_file
+from .mjcf.model import read_mjcf
 from .opensim.model import read_osim
 from .sdf.model import read_sdf
 from .urdf.model import read_urdf
@@ -110,4 +111,9 @@ def _reader(file: Path, repair: bool) -> Reader:
     return partial(read_sdf, repair=repair) if kind == "sdf" else _READERS[kind]
 
 
-_READERS: dict[Kind, Reader] = {"caspr": read_caspr, "urdf": read_urdf, "osim": read_osim}
+_READERS: dict[Kind, Reader] = {
+    "caspr": read_caspr,
+    "urdf": read_urdf,
+    "osim": read_osim,
+    "mjcf": read_mjcf,
+}

@@ -14,7 +14,7 @@ from ...errors import UnknownNameError
 from ...finding import Subject
 from ...model.joint import Joint
 from ...model.muscle import CableSet, Muscle
-from ...model.robot import Robot, TaskFrame, TaskSet
+from ...model.robot import WORLD, Robot, TaskFrame, TaskSet
 from ...model.transform import IDENTITY
 from ..cardsflow_xml import MARKERS
 from ..distinct import distinct
@@ -109,6 +109,8 @@ def _markers(model: Node, frames: Frames) -> list[TaskSet]:
         link, T_link_frame = frames.place(node, "socket_parent_frame", "/markerset/marker")
         where = node.vector("location")
         position = where if T_link_frame == IDENTITY else T_link_frame.apply(where)
+        if link == WORLD:
+            continue  # points of the world are none of the robot's
         found.append(TaskFrame(node.attribute("name"), link, position))
     return [TaskSet(MARKERS, tuple(found))] if found else []
 

@@ -1,0 +1,275 @@
+"""Numbers that MuJoCo finds when it reads a file: ranges of lengths, acc0, rest lengths.
+
+MuJoCo finds ranges of lengths by a simulation, to some percent; here they are the least and the
+largest length that a search over the joints' ranges finds. acc0 is the length of M^-1 moment at the
+reference pose, as there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from ...checks.check import check
+from ...model.coupling import all_values
+from ...model.function import derivatives
+from ...model.joint import Coordinate
+from ...model.muscle import Muscle, WrapSurface
+from ...model.pose import Pose, Vector3
+from ...model.robot import WORLD, Robot
+from ...model.rotations import (
+    add,
+    axis_rotation,
+    cross,
+    dot,
+    normalized,
+    rotate,
+    rotate_inertia,
+    rotation,
+)
+from ...model.transform import IDENTITY, Transform
+from ..xml import ZERO, Node
+from .path import direction, path_of
+
+MOST_LENGTHS = 40_000
+"""So many lengths are looked at for all ranges of a file."""
+GRID, SWEEPS = 6, 2
+
+Screw = tuple[Vector3, Vector3]
+"""Angular velocity, and the velocity of what is at the world's origin, a unit of speed."""
+
+
+class Pose0:
+    """A robot at values of its coordinates: where its links are, and how they move.
+
+    Attributes:
+        poses: The place of each link in the world.
+        screws: How each link moves with each coordinate.
+    """
+
+    def __init__(self, robot: Robot, q: Mapping[str, float]) -> None:
+        self.q = dict(q)
+        self.poses = {WORLD: IDENTITY}
+        self.screws: dict[str, dict[str, Screw]] = {WORLD: {}}
+        for joint in robot.joints:
+            T = self.poses[joint.parent].compose(_transform(joint.T_parent_joint))
+            screws = dict(self.screws[joint.parent])
+            for motion in joint.motions:
+                name = "" if motion.is_fixed else joint.coordinates[motion.coordinate].name
+                way, slope, _ = derivatives(motion.function, self.q.get(name, 0.0))
+                axis = normalized(motion.axis)
+                turned = T.rotate(axis)
+                if motion.kind == "rotation":
+                    step = Transform(axis_rotation(axis, way), ZERO)
+                    screw = (turned, cross(T.p, turned))
+                else:
+                    step = Transform(IDENTITY.R, (way * axis[0], way * axis[1], way * axis[2]))
+                    screw = (ZERO, turned)
+                if name:
+                    w, v = screws.get(name, (ZERO, ZERO))
+                    screws[name] = _plus(w, slope, screw[0]), _plus(v, slope, screw[1])
+                T = T.compose(step)
+            self.poses[joint.child] = T.compose(_transform(joint.T_child_joint).inverse())
+            self.screws[joint.child] = screws
+
+    def moment(self, muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> dict[str, float]:
+        """dl/dq by coordinate."""
+        found = {term.coordinate: term.factor for term in muscle.terms}
+        for piece in path_of(muscle, surfaces, self.poses, self.q).pieces:
+            u = direction(piece)
+            for sign, link, point in (
+                (1.0, piece.end_link, piece.end),
+                (-1.0, piece.start_link, piece.start),
+            ):
+                for name, (w, v) in self.screws[link].items():
+                    speed = dot(u, add(v, cross(w, point)))
+                    found[name] = found.get(name, 0.0) + sign * piece.share * speed
+        return found
+
+
+def with_found(robot: Robot, nodes: Mapping[str, Node]) -> Robot:
+    """The robot with numbers for its muscles where its file has none.
+
+    Args:
+        robot: The robot as its file says it.
+        nodes: The elements of the muscles, for findings.
+    """
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
+    open_ = [m for m in robot.muscles if _lacks(m)]
+    if not open_ or not _is_sound(robot):
+        return robot
+    reference = {c.name: c.initial for c in robot.all_coordinates}
+    pose0 = Pose0(robot, reference)
+    factor = None
+    left = MOST_LENGTHS
+    changed: dict[str, Muscle] = {}
+    for muscle in open_:
+        values = dict(muscle.model.parameters)
+        if muscle.model.kind == "tendon_spring":
+            rest = path_of(muscle, surfaces, pose0.poses, reference).length
+            values |= {"rest_low": rest, "rest_high": rest}
+        else:
+            if values.get("force", -1.0) < 0.0 and "acc0" not in values:
+                factor = factor or _Factor(robot, pose0)
+                values["acc0"] = factor.acceleration(pose0.moment(muscle, surfaces))
+            if not values.get("length_high", 0.0) > values.get("length_low", 0.0):
+                node = nodes.get(muscle.name)
+                lengths, left = _range_of(robot, muscle, surfaces, left)
+                if lengths is None:
+                    _note_no_range(node)
+                    continue
+                values |= {"length_low": lengths[0], "length_high": lengths[1]}
+                _note_range(node, lengths)
+        model = replace(muscle.model, parameters=tuple(values.items()))
+        changed[muscle.name] = replace(muscle, model=model)
+    return robot.with_muscles(changed.get(m.name, m) for m in robot.muscles)
+
+
+def _lacks(muscle: Muscle) -> bool:
+    values = dict(muscle.model.parameters)
+    if muscle.model.kind == "tendon_spring":
+        return values.get("rest_low", 0.0) < 0.0
+    if muscle.model.kind != "mujoco_muscle":
+        return False
+    ranged = values.get("length_high", 0.0) > values.get("length_low", 0.0)
+    return not ranged or (values.get("force", -1.0) < 0.0 and "acc0" not in values)
+
+
+def _is_sound(robot: Robot) -> bool:
+    """Whether the tree is one that can be walked."""
+    broken = ("bad-law-parameter", "missing-law-parameter")
+    return not any(f.is_error and f.code not in broken for f in check(robot))
+
+
+def _note_range(node: Node | None, lengths: tuple[float, float]) -> None:
+    if node is not None:
+        low, high = lengths
+        problem = (
+            f"no lengthrange: {low:.6g} to {high:.6g} m is what a search over the joints' ranges "
+            "finds; MuJoCo finds its own by a simulation, to some percent; give it if it matters"
+        )
+        node.warning("length-range-found", problem)
+
+
+def _note_no_range(node: Node | None) -> None:
+    if node is not None:
+        problem = (
+            "no lengthrange, and joints without ranges or too many muscles to find it: give it"
+        )
+        node.error("no-length-range", problem)
+
+
+def _range_of(
+    robot: Robot, muscle: Muscle, surfaces: Mapping[str, WrapSurface], left: int
+) -> tuple[tuple[float, float] | None, int]:
+    """The least and the largest length over the ranges of the joints that move it."""
+    free = _movers(robot, muscle, surfaces)
+    due = 2 * (2 * SWEEPS * max(len(free), 1) * GRID)
+    ranged = all(math.isfinite(c.lower) and math.isfinite(c.upper) for c in free)
+    if not ranged or left < due:
+        return None, left
+    start = {c.name: c.initial for c in robot.coordinates}
+
+    def length(q: Mapping[str, float]) -> float:
+        values = all_values(robot, q)
+        return path_of(muscle, surfaces, Pose0(robot, values).poses, values).length
+
+    ends = []
+    for sign in (1.0, -1.0):
+        q = dict(start)
+        best = sign * length(q)
+        for sweep in range(2 * SWEEPS):
+            for c in free:
+                width = (c.upper - c.lower) / (GRID - 1) / (1.0 if sweep < SWEEPS else GRID)
+                middle = 0.5 * (c.lower + c.upper) if sweep < SWEEPS else q[c.name]
+                for k in range(GRID):
+                    at = middle + (k - (GRID - 1) / 2.0) * width
+                    trial = q | {c.name: min(max(at, c.lower), c.upper)}
+                    value = sign * length(trial)
+                    if value < best:
+                        best, q = value, trial
+        ends.append(sign * best)
+    low, high = ends
+    return ((low, high) if low < high else None), left - due
+
+
+def _movers(robot: Robot, muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Coordinate]:
+    """The free coordinates that change a muscle's length, found at a pose near the initial one."""
+    links = {p.link for p in muscle.via_points} | {surfaces[w.surface].link for w in muscle.wraps}
+    above: dict[str, frozenset[str]] = {WORLD: frozenset()}
+    for joint in robot.joints:
+        own = {c.name for c in joint.coordinates}
+        above[joint.child] = above[joint.parent] | own
+    sets = [above[link] for link in links]
+    names = set().union(*sets) - set(frozenset.intersection(*sets) if sets else ())
+    names |= {term.coordinate for term in muscle.terms}
+    known = {c.name: c for c in robot.all_coordinates}
+    waiting = list(names)
+    while waiting:
+        follows = [t.coordinate for t in known[waiting.pop()].coupling]
+        waiting += [name for name in follows if name not in names]
+        names |= set(follows)
+    return [c for c in robot.coordinates if c.name in names]
+
+
+class _Factor:
+    """The Cholesky factor of a robot's mass matrix at a pose, couplings not applied."""
+
+    def __init__(self, robot: Robot, at: Pose0) -> None:
+        coordinates = robot.all_coordinates
+        self.names = [c.name for c in coordinates]
+        n = len(self.names)
+        M = [[0.0] * n for _ in range(n)]
+        for k, c in enumerate(coordinates):
+            M[k][k] = c.armature
+        index = {name: k for k, name in enumerate(self.names)}
+        for link in robot.links:
+            self._add(M, index, link.name, at, robot)
+        self.L = _cholesky(M)
+
+    def _add(
+        self, M: list[list[float]], index: Mapping[str, int], name: str, at: Pose0, robot: Robot
+    ) -> None:
+        inertia, T = robot.link(name).inertia, at.poses[name]
+        com, matrix = T.apply(inertia.com), rotate_inertia(T.R, inertia.matrix)
+        rows = [(index[of], w, add(v, cross(w, com))) for of, (w, v) in at.screws[name].items()]
+        for i, wi, vi in rows:
+            Iw = rotate(matrix, wi)
+            for j, wj, vj in rows:
+                M[i][j] += inertia.mass * dot(vi, vj) + dot(Iw, wj)
+
+    def acceleration(self, moment: Mapping[str, float]) -> float:
+        """The length of M^-1 moment; 0 where M is singular."""
+        if self.L is None:
+            return 0.0
+        n = len(self.names)
+        x = [moment.get(name, 0.0) for name in self.names]
+        for i in range(n):
+            x[i] = (x[i] - sum(self.L[i][k] * x[k] for k in range(i))) / self.L[i][i]
+        for i in reversed(range(n)):
+            x[i] = (x[i] - sum(self.L[k][i] * x[k] for k in range(i + 1, n))) / self.L[i][i]
+        return math.hypot(*x)
+
+
+def _cholesky(M: Sequence[Sequence[float]]) -> list[list[float]] | None:
+    n = len(M)
+    L = [[0.0] * n for _ in range(n)]
+    for i in range(n):
+        for j in range(i + 1):
+            rest = M[i][j] - sum(L[i][k] * L[j][k] for k in range(j))
+            if i == j:
+                if not rest > 0.0:
+                    return None
+                L[i][i] = math.sqrt(rest)
+            else:
+                L[i][j] = rest / L[j][j]
+    return L
+
+
+def _transform(pose: Pose) -> Transform:
+    return Transform(rotation(pose.rpy), pose.position)
+
+
+def _plus(v: Vector3, factor: float, w: Vector3) -> Vector3:
+    return v[0] + factor * w[0], v[1] + factor * w[1], v[2] + factor * w[2]
