@@ -41,6 +41,7 @@ EXTRAS = {
     "pinocchio": "pinocchio",
     "rerun": "rerun",
     "ros2": "rosbags",
+    "ros2-zenoh": "zenoh",
     "sweep": "distributed",
 }
 """The module that tells whether an extra is installed."""

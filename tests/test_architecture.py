@@ -41,6 +41,7 @@ def test_import_contracts_hold() -> None:
         ("rerun", "cardsflow_fmu/viewer/rerun_file.py"),
         ("mcap", ("cardsflow_fmu/ros/mcap_file.py", "cardsflow_fmu/experiment/joint_states.py")),
         ("rosbags", ("cardsflow_fmu/ros/", "cardsflow_fmu/experiment/joint_states.py")),
+        ("zenoh", "cardsflow_fmu/ros/live/zenoh_node.py"),
         ("viser", "cardsflow_fmu/viewer/live/guarded_server.py"),
         ("distributed", "cardsflow_fmu/studies/execution/dask_"),
         ("cmaes", "cardsflow_fmu/studies/execution/optimisers.py"),

@@ -72,6 +72,12 @@ def add_run(commands: Commands) -> None:
         "--view", action="store_true", help="show the run in the browser while it goes on"
     )
     add_live_options(parser)
+    parser.add_argument(
+        "--publish",
+        metavar="URI",
+        help="publish the run as topics of ROS 2 while it goes on, in real time, through the "
+        "router of rmw_zenoh: ros2://localhost:7447, with /NAMESPACE and ?domain=N&node=NAME",
+    )
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -94,7 +100,7 @@ def _run(options: argparse.Namespace) -> int:
                     experiment,
                     options.output,
                     through=_through(options),
-                    realtime=options.realtime,
+                    realtime=options.realtime or options.publish is not None,
                     progress=progress,
                     watch=watch,
                     started=options.started,
@@ -123,7 +129,7 @@ def _run_system(options: argparse.Namespace) -> int:
     from cardsflow_fmu.hardware.session.open_link import open_link
     from cardsflow_fmu.simulation.run import RunError, run_system
 
-    refuse_view(options, "draws experiments; run the .ssp, and then view its results")
+    refuse_view(options, "is for experiments; run the .ssp, and then view its results")
     if (through := _through(options)) != "fmu":
         what = f"holds FMUs, which --{through} cannot change or do without"
         raise InputError(what, file=options.experiment)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from cardsflow_fmu.cosim.recording import Watch
     from cardsflow_fmu.experiment.experiment import Experiment
     from cardsflow_fmu.simulation.result import Result
+    from cardsflow_fmu.utils.arrays import FloatArray
 
 
 def add_view(commands: Commands) -> None:
@@ -93,15 +94,43 @@ def _view(options: argparse.Namespace) -> int:
 def watched(
     experiment: Experiment, options: argparse.Namespace
 ) -> Iterator[tuple[Watch | None, Callable[[Result], None]]]:
-    """Functions that draw a run in progress, and replay it at its end until Ctrl-C.
+    """Functions that draw and publish a run in progress, and replay it at its end until Ctrl-C.
 
     Args:
         experiment: The experiment of the run.
-        options: Of the command line: `view`, `port` and `no_browser`.
+        options: Of the command line: `view`, `port`, `no_browser` and `publish`.
     """
-    if not options.view:
-        yield None, lambda result: None
-        return
+    watches: list[Watch] = []
+
+    def watch(names: tuple[str, ...], rows: FloatArray) -> None:
+        for one in watches:
+            one(names, rows)
+
+    with contextlib.ExitStack() as stack:
+        if options.publish is not None:
+            watches.append(stack.enter_context(_published(experiment, options.publish)))
+        replay: Callable[[Result], None] = lambda result: None  # noqa: E731
+        if options.view:
+            follow, replay = stack.enter_context(_drawn(experiment, options))
+            watches.append(follow)
+        yield watch if watches else None, replay
+
+
+@contextlib.contextmanager
+def _published(experiment: Experiment, uri: str) -> Iterator[Watch]:
+    from cardsflow_fmu.ros.live.address import node_address
+    from cardsflow_fmu.ros.live.publisher import published
+
+    address = node_address(uri)
+    with published(experiment, address) as watch:
+        _print_line(f"published as node {address}")
+        yield watch
+
+
+@contextlib.contextmanager
+def _drawn(
+    experiment: Experiment, options: argparse.Namespace
+) -> Iterator[tuple[Watch, Callable[[Result], None]]]:
     from cardsflow_fmu.viewer import view
     from cardsflow_fmu.viewer.live import live
     from cardsflow_fmu.viewer.scene.meshes import link_meshes
@@ -123,10 +152,10 @@ def _print_line(line: str) -> None:
 
 
 def refuse_view(options: argparse.Namespace, what: str) -> None:
-    """Refuse `--view` where there is nothing to draw.
+    """Refuse `--view` and `--publish` where there is nothing to draw.
 
     Raises:
-        InputError: It is asked for.
+        InputError: One is asked for.
     """
-    if options.view:
-        raise InputError(what, key="--view")
+    if options.view or options.publish is not None:
+        raise InputError(what, key="--view" if options.view else "--publish")

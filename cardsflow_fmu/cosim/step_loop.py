@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -55,6 +56,7 @@ class StepLoop(ABC):
         self._recorded = done = checked = 0
         failure: CardsflowError | None = None
         divergence = Divergence(self.names)
+        report = self._reports() if pacer is None else _by_the_clock()
         with interruptible() as interrupted:
             try:
                 for done in self._steps(rows, pacer):
@@ -63,7 +65,7 @@ class StepLoop(ABC):
                         sink.update(self._recorded)
                     if interrupted:
                         raise SimulationError(INTERRUPTED)
-                    if done % self._report_every == 0:
+                    if report(done):
                         divergence.look(rows[: self._recorded])
                         if progress:
                             progress(done)
@@ -80,6 +82,10 @@ class StepLoop(ABC):
         if progress:
             progress(done)
         return _judged(self._recording(rows[: self._recorded], failure))
+
+    def _reports(self) -> Callable[[int], bool]:
+        every = self._report_every
+        return lambda done: done % every == 0
 
     def _require_ready(self) -> None:  # noqa: B027 - most loops always are
         """Refuse a run that cannot be made."""
@@ -125,6 +131,25 @@ class StepLoop(ABC):
         except CardsflowError as error:
             return error
         return None
+
+
+_REPORT_EVERY = 0.02
+"""Time between two reports of a run that goes by the clock, in [s]."""
+
+
+def _by_the_clock() -> Callable[[int], bool]:
+    """Whether a report is due, of a run whose steps may take any time."""
+    due = 0.0
+
+    def report(done: int) -> bool:
+        nonlocal due
+        now = time.monotonic()
+        if now < due:
+            return False
+        due = now + _REPORT_EVERY
+        return True
+
+    return report
 
 
 def first_not_finite(rows: FloatArray) -> int | None:

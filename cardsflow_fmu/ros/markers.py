@@ -58,15 +58,15 @@ def cable_markers(
 
 
 def point_markers(
-    time_ns: NDArray[np.int64], robot: Robot, motion: Motion, frames: slice, reach: float
+    time_ns: NDArray[np.int64], robot: Robot, motion: Motion, reach: float
 ) -> Iterator[Values]:
     """A sphere for every task point, and one where it is to be."""
-    poses = link_poses(robot, motion.q[frames])
+    poses = link_poses(robot, motion.q)
     for k, point in enumerate(task_points(robot)):
         at = moved_point(poses[point.link], point.position)
         places = {"task points": (at, colours.TRAIL)}
         if point.name in motion.y_d:
-            desired = motion.y_d[point.name][frames]
+            desired = motion.y_d[point.name]
             places["desired"] = np.where(np.isnan(desired), at, desired), colours.REFERENCE
         for kind, (place, colour) in places.items():
             yield {

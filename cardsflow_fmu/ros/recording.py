@@ -80,7 +80,9 @@ def write_recording(run: RunData, file: Path) -> Recorded:
         raise InputError("the run gave no rows: there is nothing to record")
     robot = run.experiment.robot if isinstance(run, ExperimentRunData) else None
     rows = RowTopics(run, robot)
-    scene = SceneTopics(run) if isinstance(run, ExperimentRunData) else None
+    scene = SceneTopics(run.experiment) if isinstance(run, ExperimentRunData) else None
+    frames = scene.frame_rows(run) if scene else np.zeros(0, dtype=np.int64)
+    highest = scene.highest(run, frames) if scene else 0.0
     topics = (*(scene.topics if scene else ()), *rows.topics, DIAGNOSTICS)
     with replaced_file(file) as stream, McapWriter(stream, topics) as writer:
         start = int(nanoseconds(run["time"][:1])[0])
@@ -92,7 +94,8 @@ def write_recording(run: RunData, file: Path) -> Recorded:
             end = min(first + _BLOCK, len(run.rows))
             last = int(nanoseconds(run["time"][end - 1 : end])[0])
             due = sum(batch.time_ns[0] <= last for batch in told)
-            seen = scene.batches(first, end) if scene else ()
+            here = frames[slice(*np.searchsorted(frames, [first, end]))]
+            seen = scene.batches(run, here, highest) if scene else ()
             writer.write(chain(told[:due], rows.batches(first, end), seen))
             del told[:due]
     notes = [str(finding) for finding in scene.findings] if scene else [_NO_ROBOT]

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Finding, Robot
 from addin_sdfusion.robot.mesh_files import mesh_bytes
 from addin_sdfusion.robot.writers.carried_meshes import CarriedMeshes
 from addin_sdfusion.robot.writers.common_losses import driven_joints
 from addin_sdfusion.robot.writers.urdf import urdf_text
-from cardsflow_fmu.results.run_data import ExperimentRunData
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.signals.ports import coordinate_signals, identifier, muscle_signals
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.viewer.scene.link_poses import link_poses
@@ -22,10 +24,12 @@ from cardsflow_fmu.viewer.scene.stage import Stage
 from sim_dart import MusclePaths
 
 from . import types
-from .cdr import header, message_rows
+from .cdr import Bytes, header, message_rows
 from .markers import body_markers, cable_markers, point_markers
 from .robot_frames import frame_transforms, transform_values
 from .topics import Batch, Topic, nanoseconds
+
+Rows = NDArray[np.int64]
 
 RATE = 50.0
 """Frames a second."""
@@ -38,38 +42,25 @@ TENDONS = Topic("/tendons", types.ROBOY_TENDON)
 
 
 class SceneTopics:
-    """The topics of a run with its robot.
+    """The topics of a robot that is looked at.
 
     Args:
-        run: The run, with its robot's files there.
+        experiment: The experiment, with its robot's files there.
 
     Attributes:
         topics: Its topics.
         meshes: The files of meshes that the robot's description names, by their places there.
         findings: The meshes that are left out.
-
-    Raises:
-        InputError: The run has no rows, or lacks a joint position.
     """
 
     topics = (DESCRIPTION, BODIES, FRAMES, CABLES, TENDONS)
 
-    def __init__(self, run: ExperimentRunData) -> None:
-        experiment = run.experiment
+    def __init__(self, experiment: Experiment) -> None:
         self._robot = robot = experiment.robot
-        rows = frame_rows(run["time"], RATE)
-        known = np.isfinite(run.columns(coordinate_signals("q", robot))[rows]).all(axis=1)
-        self._rows = rows[known]
-        self._motion = motion_of(robot, run, self._rows, experiment.scene)
-        self._time_ns = nanoseconds(self._motion.time)
-        self._lengths = _known(run, muscle_signals("l", robot), self._rows)
-        self._rates = _known(run, coordinate_signals("qd", robot), self._rows)
+        self._world = experiment.scene
         self._core = MusclePaths(robot)
         self._link_meshes = link_meshes(robot, experiment.folder, experiment.roots)
-        first = Motion.still(self._motion.q[0] if len(self._rows) else _initial(robot))
-        self._stage = Stage(robot, first, self._link_meshes)
-        tensions = self._motion.tensions
-        self._highest = 0.0 if tensions is None else float(np.nanmax(tensions, initial=0.0))
+        self._stage = Stage(robot, Motion.still(_initial(robot)), self._link_meshes)
         carried = CarriedMeshes.of(robot, experiment.folder)
         self.meshes = {
             name: mesh_bytes(file, [carried.folder]) for name, file in carried.files.items()
@@ -90,65 +81,88 @@ class SceneTopics:
         markers = list(body_markers(when, self._robot, self._stage, self._link_meshes))
         yield Batch(BODIES, when, message_rows(types.MARKERS, {"markers": markers}, 1))
 
-    def batches(self, first: int, end: int) -> Iterator[Batch]:
-        """The frames within the rows from `first` to before `end`."""
-        a, b = np.searchsorted(self._rows, [first, end]).tolist()
-        if a == b:
+    def frame_rows(self, run: RunData) -> Rows:
+        """The rows of a run that make frames: at an even rate, without those of no position.
+
+        Raises:
+            UnknownNameError: The run lacks a joint position.
+        """
+        rows = frame_rows(run["time"], RATE)
+        known = np.isfinite(run.columns(coordinate_signals("q", self._robot))[rows]).all(axis=1)
+        return rows[known]
+
+    def highest(self, run: RunData, rows: Rows) -> float:
+        """The largest tension in some rows, in [N]; 0 where none is known."""
+        tensions = motion_of(self._robot, run, rows).tensions if len(rows) else None
+        return 0.0 if tensions is None else float(np.nanmax(tensions, initial=0.0))
+
+    def batches(self, run: RunData, rows: Rows, highest: float) -> Iterator[Batch]:
+        """Frames.
+
+        Args:
+            run: The run.
+            rows: Rows with a position, of the frames.
+            highest: The tension at which colours end, in [N].
+        """
+        if not len(rows):
             return
-        frames, robot, motion = slice(a, b), self._robot, self._motion
-        time_ns, q = self._time_ns[frames], motion.q[frames]
-        tensions = None if motion.tensions is None else motion.tensions[frames]
-        yield Batch(FRAMES, time_ns, self._frames(frames))
-        paths = muscle_paths(robot, q, link_poses(robot, q))
+        robot, motion = self._robot, motion_of(self._robot, run, rows, self._world)
+        time_ns = nanoseconds(motion.time)
+        yield Batch(FRAMES, time_ns, self._frames(time_ns, motion))
+        paths = muscle_paths(robot, motion.q, link_poses(robot, motion.q))
         reach = self._stage.reach
         markers = [
-            *cable_markers(time_ns, robot, paths, tensions, self._highest, reach),
-            *point_markers(time_ns, robot, motion, frames, reach),
+            *cable_markers(time_ns, robot, paths, motion.tensions, highest, reach),
+            *point_markers(time_ns, robot, motion, reach),
         ]
-        yield Batch(CABLES, time_ns, message_rows(types.MARKERS, {"markers": markers}, b - a))
+        yield Batch(CABLES, time_ns, message_rows(types.MARKERS, {"markers": markers}, len(rows)))
         if robot.muscles:
-            yield Batch(TENDONS, time_ns, self._tendons(frames, paths, tensions))
+            lengths = _known(run, muscle_signals("l", robot), rows)
+            qd = _known(run, coordinate_signals("qd", robot), rows)
+            yield Batch(TENDONS, time_ns, self._tendons(motion, paths, lengths, qd))
 
-    def _frames(self, frames: slice) -> np.ndarray:
-        time_ns = self._time_ns[frames]
+    def _frames(self, time_ns: NDArray[np.int64], motion: Motion) -> Bytes:
         moved = [
             transform_values(header(time_ns, parent), child, T)
-            for parent, child, T in frame_transforms(self._robot, self._motion.q[frames])
+            for parent, child, T in frame_transforms(self._robot, motion.q)
         ]
         moved += [
-            transform_values(header(time_ns, WORLD), name, T[frames])
-            for name, T in self._motion.objects.items()
+            transform_values(header(time_ns, WORLD), name, T) for name, T in motion.objects.items()
         ]
         return message_rows(types.TRANSFORMS, {"transforms": moved}, len(time_ns))
 
     def _tendons(
-        self, frames: slice, paths: list[MusclePath], tensions: FloatArray | None
-    ) -> np.ndarray:
-        robot, time_ns = self._robot, self._time_ns[frames]
+        self,
+        motion: Motion,
+        paths: list[MusclePath],
+        lengths: FloatArray | None,
+        qd: FloatArray | None,
+    ) -> Bytes:
+        robot, time_ns = self._robot, nanoseconds(motion.time)
         k = np.arange(len(time_ns))[:, np.newaxis]
         points = [path.points[k, path.via] for path in paths]
         nothing = np.full((len(time_ns), len(robot.muscles)), np.nan)
         values = {
             "header": header(time_ns, WORLD),
             "name": [muscle.name for muscle in robot.muscles],
-            "force": nothing if tensions is None else tensions,
-            "l": nothing if self._lengths is None else self._lengths[frames],
-            "ld": nothing if self._rates is None else self._length_rates(frames, self._rates),
+            "force": nothing if motion.tensions is None else motion.tensions,
+            "l": nothing if lengths is None else lengths,
+            "ld": nothing if qd is None else self._length_rates(motion.q, qd),
             "number_of_viapoints": np.array([path.via.shape[1] for path in paths]),
             "viapoints": np.concatenate(points, axis=1),
         }
         return message_rows(types.ROBOY_TENDON, values, len(time_ns))
 
-    def _length_rates(self, frames: slice, qd: FloatArray) -> FloatArray:
+    def _length_rates(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """L q' of every muscle, shape (K, m), in [m/s]."""
-        rows = zip(self._motion.q[frames], qd[frames], strict=True)
-        return np.stack([self._core.evaluate(q).jacobian @ rate for q, rate in rows])
+        rows = zip(q, qd, strict=True)
+        return np.stack([self._core.evaluate(at).jacobian @ rate for at, rate in rows])
 
 
-def _known(run: ExperimentRunData, names: list[str], rows: np.ndarray) -> FloatArray | None:
+def _known(run: RunData, names: list[str], rows: Rows) -> FloatArray | None:
     """Columns at some rows; None where one is missing."""
     return run.columns(names)[rows] if set(names) <= set(run.names) else None
 
 
 def _initial(robot: Robot) -> list[float]:
-    return [c.initial for c in robot.coordinates]
+    return [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]

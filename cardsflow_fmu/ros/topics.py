@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.signals.hardware import MEASURED_TORQUE
-from cardsflow_fmu.signals.ports import SOLVE_TIME, TORQUE, identifier
+from cardsflow_fmu.signals.muscles import command_ports
+from cardsflow_fmu.signals.ports import (
+    SOLVE_TIME,
+    TORQUE,
+    identifier,
+    muscle_signals,
+    slack_signals,
+    task_signals,
+    task_units,
+)
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from . import types
@@ -75,6 +84,7 @@ class RowTopics:
 
     def __init__(self, run: RunData, robot: Robot | None = None) -> None:
         self._run, self._robot = run, robot
+        self._units = (_units(robot) if robot is not None else {}) | dict(run.units)
         self._column = {name: k for k, name in enumerate(run.names)}
         joints = None if robot is None else [c.name for c in robot.coordinates]
         motors = None if robot is None else [c.name for c in robot.motors]
@@ -90,6 +100,10 @@ class RowTopics:
         self._paths = _Paths(robot, self._column) if robot is not None else None
         nothing = _Rows(run, self._column, slice(0))
         self.topics = tuple(topic for topic, _ in self._values(nothing))
+
+    def replace(self, run: RunData) -> None:
+        """Take another run of the same columns."""
+        self._run = run
 
     def batches(self, first: int, end: int) -> Iterator[Batch]:
         """The messages of the rows from `first` to before `end`."""
@@ -171,7 +185,7 @@ class RowTopics:
                 SIGNALS,
                 {
                     "name": self._others,
-                    "unit": [self._run.units.get(name, "") for name in self._others],
+                    "unit": [self._units.get(name, "") for name in self._others],
                     "value": table.columns(self._others),
                 },
             )
@@ -188,7 +202,7 @@ class RowTopics:
         return {identifier(name): name for name in names}
 
     def _unit(self, prefixes: Sequence[str], name: str) -> str:
-        units = [self._run.units.get(f"{prefix}.{name}") for prefix in prefixes]
+        units = [self._units.get(f"{prefix}.{name}") for prefix in prefixes]
         return next((unit for unit in units if unit is not None), "")
 
     def _remaining(self) -> list[str]:
@@ -303,6 +317,17 @@ class _Paths:
         torques = table.first((MEASURED_TORQUE, TORQUE), motors)
         efforts[:, self._motors] += torques
         return _Motion(rates, efforts)
+
+
+def _units(robot: Robot) -> dict[str, str]:
+    """The units of a robot's commands, tasks and slack."""
+    return {
+        **dict.fromkeys(muscle_signals("f", robot), "N"),
+        **{port.name: port.unit for port in command_ports(robot, "output", "discrete")},
+        **dict(zip(task_signals("y", robot), task_units(robot), strict=True)),
+        **slack_signals(robot, "joint"),
+        **slack_signals(robot, "operational"),
+    }
 
 
 def _named(names: Mapping[str, str]) -> Mapping[str, Any]:

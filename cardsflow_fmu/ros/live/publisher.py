@@ -1,0 +1,136 @@
+"""A run in progress as topics of a node: what is newest, at an even rate."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Protocol
+
+import numpy as np
+
+from addin_sdfusion.robot import SimulationError
+from cardsflow_fmu.cosim.recording import Watch
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.results.run_data import RunData
+from cardsflow_fmu.utils.arrays import FloatArray
+
+from ..cdr import message_rows, stamp
+from ..scene_topics import RATE, SceneTopics
+from ..topics import Batch, RowTopics, Topic, nanoseconds
+from .address import NodeAddress
+from .zenoh_node import ZenohNode
+
+CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock")
+
+_SWITCH_INTERVAL = 1e-4
+"""Longest time that the run waits for the publisher to let Python go, in [s]."""
+
+
+class Node(Protocol):
+    """A node that publishes."""
+
+    def advertise(self, topic: Topic) -> None:
+        """Tell of a topic."""
+
+    def publish(self, topic: Topic, content: bytes) -> None:
+        """Send a message."""
+
+
+@contextlib.contextmanager
+def published(experiment: Experiment, address: NodeAddress) -> Iterator[Watch]:
+    """A function that publishes a run in progress, for `run(..., watch=...)`.
+
+    A thread sends the newest row 50 times a second; what no subscriber takes is gone.
+
+    Args:
+        experiment: The experiment of the run.
+        address: The node.
+
+    Raises:
+        InputError: A package of the extra `ros2-zenoh` is missing, or no router answers.
+        SimulationError: At the end: publishing ended before the run.
+    """
+    before = sys.getswitchinterval()
+    with ZenohNode(address) as node:
+        publisher = RunPublisher(experiment, node)
+        thread = threading.Thread(target=publisher.run, name="ros2", daemon=True)
+        sys.setswitchinterval(min(before, _SWITCH_INTERVAL))
+        thread.start()
+        try:
+            yield publisher.watch
+        finally:
+            publisher.stop()
+            thread.join()
+            sys.setswitchinterval(before)
+    if publisher.failure is not None:
+        reason = " ".join(str(publisher.failure).split()) or type(publisher.failure).__name__
+        raise SimulationError(f"publishing ended early, the run did not: {reason}")
+
+
+class RunPublisher:
+    """Publishes the newest row of a run.
+
+    Args:
+        experiment: The experiment of the run.
+        node: The node.
+
+    Attributes:
+        failure: What ended publishing; None while all is well.
+    """
+
+    def __init__(self, experiment: Experiment, node: Node) -> None:
+        self.failure: Exception | None = None
+        self._node, self._scene = node, SceneTopics(experiment)
+        self._robot = experiment.robot
+        self._newest: RunData | None = None
+        self._sent = 0
+        self._highest = 0.0
+        self._rows: RowTopics | None = None
+        self._stop = threading.Event()
+        for topic in (CLOCK, *self._scene.topics):
+            node.advertise(topic)
+        self._send(self._scene.first(0))
+
+    def watch(self, names: tuple[str, ...], rows: FloatArray) -> None:
+        """Take note of the rows so far; costs the run next to nothing."""
+        self._newest = RunData(names, rows, {}, {})
+
+    def run(self) -> None:
+        """Publish until `stop`, and then the last row."""
+        try:
+            while not self._stop.wait(1.0 / RATE):
+                self.send_newest()
+            self.send_newest()
+        except Exception as error:  # of a thread: told at the end of the run
+            self.failure = error
+
+    def stop(self) -> None:
+        """Let `run` end."""
+        self._stop.set()
+
+    def send_newest(self) -> None:
+        """Publish the newest row, unless that is done."""
+        run = self._newest
+        if run is None or len(run.rows) == self._sent:
+            return
+        self._sent = len(run.rows)
+        last = RunData(run.names, run.rows[-1:], run.units, run.summary)
+        if self._rows is None:
+            self._rows = RowTopics(last, self._robot)
+            for topic in self._rows.topics:
+                self._node.advertise(topic)
+        time_ns = nanoseconds(last["time"])
+        clock = message_rows(CLOCK.type, {"clock": stamp(time_ns)}, 1)
+        self._send([Batch(CLOCK, time_ns, clock)])
+        self._rows.replace(last)
+        self._send(self._rows.batches(0, 1))
+        frame = self._scene.frame_rows(last)
+        self._highest = max(self._highest, self._scene.highest(last, frame))
+        self._send(self._scene.batches(last, frame, self._highest))
+
+    def _send(self, batches: Iterator[Batch] | list[Batch]) -> None:
+        for batch in batches:
+            for row in np.asarray(batch.rows):
+                self._node.publish(batch.topic, row.tobytes())
