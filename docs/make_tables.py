@@ -110,6 +110,9 @@ def ports_page() -> str:
         _ports("plant.fmu", experiments, PlantModel.table),
         "`u.<muscle>` stands in the place of `f.<muscle>` where a muscle has a [law](laws.md); "
         "its states, such as `activation`, are those of its law.",
+        "Commands that nobody gives are those that the controller has before its first tick: "
+        "`f_min` of every cable; where muscles have laws, what holds the robot at `q_start`; no "
+        "torque of motors. Native and Python models have the same.",
         "`tau.<joint>` is there where a joint has a [motor](robots.md#motors-of-joints), here and "
         "in the other tables.",
         _ports("controller.fmu", experiments, ControllerModel.table),

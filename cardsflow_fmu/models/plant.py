@@ -54,12 +54,14 @@ class PlantModel(ExperimentModel):
     def groups(experiment: Experiment) -> Groups:
         """The variables for an experiment in named groups."""
         begin, plant = experiment.start, experiment.plant
+        held = start(experiment.robot, begin.q)
         return plant_groups(
             experiment.robot,
             begin.q,
             begin.qd,
             plant.step,
-            commands=start(experiment.robot, begin.q).commands,
+            forces=held.forces.tolist(),
+            commands=held.commands,
             energy=plant.energy,
             wrenches=plant.wrenches,
             scene=experiment.scene,

@@ -136,10 +136,16 @@ def _coordinate_ports(
     ]
 
 
-def _force_ports(robot: Robot, causality: Causality, variability: Variability) -> list[Port]:
+def _force_ports(
+    robot: Robot, causality: Causality, variability: Variability, starts: Sequence[float] = ()
+) -> list[Port]:
+    """`f.<muscle>` of every muscle; the forces before they are given are 0 where none are told."""
+    rows = zip(
+        muscle_signals("f", robot), robot.muscles, starts or [0.0] * len(robot.muscles), strict=True
+    )
     return [
-        Port(name, "N", causality, variability, f"Force of muscle {muscle.name}")
-        for name, muscle in zip(muscle_signals("f", robot), robot.muscles, strict=True)
+        Port(name, "N", causality, variability, f"Force of muscle {muscle.name}", start)
+        for name, muscle, start in rows
     ]
 
 
@@ -177,6 +183,7 @@ def plant_groups(
     qd: Sequence[float],
     step: float,
     *,
+    forces: Sequence[float] = (),
     commands: Sequence[float] = (),
     energy: bool = False,
     wrenches: Sequence[str] = (),
@@ -192,15 +199,16 @@ def plant_groups(
         q: Positions at the start, in [rad] or [m].
         qd: Velocities at the start, in [rad/s] or [m/s].
         step: Internal step, in [s].
+        forces: Of ideal cables at the start, one for every muscle, in [N]; 0 where it is empty.
         commands: Of every muscle at the start, where one has a law.
         energy: Whether energies, work and momenta are outputs.
         wrenches: Names of links that take forces and torques from outside.
         scene: The surroundings of the robot.
     """
-    forces = _force_ports(robot, "input", "continuous")
+    pulls = _force_ports(robot, "input", "continuous", forces)
     driven = command_ports(robot, "input", "continuous", commands)
     return {
-        "commands": [*(forces[k] for k in ideal_muscles(robot)), *driven],
+        "commands": [*(pulls[k] for k in ideal_muscles(robot)), *driven],
         "torques": _torque_ports(robot, "input", "continuous"),
         "loads": _load_ports(robot, "input"),
         "wrenches": wrench_ports(wrenches, "input"),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fmpy import read_model_description
 from support.cases import few
 from support.fmu.fmu_host import running
 from support.fmu.native_slopes import FloatArray
@@ -13,6 +14,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
+from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics
@@ -82,6 +84,28 @@ def test_a_cable_at_no_force_pulls(
     single, mixed = slopes(experiment, tmp_path, native, version, commands)
     np.testing.assert_allclose(single, expected, atol=1e-7 * size)
     np.testing.assert_allclose(mixed, expected @ directions(commands.size), atol=1e-7 * size)
+
+
+@pytest.mark.parametrize("example", few(["planar_2r", "hill_arm", "roboy_left_arm"]))
+def test_commands_start_as_those_before_the_first_tick(example: str, tmp_path: Path) -> None:
+    """f_min of cables, what holds the robot of muscles with laws; both kinds alike."""
+    experiment = Experiment.load(EXAMPLES / example)
+    controller = ControllerModel(experiment)
+    controller.initialize()
+    first = {
+        port.name: value for port, value in zip(controller.ports, controller.values, strict=True)
+    }
+    commands = [port for port in PlantModel.table(experiment) if port.name[:2] in ("f.", "u.")]
+    assert {port.name: port.start for port in commands} == {p.name: first[p.name] for p in commands}
+    if example == "planar_2r":
+        assert [port.start for port in commands] == [m.f_min for m in experiment.robot.muscles]
+    tables = []
+    for native in (True, False):
+        file = build(experiment, tmp_path / str(native), native=native)["plant"]
+        variables = read_model_description(file).modelVariables
+        tables.append({v.name: v.start for v in variables if v.causality == "input"})
+    assert tables[0] == tables[1]
+    assert {float(tables[0][port.name]) for port in commands} == {port.start for port in commands}
 
 
 @pytest.mark.parametrize("native", [True, False])
