@@ -50,6 +50,8 @@ MESH = 32 * MIB
 MESH_TEXT = 12 * MIB
 MESH_LINE = 4 * KIB
 """Bytes of a line in a mesh as text: a longer one is a polygon of hundreds of corners."""
+MESH_REACH = 1e9
+"""How far a corner may be from the origin, in the mesh's own unit."""
 MESH_NUMBERS = 6_000_000
 """Corners and indices of all meshes placed in a glTF scene."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,6 @@ from .joint_states import RECORDINGS, is_recording, read_joint_states
 FILE_TYPES = (".csv", ".npy", ".npz", *RECORDINGS)
 
 _UNITS = {"s": 1.0, "ms": 1e-3, "rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "mm": 1e-3}
-_WITH_UNIT = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]/]*)(?P<rate>/[^\[\]]*)?\]")
 _LETTERS: Mapping[Space, str] = {"joint": "q", "operational": "y"}
 _ENDINGS = ("", "d", "dd")
 
@@ -205,8 +203,9 @@ def _in_si(columns: Columns) -> dict[str, FloatArray]:
     found: dict[str, FloatArray] = {}
     for name, column in columns.items():
         own, factor = name.strip(), 1.0
-        if match := _WITH_UNIT.fullmatch(own):
-            own, unit = match["name"], match["unit"].strip()
+        if own.endswith("]") and "[" in own:
+            own, _, unit = own[:-1].rpartition("[")
+            own, unit = own.rstrip(), unit.partition("/")[0].strip()
             if unit not in _UNITS:
                 raise UnknownNameError("unit", unit, _UNITS, key=name)
             factor = _UNITS[unit]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.mesh_files import mesh_bytes
 
 
@@ -26,7 +26,7 @@ def read_mesh(
         The corners, shape (n, 3), and the corners' indices of each triangle, shape (m, 3).
 
     Raises:
-        InputError: It cannot be read, holds no triangles, or a corner that is not finite.
+        InputError: It cannot be read, holds no triangles, or a corner that is nowhere near.
     """
     import trimesh  # takes a second
 
@@ -34,9 +34,10 @@ def read_mesh(
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     try:
         stream, kind = trimesh.util.wrap_as_stream(data), file.suffix.lstrip(".").lower()
-        mesh = trimesh.load_mesh(stream, file_type=kind, skip_materials=True)
-        if isinstance(mesh, trimesh.Scene):
-            mesh = mesh.to_mesh()
+        with np.errstate(all="ignore"):  # of numbers that are refused below
+            mesh = trimesh.load_mesh(stream, file_type=kind, skip_materials=True)
+            if isinstance(mesh, trimesh.Scene):
+                mesh = mesh.to_mesh()
         vertices = np.array(mesh.vertices, np.float64).reshape(-1, 3)
         faces = np.array(mesh.faces, np.int64).reshape(-1, 3)
     except Exception as error:  # readers of damaged files raise anything
@@ -46,6 +47,7 @@ def read_mesh(
         raise InputError("holds no triangles", file=file)
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise InputError("holds a triangle of corners that are not there", file=file)
-    if not np.isfinite(vertices).all():
-        raise InputError("holds a corner that is not finite", file=file)
+    if not (np.abs(vertices) < limits.MESH_REACH).all():
+        what = f"holds a corner that is not finite, or {limits.MESH_REACH:g} or more off its origin"
+        raise InputError(what, file=file)
     return vertices, faces

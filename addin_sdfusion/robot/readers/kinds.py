@@ -22,8 +22,8 @@ BY_ROOT: dict[str, Kind] = {
     "OpenSimDocument": "osim",
     "sdf": "sdf",
 }
-_ROOT = re.compile(rb"<([A-Za-z_][\w.:-]*)")
-_MISC = re.compile(rb"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(\[.*?\])?\s*>", re.DOTALL)
+_TAG = re.compile(rb"<(?:([A-Za-z_][\w.:-]*)|\?|!--|!)")
+_ENDS = {b"<?": b"?>", b"<!--": b"-->"}
 
 
 def kind_of(file: Path) -> Kind | None:
@@ -36,8 +36,24 @@ def kind_of(file: Path) -> Kind | None:
         return "caspr"
     if file.suffix in BY_SUFFIX:
         return BY_SUFFIX[file.suffix]
-    root = _ROOT.search(_MISC.sub(b"", read_file(file, XML).replace(b"\0", b"")))
-    return None if root is None else BY_ROOT.get(root[1].decode("ascii", "replace"))
+    return BY_ROOT.get(_root(read_file(file, XML).replace(b"\0", b"")))
+
+
+def _root(text: bytes) -> str:
+    """The name of XML's first element, behind comments and declarations; empty if none is there."""
+    at = 0
+    while (tag := _TAG.search(text, at)) is not None:
+        if tag[1] is not None:
+            return tag[1].decode("ascii", "replace")
+        end = text.find(_ENDS.get(tag[0], b">"), tag.end())
+        inner = text.find(b"[", tag.end(), max(end, 0)) if tag[0] == b"<!" else -1
+        if inner >= 0:
+            inner = text.find(b"]", inner)
+            end = text.find(b">", inner) if inner >= 0 else -1
+        if end < 0:
+            break
+        at = end + 1
+    return ""
 
 
 def robot_file(path: Path) -> Path:

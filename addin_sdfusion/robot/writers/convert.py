@@ -11,8 +11,9 @@ from ..checks.check import require_valid
 from ..errors import UnknownNameError
 from ..finding import Finding, Subject, errors_first
 from ..finding_builders import all_task_frames, warning
-from ..model.robot import Robot
+from ..model.robot import WORLD, Robot
 from ..model.trajectory import Trajectory
+from ..transforms.joint_chains import Names
 from ..transforms.simplify import align_frames, merge_fixed_joints
 from .cardsflow_xml import cardsflow_losses, write_cardsflow_xml
 from .carried_meshes import CarriedMeshes
@@ -25,6 +26,9 @@ from .mujoco.model import mjcf_losses, write_mjcf
 from .opensim.model import osim_losses, write_osim
 from .sdf.model import sdf_losses, write_sdf
 from .urdf import urdf_losses, write_urdf
+
+_ROBOTS = ("_bodies.xml", ".sdf", ".urdf", ".osim")
+"""Ends of names by which a folder is known to hold a robot."""
 
 
 class Format(NamedTuple):
@@ -76,6 +80,27 @@ def _for_caspr(robot: Robot) -> Robot:
     return align_frames(merge_fixed_joints(robot))
 
 
+def _for_sdf(robot: Robot) -> Robot:
+    """SDF has no joint of a link's name: libsdformat, too, calls it `<name>_joint`."""
+    links = {link.name for link in robot.links}
+    names = Names([WORLD, *links, *(joint.name for joint in robot.joints)])
+    joints = tuple(
+        replace(joint, name=names.give(f"{joint.name}_joint")) if joint.name in links else joint
+        for joint in robot.joints
+    )
+    return robot if joints == robot.joints else replace(robot, joints=joints)
+
+
+def _renamed_joints(robot: Robot, prepared: Robot) -> Iterator[Finding]:
+    """Joints that have a link's name; their coordinates keep theirs."""
+    names = {joint.child: joint.name for joint in prepared.joints}
+    for joint in robot.joints:
+        new = names.get(joint.child, joint.name)
+        if new != joint.name:
+            problem = f"a link has its name, which the format forbids; it is called {new!r} there"
+            yield warning(Subject("joint", joint.name), "joint-renamed", problem)
+
+
 def _merged_links(robot: Robot, prepared: Robot) -> Iterator[Finding]:
     """Links that are no longer there, because fixed joints were merged."""
     left = {link.name for link in prepared.links}
@@ -109,7 +134,7 @@ def _turned_orientations(robot: Robot, prepared: Robot) -> Iterator[Finding]:
 FORMATS: dict[str, Format] = {
     format_.name: format_
     for format_ in (
-        Format("sdf", sdf_losses, write_sdf, with_meshes=_with_files),
+        Format("sdf", sdf_losses, write_sdf, _for_sdf, with_meshes=_with_files),
         Format("caspr", caspr_losses, write_caspr, _for_caspr),
         Format("cardsflow", cardsflow_losses, write_cardsflow_xml),
         Format("urdf", urdf_losses, write_urdf, with_meshes=_with_files),
@@ -222,7 +247,21 @@ def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:
     """
     findings = losses_in(format_, robot)
     refuse(findings, format_.name)
-    return Conversion(format_.write(format_.prepare(robot), Path(folder)), findings)
+    files = format_.write(format_.prepare(robot), Path(folder))
+    return Conversion(files, [*findings, *_beside_others(robot, Path(folder), files)])
+
+
+def _beside_others(robot: Robot, folder: Path, files: Sequence[Path]) -> Iterator[Finding]:
+    """Other robots in the folder, which its name may now mean."""
+    written = {file.name for file in files}
+    there = sorted(file.name for ending in _ROBOTS for file in folder.glob(f"*{ending}"))
+    others = [name for name in there if name not in written]
+    if others:
+        problem = (
+            f"the folder holds {', '.join(others[:5])}{', ...' if len(others) > 5 else ''} too: "
+            "name the file, not the folder, where this robot is meant"
+        )
+        yield warning(Subject("robot", robot.name), "beside-other-robots", problem)
 
 
 def losses_in(format_: Format, robot: Robot) -> list[Finding]:
@@ -239,6 +278,7 @@ def losses_in(format_: Format, robot: Robot) -> list[Finding]:
     return errors_first(
         [
             *_merged_links(robot, prepared),
+            *_renamed_joints(robot, prepared),
             *_turned_orientations(robot, prepared),
             *format_.losses(prepared),
         ]

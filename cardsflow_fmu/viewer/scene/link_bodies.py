@@ -52,11 +52,14 @@ def platform_hull(robot: Robot, link: Link, thickness: float) -> Triangles | Non
     return _hull(points)
 
 
-def _hull(points: FloatArray) -> Triangles:
-    """The convex hull of points that span a volume, its faces seen from outside."""
-    from scipy.spatial import ConvexHull
+def _hull(points: FloatArray) -> Triangles | None:
+    """The convex hull of points, its faces seen from outside; None where they span no volume."""
+    from scipy.spatial import ConvexHull, QhullError
 
-    hull = ConvexHull(points)
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):  # rounding leaves none, or they are not finite
+        return None
     faces = hull.simplices.astype(np.int64)
     a, b, c = (points[faces[:, i]] for i in range(3))
     inwards = np.einsum("fi,fi->f", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0

@@ -249,6 +249,8 @@ MESHES: dict[str, Callable[[Path], Path]] = {
         b"ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\n"
         b"element face 4000000000\nproperty list uchar int vertex_indices\nend_header\n",
     ),
+    "long lines": solid("a.obj", (b"v 0 0 0 " + b" " * 4080 + b"\n") * 3000),
+    "many numbers": solid("a.off", b"OFF " + b"1 " * 6_000_000),
     "nodes of nodes": scene_of_scenes,
 }
 
@@ -293,6 +295,19 @@ def test_designs_that_are_none(tmp_path: Path, make: Callable[[Path, str], Path]
 def test_designs_of_many_bytes(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.json").write_bytes(content)
     refused(peak(tmp_path, "addin", "export-snapshot", "a.json", "-o", "arm"))
+
+
+@pytest.mark.parametrize("part", [b"<!--", b"<?", b"<!D[", b"<!D[>", b"<!D>", b"<!D[]>", b"<"])
+def test_robots_that_do_not_begin(tmp_path: Path, part: bytes) -> None:
+    """Declarations and comments that do not end, or are all there is."""
+    (tmp_path / "a.xml").write_bytes(part * (4 * MIB))
+    refused(peak(tmp_path, "info", "a.xml"))
+
+
+def test_a_column_of_a_long_name(tmp_path: Path) -> None:
+    folder = experiment(tmp_path)
+    (folder / "a.csv").write_bytes(b"time,a" + b" " * 3 * MIB + b"b\n" + b"0,0\n" * 9)
+    refused(peak(tmp_path, "run", folder, "--set", "reference.file=a.csv"))
 
 
 def test_settings_of_many_bytes(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, read_robot, write_sdf
+from addin_sdfusion.robot.writers.urdf import write_urdf
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.hardware.protocol.recording import Recorder
@@ -258,6 +259,10 @@ def _robot(name: str) -> Callable[[Path], None]:
     return make
 
 
+def _urdf(folder: Path) -> None:
+    write_urdf(read_robot(PLANAR_2R / "robot"), folder)
+
+
 def _snapshot(folder: Path) -> None:
     shutil.copy(EXAMPLES / "from_cad/two_link_arm.json", folder / "design.json")
 
@@ -299,6 +304,7 @@ KINDS: dict[str, Kind] = {
     "run": Kind(_results, "*.*", [("compare", ".", "."), ("view", ".", "--html", "a.html")]),
     "study folder": Kind(_study_folder, "out/*/*.json", [_read_runs], _damage_run),
     "sdf": Kind(_sdf, "model.sdf", _ROBOT),
+    "urdf": Kind(_urdf, "*.urdf", _ROBOT),
     "cardsflow": Kind(_robot("hill_arm"), "*.*", _ROBOT),
     "caspr": Kind(_robot("planar_2r"), "*.*", _ROBOT),
     "snapshot": Kind(_snapshot, "design.json", [_EXPORT]),

@@ -36,6 +36,7 @@ class Frames:
                 self._add(kind, node)
                 for frame in node.all("frame"):  # before SDF 1.7 a frame may be in its owner
                     self._inside[self._add("frame", frame)] = (kind, node.attribute("name", ""))
+        self._say_shared_names()
         self.placements = {key: self._placement(key, node) for key, node in self._nodes.items()}
         self._in_model: dict[Key, Pose] = {MODEL: IDENTITY}
         self._links: dict[str, str] = {}
@@ -97,6 +98,14 @@ class Frames:
         name = node.attribute("name", "")
         self._nodes.setdefault((kind, name), node.about(Subject(kind, name)))
         return kind, name
+
+    def _say_shared_names(self) -> None:
+        for (kind, name), node in self._nodes.items():
+            if kind == "joint" and name and ("link", name) in self._nodes:
+                problem = (
+                    f"a link is called {name!r} too, which SDF forbids; other elements mean that"
+                )
+                node.warning("shared-name", problem)
 
     def _loop(self, key: Key) -> Pose:
         self._nodes[key].error("pose-loop", "its pose is relative to itself, through others")

@@ -2,8 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from addin_sdfusion.robot import CardsflowError, Robot, sdf_losses
+from addin_sdfusion.robot import CardsflowError, Robot, read_robot
 from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.writers.convert import convert
 
 CASPR = ("BMArm", "Example_2R_planar_XZ", "Example_planar_XY", "Example_spatial")
 CASPR += ("Example_spherical", "RoboyLeftArm", "RoboyUpperBody")
@@ -25,7 +26,7 @@ def test_every_published_robot_is_read_or_its_defects_are_reported(shared, name)
 GEN_A = {"inertia-about-origin", "inertia-xz-yz-swapped"}
 GEN_B = {"inertia-about-origin"}
 DEFECTS = {
-    "VRpuppet": GEN_B | {"zero-limits"},
+    "VRpuppet": GEN_B | {"zero-limits", "shared-name"},
     "exosuit": GEN_B | {"link-name-case"},
     "msj_platform": GEN_A | {"inertia-triangle"},
     "musc-le": set(),
@@ -67,7 +68,15 @@ def test_findings_name_the_object_concerned(shared):
     assert "'upperArm' is called 'upperarm'" in exosuit[0].message
 
 
-def test_links_and_joints_of_one_name_are_refused_by_the_writer(shared):
-    robot = read(shared / "robots/cardsflow/VRpuppet").require()
-    clashes = [f for f in sdf_losses(robot) if f.code == "sdf-name-clash"]
-    assert {f.subject.name for f in clashes} == {f"motor{k}" for k in range(6)}
+def test_links_and_joints_of_one_name_are_read_and_written_with_a_word(shared, tmp_path):
+    """As libsdformat does it: the joint is called otherwise. Its coordinate keeps its name."""
+    reading = read(shared / "robots/cardsflow/VRpuppet")
+    shared_names = [f"motor{k}" for k in range(6)]
+    assert named(reading.findings, "shared-name") == shared_names
+    robot = reading.require()
+    conversion = convert(robot, "sdf", tmp_path)
+    assert named(conversion.findings, "joint-renamed") == shared_names
+    again = read_robot(tmp_path)
+    assert {f"{name}_joint" for name in shared_names} <= {joint.name for joint in again.joints}
+    assert again.coordinates == robot.coordinates
+    assert again.muscles == robot.muscles

@@ -56,8 +56,18 @@ def test_what_cannot_be_written_leaves_nothing_behind(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be written"):
         convert(planar_2r(), "sdf", tmp_path / "file")
     robot = random_robot(0)
-    clash = replace(robot.joints[0], name="link_1")
+    clash = replace(robot.joints[0], name="__a__")
     named = replace(robot, joints=(clash, *robot.joints[1:]))
-    with pytest.raises(RobotError, match="SDF needs different names"):
+    with pytest.raises(RobotError, match="SDF reserves the name"):
         convert(named, "sdf", tmp_path)
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_folder_with_another_robot_is_said(tmp_path: Path) -> None:
+    robot = planar_2r()
+    for again in range(2):
+        codes = {finding.code for finding in convert(robot, "caspr", tmp_path).findings}
+        assert "beside-other-robots" not in codes, again
+    other = convert(replace(robot, name="other"), "caspr", tmp_path)
+    assert "planar_2r_bodies.xml" in other.findings[-1].message
+    assert read_robot(other.files[0]).name == "other"
