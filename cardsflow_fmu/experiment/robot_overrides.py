@@ -48,6 +48,8 @@ ALIASES = {"points": "via_points"}
 
 LOCKED = "locked"
 _MAY_BE_LOCKED = ("joints", "coordinates")
+_WORDS = {"joints": (LOCKED, "motor", "effort"), "coordinates": (LOCKED,)}
+"""What tables of changes take beside the fields of their part."""
 _FIXED = ("name", "motions")  # what other parts, and the order of the coordinates, rest on
 
 
@@ -63,7 +65,7 @@ def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: 
                     held |= _held(items[name], fields.pop(LOCKED), f"{key_}.{LOCKED}")
                 if kind == "joints":
                     items[name], fields = _with_motor(items[name], fields, key_)
-                items[name] = _changed(items[name], fields, key_)
+                items[name] = _changed(items[name], fields, key_, _WORDS.get(kind, ()))
             robot = _with(robot, kind, list(items.values()))
         if held:
             robot = lock(robot, _positions(robot, held))
@@ -134,8 +136,8 @@ def _with(robot: Robot, kind: str, items: Sequence[Any]) -> Robot:
     return replace(robot, **whole)
 
 
-def _changed(item: Any, fields: Any, key: str) -> Any:
-    """A part of the robot with other fields."""
+def _changed(item: Any, fields: Any, key: str, words: Sequence[str] = ()) -> Any:
+    """A part of the robot with other fields; `words` are those that its table takes besides."""
     known = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
     for fixed in _FIXED:
         known.pop(fixed, None)
@@ -145,7 +147,7 @@ def _changed(item: Any, fields: Any, key: str) -> Any:
         name, at = ALIASES.get(name, name), f"{key}.{field}"
         if name not in known:
             names = [next((a for a, n in ALIASES.items() if n == k), k) for k in known]
-            raise UnknownNameError("field", field, names, key=at)
+            raise UnknownNameError("field", field, dict.fromkeys([*words, *names]), key=at)
         old = changed[name]
         changed[name] = _value(old, new, at) if index is None else _element(old, index, new, at)
     return replace(item, **changed)

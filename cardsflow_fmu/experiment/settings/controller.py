@@ -151,8 +151,8 @@ class ControllerSettings(Table):
         if self.type is not None and self.space == "joint" and not unsaid:
             self.require_only(key for key in type(self).model_fields if key not in _OF_TASKS)
         if any(self.passive) and self.type is not None and self.type not in _FREEING:
-            what = f"controllers of type {self.type!r} follow every coordinate"
-            raise SettingError(f"{what}; use {' or '.join(map(repr, _FREEING))}", key="passive")
+            what = f"is for controllers of type {' and '.join(map(repr, _FREEING))}"
+            raise SettingError(f"{what}, not {self.type!r}", key="passive")
         return self
 
     @property
@@ -231,6 +231,8 @@ def read_controller(
         replace(context, defaults=defaults),
         "controller",
     )
+    if all(settings.passive):
+        raise context.error("controller.passive", "leaves no coordinate to follow")
     require_multiple(
         settings.period, run.step, "run.step", file=context.file, key="controller.period"
     )

@@ -92,6 +92,11 @@ def test_ways_to_say_it(table: str, value: str, kept: int, tmp_path: Path) -> No
         ("joints.joint_2", "nan", r"robot\.joints\.joint_2\.locked"),
         ("joints.joint_9", "true", r"joint_9.*joint_1, joint_2"),
         ("links.link_2", "true", r"robot\.links\.link_2\.locked"),
+        (
+            "joints.joint_2",
+            "true\nmotr = true",
+            r"'motr'; did you mean 'motor'\? .*locked, motor, effort",
+        ),
     ],
 )
 def test_what_cannot_be_locked_is_told(

@@ -104,6 +104,8 @@ def test_the_driven_joint_follows_while_the_passive_one_swings(
     np.testing.assert_allclose(result["q.wrist"], other["q.wrist"], atol=2e-4)
 
 
-def test_laws_that_follow_every_coordinate_refuse_it(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"'lyapunov' follow every coordinate; use 'joint_space'"):
+def test_what_cannot_be_passive_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"passive: is for .* 'joint_space' .*, not 'lyapunov'"):
         experiment(tmp_path, **{"controller.type": "lyapunov"})
+    with pytest.raises(InputError, match=r"controller\.passive: leaves no coordinate to follow"):
+        experiment(tmp_path, **{"controller.passive.q": True})
