@@ -78,7 +78,11 @@ class MovingLinks:
             when = point.when
             if when is not None and not when.low <= self.q[when.coordinate] <= when.high:
                 continue
-            here = (self.poses[point.link] @ np.array([*point.position, 1.0]))[:3]
+            place = np.array(point.position)
+            for move in point.moves:
+                at = min(max(self.q[move.coordinate], move.low), move.high)
+                place = place + derivatives(move.function, at)[0] * np.array(move.axis)
+            here = (self.poses[point.link] @ np.array([*place, 1.0]))[:3]
             if last is not None:
                 length += float(np.linalg.norm(here - last)) / divisor
             last = here

@@ -16,6 +16,7 @@ from .document import inner, is_true, last_name, text
 from .functions import read_terms
 
 COUPLER = "CoordinateCouplerConstraint"
+EVERYWHERE = (-math.inf, math.inf)
 
 
 def read_coordinate(node: Node, unit: str) -> Coordinate:
@@ -38,6 +39,16 @@ def read_coordinate(node: Node, unit: str) -> Coordinate:
         unit=cast(Literal["rad", "m"], unit),
         locked=is_true(node, "locked", False),
     )
+
+
+def coordinate_ranges(nodes: Sequence[Node]) -> dict[str, tuple[float, float]]:
+    """The ranges that coordinates have by name, clamped or not, in [rad] or [m]."""
+    found = {}
+    for node in nodes:
+        child = node.optional("range")
+        low, high = EVERYWHERE if child is None else child.numbers(2, infinite=True)
+        found[node.attribute("name", "")] = (low, high)
+    return found
 
 
 def with_couplings(joints: Sequence[Joint], constraints: Sequence[Node]) -> list[Joint]:

@@ -23,7 +23,7 @@ from ..meshes import note_missing_meshes
 from ..tree import parents_first
 from ..xml import Node, Notes
 from .bodies import note_shapes, read_body
-from .coordinates import COUPLER, with_couplings
+from .coordinates import COUPLER, EVERYWHERE, coordinate_ranges, with_couplings
 from .document import is_true, objects, read_document
 from .forces import with_joint_forces
 from .frames import Frames
@@ -70,8 +70,9 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     muscles, others = [f for f in forces if is_muscle(f)], [f for f in forces if not is_muscle(f)]
     joints = parents_first(with_joint_forces(joints, others))
     wraps = read_wrap_objects(model, frames)
-    names = tuple(c.name for joint in joints for c in joint.coordinates)
-    around = Surroundings(frames, wraps, names)
+    ranges = coordinate_ranges([c for node in joint_nodes for c in _coordinates(node)])
+    ranges = {c.name: ranges.get(c.name, EVERYWHERE) for j in joints for c in j.coordinates}
+    around = Surroundings(frames, wraps, ranges)
     distinct(muscles, partial(Subject, "muscle"))
     read = [muscle for node in muscles if (muscle := read_muscle(node, around)) is not None]
     _note_left_out(model, constraints)

@@ -6,12 +6,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from ...finding_builders import unknown
+from ...model.function import is_constant, value
 from ...model.muscle import ViaPoint, Wrap
-from ...model.muscle_path import PointCondition
-from ...model.transform import IDENTITY
-from ..xml import ZERO, Node
-from .document import last_name, objects, text
+from ...model.muscle_path import PointCondition, PointMotion
+from ...model.transform import IDENTITY, Transform
+from ..xml import Node
+from .document import inner, last_name, objects, text
 from .frames import Frames
+from .functions import read_terms
 from .wraps import WrapObject
 
 EDGE = 1e-5
@@ -25,12 +27,12 @@ class Surroundings:
     Attributes:
         frames: The frames of the model.
         wraps: Its wrap objects.
-        coordinates: The names of its coordinates.
+        coordinates: The ranges of its coordinates by name, those that stop nothing as well.
     """
 
     frames: Frames
     wraps: Mapping[str, WrapObject | None]
-    coordinates: tuple[str, ...]
+    coordinates: Mapping[str, tuple[float, float]]
 
 
 def geometry_path(node: Node) -> Node | None:
@@ -80,7 +82,7 @@ def read_wraps(path: Node, around: Surroundings, points: int) -> Iterator[Wrap]:
 def _point(node: Node, around: Surroundings) -> ViaPoint:
     link, T_link_frame = around.frames.place(node, "socket_parent_frame", "/forceset/muscle/point")
     if node.tag == "MovingPathPoint":
-        return _moving(node, around, link)
+        return _moving(node, around, link, T_link_frame)
     where = node.vector("location")
     position = where if T_link_frame == IDENTITY else T_link_frame.apply(where)
     if node.tag == "ConditionalPathPoint":
@@ -101,12 +103,27 @@ def _coordinate(node: Node, tag: str, around: Surroundings) -> str | None:
     socket = node.optional(tag) or node.optional(f"{tag}_connectee_name")
     name = "" if socket is None else last_name(socket.text)
     if name not in around.coordinates:
-        problem = f"<{tag}>: {unknown('coordinate', name, around.coordinates)}"
+        problem = f"<{tag}>: {unknown('coordinate', name, list(around.coordinates))}"
         node.error("unknown-coordinate", problem)
         return None
     return name
 
 
-def _moving(node: Node, around: Surroundings, link: str) -> ViaPoint:
-    node.error("moving-point", "a via point that moves with a coordinate is not supported yet")
-    return ViaPoint(link, ZERO)
+def _moving(node: Node, around: Surroundings, link: str, T_link_frame: Transform) -> ViaPoint:
+    """A point whose place along each axis is a function of a coordinate, kept to its range."""
+    position = [0.0, 0.0, 0.0]
+    moves = []
+    for k, letter in enumerate("xyz"):
+        coordinate = _coordinate(node, f"socket_{letter}_coordinate", around)
+        function = inner(node, f"{letter}_location")
+        if coordinate is None or function is None:
+            continue
+        low, high = around.coordinates[coordinate]
+        for name, f in read_terms(function, [coordinate]):
+            if name and not is_constant(f):
+                axis = T_link_frame.axis(k)
+                moves.append(PointMotion(axis, coordinate, f, low, high))
+            else:
+                position[k] += value(f, 0.0)
+    x, y, z = position
+    return ViaPoint(link, T_link_frame.apply((x, y, z)), moves=tuple(moves))
