@@ -14,9 +14,6 @@ def refuse_uncomputed(robot: Robot) -> None:
         CardsflowError: It names the first such muscle and what it has.
     """
     for c in robot.all_coordinates:
-        if c.limit_force is not None:
-            problem = "a force beyond a range cannot be simulated yet"
-            raise CardsflowError(f"coordinate {c.name!r}: {problem}")
         if c.friction and c.coupling:
             problem = "friction of a coupled coordinate cannot be simulated; put it on another"
             raise CardsflowError(f"coordinate {c.name!r}: {problem}")

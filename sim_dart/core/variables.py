@@ -6,7 +6,7 @@ and ways of motions that are driven by functions, or by a coordinate that drives
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -127,7 +127,10 @@ def variable_fields(variables: Variables) -> dict[str, ArrayLike]:
         name: [*(getattr(c, name) for c in variables.coordinates), *more]
         for name in ("damping", "stiffness", "rest", "armature")
     }
+    forces = _limit_forces(variables)
     return fields | {
+        "limit_variable": [index for index, _ in forces],
+        "limit_numbers": [numbers for _, numbers in forces],
         "variable_terms": [len(group) for group in variables.terms],
         "term_source": [term.source for term in terms],
         "term_kind": [_kind(term.function) for term in terms],
@@ -142,8 +145,18 @@ def variable_counts(variables: Variables) -> dict[str, int]:
     return {
         "variables": len(variables.terms),
         "terms": len(terms),
+        "limit_forces": len(_limit_forces(variables)),
         "term_numbers": sum(_numbers(term.function).size for term in terms),
     }
+
+
+def _limit_forces(variables: Variables) -> list[tuple[int, tuple[float, ...]]]:
+    """The variable of each limit force, and its numbers."""
+    return [
+        (k, astuple(c.limit_force))
+        for k, c in enumerate(variables.coordinates)
+        if c.limit_force is not None
+    ]
 
 
 def _kind(function: Function) -> int:

@@ -34,6 +34,8 @@ class CoreDynamics(RobotDynamics):
             core.array("gravity", n),
         )
         self._qdd, self._biases = core.array("qdd", n), core.array("task_bias", 3 * k)
+        forces = any(c.limit_force for c in robot.coordinates)
+        self._has_more = forces or bool(robot.driven_joints)  # springs that are not of q alone
         self._armature = np.array([c.armature for c in robot.coordinates]).tobytes()
         if not may_be_singular:
             require_inertia(robot, self.mass_matrix([c.initial for c in robot.coordinates]))
@@ -48,7 +50,7 @@ class CoreDynamics(RobotDynamics):
         """
         at, rates = finite("q", q, self.n), finite("qd", qd, self.n)
         tau = finite("torques", torques, self.n)
-        if self.robot.driven_joints:  # with the springs of what follows q
+        if self._has_more:
             self._core.move(self._handle, at.tobytes())
             self._core.update_bias(self._handle, rates.tobytes())
             load = tau - self._C

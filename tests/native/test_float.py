@@ -24,6 +24,7 @@ from support.native.targets import (
     single_flags,
 )
 from support.native.vector_file import REPLAY, write_vectors
+from support.robots.driven import leg
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r
@@ -52,7 +53,7 @@ MUSCULAR = ("pneumatic_elbow", "hill_arm")
 
 
 def robots() -> Iterator[Robot]:
-    yield from (planar_2r(), every_joint(), *(random_robot(seed) for seed in range(5)))
+    yield from (planar_2r(), leg(), every_joint(), *(random_robot(seed) for seed in range(5)))
     for name in ("roboy_left_arm", *MUSCULAR):
         yield read_robot(EXAMPLES / name / "robot")
 

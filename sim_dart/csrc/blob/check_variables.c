@@ -21,6 +21,20 @@ static int32_t term_numbers(const blob_view *b, int32_t t, int32_t own, int32_t 
     return size * each;
 }
 
+static int check_limit_forces(const blob_view *b, char *message, size_t capacity)
+{
+    for (int32_t l = 0; l < b->counts.limit_forces; l++) {
+        const real *n = b->limit_numbers + LIMIT_NUMBERS * l;
+        if (b->limit_variable[l] < 0 || b->limit_variable[l] >= b->counts.variables)
+            return refuse(message, capacity, "limit force %d: there is no variable %d", (int)l,
+                          (int)b->limit_variable[l]);
+        if (!all_finite(n, LIMIT_NUMBERS) || !(n[0] <= n[1]) || !(n[2] >= 0) || !(n[3] >= 0) || !(n[4] >= 0) ||
+            !(n[5] > 0))
+            return refuse(message, capacity, "limit force %d: its numbers make no sense", (int)l);
+    }
+    return 0;
+}
+
 int check_variables(const blob_view *b, char *message, size_t capacity)
 {
     const int32_t dofs = b->counts.dofs, variables = b->counts.variables;
@@ -43,5 +57,5 @@ int check_variables(const blob_view *b, char *message, size_t capacity)
     if (t != b->counts.terms || left)
         return refuse(message, capacity, "the functions' numbers do not add up to %d",
                       (int)b->counts.term_numbers);
-    return 0;
+    return check_limit_forces(b, message, capacity);
 }

@@ -29,6 +29,7 @@
     COUNT(variables, 6144)                                                                             \
     COUNT(terms, 65536)                                                                                \
     COUNT(term_numbers, 4194304)                                                                       \
+    COUNT(limit_forces, 6144)                                                                          \
     COUNT(muscles, 65536)                                                                              \
     COUNT(points, 1048576)                                                                             \
     COUNT(tasks, 4096)                                                                                 \
@@ -58,6 +59,8 @@
      term_size        how many coefficients, or pieces
      term_number      c0, c1, ... of a polynomial; x_k, a, b, c, d of each piece a + D (b + D (c + D d)),
                       D = x - x_k, which holds from x_k on, the first one before the second
+     limit_variable   that a force beyond a range acts on
+     limit_numbers    low, high, stiffness below and above, damping, transition
      friction         Coulomb's, of a coordinate, by its index in q: largest force or torque
      lower, upper     limits of a coordinate, by its index in q; infinite where there is none
      gravity          in the world, in [m/s2]
@@ -100,6 +103,8 @@
     FIELD(int32_t, term_kind, 1, terms)                                                                \
     FIELD(int32_t, term_size, 1, terms)                                                                \
     FIELD(real, term_number, 1, term_numbers)                                                          \
+    FIELD(int32_t, limit_variable, 1, limit_forces)                                                    \
+    FIELD(real, limit_numbers, 6, limit_forces)                                                        \
     FIELD(real, friction, 1, dofs)                                                                     \
     FIELD(real, stiffness, 1, variables)                                                               \
     FIELD(real, rest, 1, variables)                                                                    \
@@ -140,8 +145,9 @@ enum surface { SURFACE_SPHERE = 0, SURFACE_CYLINDER = 1, SURFACES };
 /* Functions of one variable. */
 enum term { TERM_POLYNOMIAL = 0, TERM_PIECES = 1, TERMS };
 
-/* Numbers of a piece. */
+/* Numbers of a piece, and of a limit force. */
 #define PIECE_NUMBERS 5
+#define LIMIT_NUMBERS 6
 
 enum motion { ROTATION = 0, TRANSLATION = 1, MOTIONS };
 

@@ -3,6 +3,7 @@
 
 #include "../kinematics/bodies.h"
 #include "../kinematics/variables.h"
+#include "limit_forces.h"
 #include "spatial.h"
 
 #include <string.h>
@@ -41,6 +42,10 @@ static void add_springs(const core *c, real *forces)
 {
     for (int32_t j = 0; j < c->blob.counts.variables; j++)
         forces[j] += c->blob.stiffness[j] * (c->at[j] - c->blob.rest[j]);
+    for (int32_t l = 0; l < c->blob.counts.limit_forces; l++) {
+        const limit_force f = limit_force_at(c, l);
+        forces[c->blob.limit_variable[l]] += f.stiffness * f.beyond;
+    }
 }
 
 void core_gravity(core *c)

@@ -1,6 +1,7 @@
 /* Steps of the plant by Runge and Kutta's rule of fourth order: everything is explicit, and evaluated at
    all four stages. A joint that passes its limit is put back to it at the step's end, and stopped.      */
 #include "../dynamics/external_wrenches.h"
+#include "../dynamics/limit_forces.h"
 #include "../dynamics/limits.h"
 #include "../kinematics/bodies.h"
 #include "../kinematics/variables.h"
@@ -21,6 +22,10 @@ static int evaluate_rates(core *c, const real *u, const real *extra)
     for (int32_t j = 0; j < b->counts.variables; j++) {
         const real given = j < b->counts.dofs ? c->torques[j] + c->outer[j] : 0;
         load[j] = given - b->damping[j] * rates[j] - b->stiffness[j] * (c->at[j] - b->rest[j]);
+    }
+    for (int32_t l = 0; l < b->counts.limit_forces; l++) {
+        const limit_force f = limit_force_at(c, l);
+        load[b->limit_variable[l]] -= f.damping * rates[b->limit_variable[l]] + f.stiffness * f.beyond;
     }
     if (c->is_driven) variables_fold(c, load, c->load);
     core_accelerate(c, c->qd, c->load, b->armature);
@@ -45,9 +50,13 @@ static void add_work(core *c, real h)
         c->work[1] += c->outer[j] * way;
         c->work[2] -= c->blob.damping[j] * c->qd[j] * way;
     }
-    if (!c->is_driven) return;
+    const real *rates = c->is_driven ? c->moved : c->qd;
     for (int32_t j = c->blob.counts.dofs; j < c->blob.counts.variables; j++)
-        c->work[2] -= c->blob.damping[j] * c->moved[j] * c->moved[j] * h;
+        c->work[2] -= c->blob.damping[j] * rates[j] * rates[j] * h;
+    for (int32_t l = 0; l < c->blob.counts.limit_forces; l++) {
+        const real rate = rates[c->blob.limit_variable[l]];
+        c->work[2] -= limit_force_at(c, l).damping * rate * rate * h;
+    }
 }
 
 /* slopes += weight rates; the work of the same share of the step. */

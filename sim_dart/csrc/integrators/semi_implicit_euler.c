@@ -1,6 +1,7 @@
 /* Steps of the plant: muscles, forward dynamics, semi-implicit Euler, joint limits. */
 #include "../dynamics/external_wrenches.h"
 #include "../dynamics/friction.h"
+#include "../dynamics/limit_forces.h"
 #include "../dynamics/limits.h"
 #include "../kinematics/variables.h"
 #include "../laws/laws.h"
@@ -19,6 +20,12 @@ static void accelerate(core *c, real h)
         c->armature[j] = b->armature[j] + h * (b->damping[j] + h * b->stiffness[j]);
         load[j] = given - b->damping[j] * rates[j] -
                   b->stiffness[j] * (c->at[j] + h * rates[j] - b->rest[j]);
+    }
+    for (int32_t l = 0; l < b->counts.limit_forces; l++) {
+        const limit_force f = limit_force_at(c, l);
+        const int32_t j = b->limit_variable[l];
+        c->armature[j] += h * (f.damping + h * f.stiffness);
+        load[j] -= f.damping * rates[j] + f.stiffness * (f.beyond + h * rates[j]);
     }
     if (c->is_driven) variables_fold(c, load, c->load);
     core_accelerate(c, c->qd, c->load, c->armature);
@@ -62,10 +69,16 @@ static void add_step_work(core *c, real h)
         outer += c->outer[j] * way;
         damping -= c->blob.damping[j] * c->qd[j] * way;
     }
+    const real *before = c->before, *after = c->qd;
     if (c->is_driven) {
+        before = c->moved, after = c->row;
         variables_follow(c, c->qd, c->row);
         for (int32_t j = c->blob.counts.dofs; j < c->blob.counts.variables; j++)
-            damping -= 0.5 * h * (c->moved[j] + c->row[j]) * c->blob.damping[j] * c->row[j];
+            damping -= 0.5 * h * (before[j] + after[j]) * c->blob.damping[j] * after[j];
+    }
+    for (int32_t l = 0; l < c->blob.counts.limit_forces; l++) {
+        const int32_t j = c->blob.limit_variable[l];
+        damping -= 0.5 * h * (before[j] + after[j]) * limit_force_at(c, l).damping * after[j];
     }
     c->work[0] += muscles, c->work[1] += outer, c->work[2] += damping;
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import subprocess
@@ -23,6 +24,7 @@ from support.fmu.native_slopes import (
     started,
     stretched,
 )
+from support.robots.driven import leg
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot, random_tree
 from support.robots.robots import EXAMPLES, stopped, with_coordinates
@@ -73,6 +75,13 @@ def test_motors(tmp_path: Path) -> None:
 @pytest.mark.native
 def test_every_joint(tmp_path: Path) -> None:
     check(every_joint(), tmp_path, 4)
+
+
+@pytest.mark.parametrize("integrator", ["euler", "rk4"])
+def test_joints_driven_by_functions(integrator: str, tmp_path: Path) -> None:
+    """With couplings, springs and damping of what follows, a limit force, energies, a wrench."""
+    free = with_coordinates(leg(), lower=-math.inf, upper=math.inf)
+    check(free, tmp_path, 1, Options(1, integrator, energy=True, wrenches=("kneecap", "foot")))
 
 
 def test_substeps(tmp_path: Path) -> None:

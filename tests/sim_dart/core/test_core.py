@@ -74,6 +74,8 @@ def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
         ("lower", [0, 2], "coordinate 1: its limits"),
         ("upper", [np.nan, 1], "coordinate 0: its limits"),
         ("armature", [0, 0, -1], "coordinate 2: its armature"),
+        ("limit_variable", [3], "limit force 0: there is no variable 3"),
+        ("limit_numbers", [-1, 1, 0, 3, 0.1, 0], "limit force 0: its numbers"),
         ("variable_terms", [0, 1, 1], "variable 1: it cannot have 1 functions"),
         ("variable_terms", [0, 0, 3], "variable 2: it cannot have 3 functions"),
         ("variable_terms", [0, 0, 1], "the functions' numbers do not add up to 17"),
@@ -99,7 +101,7 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
     names = [line.split()[:2] for line in library().core_layout().decode().splitlines()]
     counts = dict.fromkeys((name for kind, name in names if kind == "count"), 0)
     counts |= {"dofs": 2, "muscles": 1, "points": 2, "tasks": 1, "robots": 1}
-    counts |= {"frames": 2, "variables": 3, "terms": 2, "term_numbers": 17}
+    counts |= {"limit_forces": 1, "frames": 2, "variables": 3, "terms": 2, "term_numbers": 17}
     fields: dict[str, object] = {name: [] for kind, name in names if kind not in ("count", "law")}
     fields |= {
         "parent": [-1, 0],
@@ -112,6 +114,8 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
         "mass_centre": np.zeros((2, 3)),
         "inertia": np.ones((2, 6)),
         "damping": [0, 0.1, 0],
+        "limit_variable": [2],
+        "limit_numbers": [-1, 1, 0, 3, 0.1, 0.2],
         "armature": [0, 0, 0.1],
         "variable_terms": [0, 0, 2],
         "term_source": [1, 0],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from math import inf
 from typing import Any
 
@@ -16,6 +17,7 @@ from support.robots.robots import planar_2r
 from addin_sdfusion.robot import (
     Coordinate,
     InputError,
+    LimitForce,
     Polynomial,
     Robot,
     Term,
@@ -30,11 +32,6 @@ from sim_dart.plant.plant import Plant
 from sim_dart.plant.settings import Rule
 
 STATES = [np.random.default_rng(seed).uniform(-0.9, 0.25, (2, 3)) * [[1], [3]] for seed in range(4)]
-
-
-def unlimited() -> Robot:
-    """The leg without its limit force."""
-    return with_coordinates(leg(), lambda c: replace(c, limit_force=None))
 
 
 def with_coordinates(robot: Robot, change: Callable[[Coordinate], Coordinate]) -> Robot:
@@ -54,6 +51,23 @@ def differences(f: Callable[[FloatArray], FloatArray], q: FloatArray) -> FloatAr
         )
 
     return (4 * central(h / 2) - central(h)) / 3
+
+
+def beyond(force: LimitForce | None, x: float) -> float:
+    """The energy of a limit force, by Gauss's rule over its definition; exact for its pieces."""
+    if force is None or force.low <= x <= force.high:
+        return 0.0
+    over, k = x - force.high, force.stiffness_high
+    if x < force.low:
+        over, k = force.low - x, force.stiffness_low
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    ends = sorted({0.0, min(over, force.transition), over})
+    total = 0.0
+    for a, b in pairwise(ends):
+        e = a + 0.5 * (b - a) * (nodes + 1)
+        y = np.minimum(e / force.transition, 1.0)
+        total += 0.5 * (b - a) * float(weights @ (k * (10 * y**3 - 15 * y**4 + 6 * y**5) * e))
+    return total
 
 
 def energies(robot: Robot, q: FloatArray, qd: FloatArray) -> tuple[float, float]:
@@ -83,13 +97,14 @@ def energies(robot: Robot, q: FloatArray, qd: FloatArray) -> tuple[float, float]
     for c, value, speed in zip(robot.all_coordinates, x, dx, strict=True):
         kinetic += 0.5 * c.armature * speed**2
         potential += 0.5 * c.stiffness * (value - c.rest) ** 2 * (not c.locked)
+        potential += beyond(c.limit_force, value)
     return kinetic, potential
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_all_terms_follow_from_energies_and_places(state: FloatArray) -> None:
     """Lagrange's equations with energies of links that are placed by numpy, and differences."""
-    (q, qd), robot = state, unlimited()
+    (q, qd), robot = state, leg()
     dynamics = CoreDynamics(robot)
     M = dynamics.mass_matrix(q)
     assert energies(robot, q, qd)[0] == pytest.approx(0.5 * qd @ M @ qd, rel=1e-10)
@@ -146,7 +161,7 @@ def test_the_mass_matrix_drives_as_articulated_bodies_do(seed: int, integrator: 
 def test_energy_is_kept_to_the_integrators_order() -> None:
     """With armature and springs of what follows, without damping; with it its work counts."""
     drifts = []
-    still = with_coordinates(unlimited(), lambda c: replace(c, lower=-inf, upper=inf))
+    still = with_coordinates(leg(), lambda c: replace(c, lower=-inf, upper=inf))
     for step in (2e-3, 1e-3):
         plant = Plant(still, step, integrator="rk4", energy=True)
         plant.reset([0.3, -0.5, 0.05], [0.5, -1.0, 0.4])
@@ -196,4 +211,4 @@ def test_a_locked_coordinate_stands_where_it_is() -> None:
 
 def test_dart_refuses_by_name() -> None:
     with pytest.raises(InputError, match="joint 'knee': functions, couplings and locks"):
-        build_skeleton(unlimited())
+        build_skeleton(leg())
