@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
 
 _EVERY = "print every finding, not one line for those that repeat"
-_FORMATS = "sdf, caspr, cardsflow, urdf, mjcf or osim"
+_FORMATS = "sdf, gazebo, caspr, cardsflow, urdf, mjcf or osim"
 
 
 def add_check(commands: Commands) -> None:

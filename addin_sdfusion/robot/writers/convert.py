@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,6 +32,10 @@ _ROBOTS = ("_bodies.xml", ".sdf", ".urdf", ".osim")
 """Ends of names by which a folder is known to hold a robot."""
 
 
+_OF_MODELS = ("sdf", "gazebo")
+"""Formats whose files name meshes as those of models."""
+
+
 class Format(NamedTuple):
     """A format that robots are written in.
 
@@ -53,7 +58,7 @@ def _with_files(format_: Format, meshes: CarriedMeshes) -> Format:
     """A format whose URIs mean files beside the robot's."""
 
     def prepare(robot: Robot) -> Robot:
-        return meshes.applied(format_.prepare(robot), keeps_models=format_.name == "sdf")
+        return meshes.applied(format_.prepare(robot), keeps_models=format_.name in _OF_MODELS)
 
     def losses(robot: Robot) -> list[Finding]:
         return [*format_.losses(robot), *meshes.losses(robot)]
@@ -135,6 +140,7 @@ FORMATS: dict[str, Format] = {
     format_.name: format_
     for format_ in (
         Format("sdf", sdf_losses, write_sdf, _for_sdf, with_meshes=_with_files),
+        Format("gazebo", sdf_losses, partial(write_sdf, plugin=False), with_meshes=_with_files),
         Format("caspr", caspr_losses, write_caspr, _for_caspr),
         Format("cardsflow", cardsflow_losses, write_cardsflow_xml),
         Format("urdf", urdf_losses, write_urdf, with_meshes=_with_files),

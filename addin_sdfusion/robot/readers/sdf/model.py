@@ -14,7 +14,7 @@ from ...transforms.repair import diagnose
 from ...transforms.repair import repair as repair_inertias
 from ..chains import join_chains
 from ..distinct import distinct
-from ..extras import read_extras
+from ..extras import cardsflow_xml, read_extras
 from ..meshes import note_missing_meshes
 from ..tree import parents_first, welds
 from ..xml import TRUE, Node, Notes, parse, shortened
@@ -30,8 +30,8 @@ def read_sdf(
 ) -> Robot | None:
     """The robot in an SDF file with one model.
 
-    Muscles come from the plugin's cable sets, as `write_sdf` makes them; without those, from the
-    cardsflow.xml beside the file; without that, from muscles directly in the plugin.
+    Muscles come from the cable sets of the plugin, or of the cardsflow.xml beside the file, as
+    `write_sdf` makes them; without those, from muscles in these directly.
 
     Args:
         file: The SDF file.
@@ -59,14 +59,21 @@ def read_sdf(
         lambda name: compose(model.T_world_model, frames.in_model(("link", name))),
         node,
     )
-    joints, inner = join_chains(joints, node.all("plugin"))
+    plugins = _extras(node)
+    joints, inner = join_chains(joints, plugins)
     links = [read_link(_about(child, "link"), frames) for child in node.all("link")]
     links = [link for link in links if link.name not in inner]
     note_missing_meshes(node, links)
     robot = Robot(node.subject.name, tuple(links), tuple(parents_first([*roots, *joints])))
     robot = _diagnosed(robot, frames, node, undo=repair)
-    plugins = node.all("plugin")
     return read_extras(robot, node, plugins, cable_set)
+
+
+def _extras(node: Node) -> list[Node]:
+    """What holds the words that SDF lacks: our plugin, or a cardsflow.xml and others' plugins."""
+    plugins = node.all("plugin")
+    is_ours = any(plugin.all("gravity") for plugin in plugins)
+    return plugins if is_ours else [*cardsflow_xml(node), *plugins]
 
 
 def _about(node: Node, kind: str) -> Node:

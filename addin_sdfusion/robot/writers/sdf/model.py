@@ -22,17 +22,19 @@ from ..xml_text import document, element, numbers
 from .joints import SdfJoint, sdf_joints
 from .losses import sdf_losses
 from .names import MODEL_FRAME, NO_LIMIT, joint_frame_name, mesh_names, needs_frame
-from .plugin import plugin_element
+from .plugin import content_beside, plugin_element
 
 __all__ = ["sdf_losses", "write_sdf"]
 
 
-def write_sdf(robot: Robot, folder: str | Path) -> list[Path]:
+def write_sdf(robot: Robot, folder: str | Path, *, plugin: bool = True) -> list[Path]:
     """Write model.sdf, model.config and cardsflow.xml.
 
     Args:
         robot: What to write.
         folder: Where to; made if it does not exist.
+        plugin: Whether the words that SDF lacks are in a plugin element, whose library was that of
+            Gazebo 9; else they are in the cardsflow.xml, and no program looks for the library.
 
     Returns:
         The files written.
@@ -44,14 +46,14 @@ def write_sdf(robot: Robot, folder: str | Path) -> list[Path]:
     require_valid(robot)
     refuse(sdf_losses(robot), "sdf")
     texts = {
-        "model.sdf": _model_sdf(robot),
+        "model.sdf": _model_sdf(robot, plugin),
         "model.config": _model_config(robot),
-        "cardsflow.xml": cardsflow_xml(robot),
+        "cardsflow.xml": cardsflow_xml(robot) if plugin else content_beside(robot),
     }
     return write_files(folder, texts)
 
 
-def _model_sdf(robot: Robot) -> str:
+def _model_sdf(robot: Robot, plugin: bool) -> str:
     root = element(None, "sdf", version="1.7")
     model = element(root, "model", name=robot.name)
     joints = [part for parts in sdf_joints(robot).values() for part in parts]
@@ -61,7 +63,8 @@ def _model_sdf(robot: Robot) -> str:
         _link(model, link, carriers[link.name])
     for joint in joints:
         _joint(model, joint)
-    plugin_element(model, robot)
+    if plugin:
+        plugin_element(model, robot)
     return document(root)
 
 

@@ -31,7 +31,7 @@ from ...model.muscle import WrapSurface
 from ...model.robot import Link, Robot
 from ..cardsflow_xml import end_effector_element, muscle_element, wrap_elements
 from ..functions import function_element
-from ..xml_text import element, numbers
+from ..xml_text import document, element, numbers
 from .joints import has_one_effort, home, needs_words, sdf_joints
 from .names import mesh_names
 
@@ -40,10 +40,20 @@ PLUGIN = {"filename": "libcardsflow_gazebo_plugin.so", "name": "cardsflow_gazebo
 
 def plugin_element(model: ElementTree.Element, robot: Robot) -> None:
     """Add the plugin to a model."""
-    plugin = element(model, "plugin", None, **PLUGIN)
+    plugin_content(element(model, "plugin", None, **PLUGIN), robot, _movers(robot))
+
+
+def content_beside(robot: Robot) -> str:
+    """What the plugin holds as the text of a cardsflow.xml, for a model without plugin."""
+    root = element(None, "cardsflow")
+    plugin_content(root, robot, _movers(robot))
+    return document(root)
+
+
+def _movers(robot: Robot) -> dict[str, list[str]]:
+    """The names of the joint elements that make the motions of each joint, in their order."""
     written = sdf_joints(robot).items()
-    movers = {name: [part.name for part in parts for _ in part.motions] for name, parts in written}
-    plugin_content(plugin, robot, movers)
+    return {name: [part.name for part in parts for _ in part.motions] for name, parts in written}
 
 
 def plugin_content(

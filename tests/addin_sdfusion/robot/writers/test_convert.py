@@ -43,7 +43,7 @@ def test_every_format_writes_the_planar_arm_and_says_what_it_leaves_out(
     assert conversion.files
     assert all(file.stat().st_size > 100 for file in conversion.files)
     codes = {finding.code for finding in conversion.findings}
-    assert ("cable-sets-left-out" in codes) == (format_ not in ("sdf", "caspr", "urdf"))
+    assert ("cable-sets-left-out" in codes) == (format_ not in ("sdf", "gazebo", "caspr", "urdf"))
 
 
 def test_an_unknown_format_is_refused_with_the_known_ones(tmp_path: Path) -> None:

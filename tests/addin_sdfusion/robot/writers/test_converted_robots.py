@@ -187,4 +187,4 @@ def test_random_robots_with_wraps(seed: int, format_: str, tmp_path: Path) -> No
 
 def test_no_format_is_forgotten() -> None:
     """SDF and cardsflow.xml are read again, MJCF runs in MuJoCo: tests of their own."""
-    assert set(FORMATS) == {*PROGRAMS, "sdf", "cardsflow", "mjcf"}
+    assert set(FORMATS) == {*PROGRAMS, "sdf", "gazebo", "cardsflow", "mjcf"}

@@ -125,6 +125,19 @@ def test_a_robot_with_everything_comes_back_to_the_last_bit(robot):
     with tempfile.TemporaryDirectory() as folder:
         write_sdf(robot, folder)
         assert read_robot(folder) == robot
+        write_sdf(robot, folder, plugin=False)
+        assert "<plugin" not in (Path(folder) / "model.sdf").read_text()
+        assert read_robot(folder) == robot
+
+
+def test_without_our_plugin_others_may_be_added(tmp_path):
+    """As users of today's Gazebo do; muscles and all else are in the cardsflow.xml."""
+    robot = every_joint()
+    write_sdf(robot, tmp_path, plugin=False)
+    model = tmp_path / "model.sdf"
+    theirs = '<plugin filename="gz-sim-joint-state-publisher-system" name="theirs"/></model>'
+    model.write_text(model.read_text().replace("</model>", theirs))
+    assert read_robot(tmp_path) == robot
 
 
 def test_every_joint_comes_back(tmp_path):
