@@ -21,6 +21,7 @@ from addin_sdfusion.muscles.csv_writer import csv_text
 from addin_sdfusion.muscles.rows import MuscleTable
 from addin_sdfusion.robot import read_robot
 from addin_sdfusion.robot.readers import read_trajectories
+from addin_sdfusion.snapshot import MuscleSnapshot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.studies.analysis.best_robot import muscle_table, write_best
@@ -183,8 +184,8 @@ def test_the_add_in_imports_the_best_robot_as_it_was_found() -> None:
     assert not findings
     drawn = imported(MuscleTable(), table)
     points = [via(p.muscle, p.number, p.link, p.position) for p in drawn.points]
-    rows = [{"name": row.name, "f_min": row.f_min, "f_max": row.f_max} for row in drawn.rows]
-    again = build_robot(arm(points=tuple(points), attributes={"muscles": json.dumps(rows)})).robot
+    rows = tuple(MuscleSnapshot(row.name, f_min=row.f_min, f_max=row.f_max) for row in drawn.rows)
+    again = build_robot(arm(points=tuple(points), muscles=rows)).robot
     (found,) = again.muscles
     assert (found.f_min, found.f_max) == (muscle.f_min, 77.0)
     for one, other in zip(found.via_points, moved, strict=True):
