@@ -15,7 +15,8 @@ from addin_sdfusion.snapshot import DesignSnapshot
 from addin_sdfusion.snapshot_file import read_snapshot
 
 from .script import script_design
-from .step_design import Tables, step_design
+from .step_design import Tables
+from .step_process import design_of_step
 
 STEP = (".step", ".stp")
 """What names of STEP files end with."""
@@ -53,7 +54,7 @@ def read_design(
         raise InputError("has joints, muscles and materials itself: tables are for STEP files",
                          file=file)  # fmt: skip
     if suffix in STEP:
-        return step_design(file, tables or Tables(), _changed(ExportSettings(), settings))
+        return design_of_step(file, tables or Tables(), _changed(ExportSettings(), settings))
     if suffix == ".py":
         design = script_design(file)
         return design.snapshot(_changed(design.settings, settings), file)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import runpy
 import sys
+from contextlib import redirect_stdout, suppress
 from pathlib import Path
 
 from addin_sdfusion.robot import CardsflowError, InputError
@@ -28,7 +29,8 @@ def script_design(file: Path) -> Design:
     folder = str(file.resolve().parent)
     sys.path.insert(0, folder)
     try:
-        variables = runpy.run_path(str(file), run_name="__cad__")
+        with redirect_stdout(sys.stderr):  # the command's own output may be JSON
+            variables = runpy.run_path(str(file), run_name="__cad__")
     except InputError as error:
         known = error.file is not None
         raise (
@@ -48,7 +50,8 @@ def script_design(file: Path) -> Design:
         what = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
         raise InputError(what, file=file, line=_line(error, file)) from error
     finally:
-        sys.path.remove(folder)
+        with suppress(ValueError):
+            sys.path.remove(folder)
     found = {id(value): name for name, value in variables.items() if isinstance(value, Design)}
     if len(found) != 1:
         held = f"leaves {len(found)}: {', '.join(found.values())}" if found else "leaves none"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
@@ -14,6 +15,8 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support.designs.design_strategies import Draughtsman
 from support.documents import ROOT, blocks
 
@@ -147,6 +150,18 @@ def test_bad_tables_are_refused_with_their_line(tmp_path: Path, text: str, said:
         read_joints(file)
     assert str(caught.value).startswith(f"{tmp_path}/{said}")
     assert "\n" not in str(caught.value)
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_are_read_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, data: bytes
+) -> None:
+    file = tmp_path_factory.getbasetemp() / "table.csv"
+    for head in (b"", HEAD.encode() + GOOD.encode(), b"part,density,mass\n"):
+        file.write_bytes(head + data)
+        for read in (read_joints, read_materials):
+            with contextlib.suppress(InputError):  # no other error comes
+                read(file)
 
 
 def test_materials(tmp_path: Path) -> None:

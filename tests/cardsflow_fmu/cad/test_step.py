@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import re
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +14,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.designs.design_strategies import forward
 
-from addin_sdfusion.robot import RobotError, read_robot
+from addin_sdfusion.robot import InputError, RobotError, read_robot
 from addin_sdfusion.robot.model.transform import IDENTITY
 from addin_sdfusion.settings import ExportSettings
-from cardsflow_fmu.cad import Tables, import_cad, read_design
+from cardsflow_fmu.cad import Tables, import_cad
 from cardsflow_fmu.cad.kernel import kernel, mass_of, mesh_of
+from cardsflow_fmu.cad.step_design import step_design
+from cardsflow_fmu.cad.step_process import design_of_step
 from cardsflow_fmu.cli.main import main
 
 pytestmark = [pytest.mark.slow, pytest.mark.extra("cad")]
@@ -124,7 +129,7 @@ PLACES = {
 
 def test_the_tree_is_read_with_every_instance_in_its_place(step: Path, tables: Tables) -> None:
     """Masses, centres and inertia against closed forms; triangles enclose the volume."""
-    design = read_design(step, None, tables)
+    design = step_design(step, tables, ExportSettings())
     assert design.name == "robot"
     assert {o.path for o in design.occurrences} == set(PLACES)
     assert {o.component for o in design.occurrences} == {"händ", "palm", "finger"}
@@ -186,7 +191,8 @@ def test_tables_make_a_robot_of_it(step: Path, tables: Tables, tmp_path: Path) -
     arguments = ["import-cad", step, tmp_path / "hand", *words]
     assert main(list(map(str, arguments))) == 0
     robot = read_robot(tmp_path / "hand")
-    assert {joint.name for joint in robot.joints} == {"base", "wrist", "curl", "slip"}
+    held = "händ_händ_palm"  # a part that no joint moves goes with what holds it
+    assert {joint.name for joint in robot.joints} == {"base", "wrist", "curl", "slip", held}
     limits = {c.name: (c.lower, c.upper, c.damping) for c in robot.coordinates}
     assert limits["wrist"] == pytest.approx((-math.pi / 2, math.pi / 2, 0.1))
     assert limits["slip"] == pytest.approx((-0.005, 0.005, 0.0))
@@ -200,7 +206,7 @@ def test_tables_make_a_robot_of_it(step: Path, tables: Tables, tmp_path: Path) -
 def test_masses_of_parts(step: Path, tables: Tables, tmp_path: Path) -> None:
     file = tmp_path / "materials.csv"
     file.write_text("part,density,mass,material\nhänd,,2,\nhänd:2+finger:2,1000,,Nylon\n")
-    design = read_design(step, None, Tables(tables.joints, None, file))
+    design = step_design(step, Tables(tables.joints, None, file), ExportSettings())
     of = {body.occurrence: body for body in design.bodies}
     assert of["palm:1"].mass is None
     first = [b.mass.mass for path, b in of.items() if path.startswith("händ:1") and b.mass]
@@ -229,7 +235,10 @@ def test_what_is_wrong_is_one_line(
         ("world,palm:1", "palm:1,world", "bad.csv:2: child: the world does not move"),
     ):
         joints.write_text(JOINTS.replace(old, new), encoding="utf-8")
-        assert said("--joints", joints).startswith(f"{tmp_path}/{line}")
+        with pytest.raises(InputError) as refused:
+            step_design(step, Tables(joints), ExportSettings())
+        assert str(refused.value).startswith(f"{tmp_path}/{line}")
+    assert said("--joints", joints).startswith(f"{tmp_path}/{line}")
     cut = tmp_path / "cut.step"
     cut.write_bytes(step.read_bytes()[: len(step.read_bytes()) // 2])
     assert main(["import-cad", str(cut), "--joints", str(tables.joints)]) == 2
@@ -244,6 +253,22 @@ def test_what_is_wrong_is_one_line(
 
 
 def test_settings_choose_the_links(step: Path, tables: Tables) -> None:
-    settings = {"components": ["händ:1", "palm:1"], "name": "other"}
-    design = read_design(step, settings, tables)
-    assert design.settings == ExportSettings("other", components=("händ:1", "palm:1"))
+    settings = ExportSettings("other", components=("händ:1", "palm:1"))
+    assert step_design(step, tables, settings).settings == settings
+
+
+def test_a_file_that_crashes_the_kernel_is_one_line(step: Path, tmp_path: Path) -> None:
+    """References to other entities, at random: some end the process that reads the file."""
+    rng, text = np.random.default_rng(8), step.read_bytes()
+    places = [match.start() + 1 for match in re.finditer(rb"#[0-9]{2,}[,)]", text)]
+    said = Counter[bool]()
+    for k in range(int(os.environ.get("CARDSFLOW_MUTATIONS", "4"))):
+        data = bytearray(text)
+        for at in rng.choice(places, 12):
+            data[at : at + 2] = f"{rng.integers(10, 99)}".encode()
+        (tmp_path / f"{k}.step").write_bytes(data)
+        with pytest.raises(InputError) as refused:  # the table of joints is missing, at the least
+            design_of_step(tmp_path / f"{k}.step", Tables(), ExportSettings())
+        assert len(str(refused.value).splitlines()) == 1
+        said["the kernel crashes on it" in refused.value.what] += 1
+    assert said[True], said
