@@ -24,6 +24,7 @@ _HIGHEST_ORDER = 12
 _SMALLEST_NOISE = 1e-9  # of the largest difference: below it, the spline's knots are rounding's
 
 
+@np.errstate(all="ignore")  # what overflows is refused at the end
 def waypoint_trajectory(
     times: FloatArray, q: FloatArray, name: str = "waypoints", space: Space = "joint"
 ) -> Trajectory:
@@ -49,6 +50,7 @@ def waypoint_trajectory(
     return _trajectory("quintic", times, [q, qd, qdd], name, space)
 
 
+@np.errstate(all="ignore")
 def recorded_trajectory(
     times: FloatArray,
     q: FloatArray,

@@ -85,9 +85,17 @@ class RunStore:
         try:
             content = json.loads(read_file(file, limits.JSON))
             check = content.pop("check")
-            return content if check == _check(content) else None
-        except (InputError, ValueError, KeyError, AttributeError, RecursionError):
+            return content if check == _check(content) and _is_run(content) else None
+        except (InputError, ValueError, KeyError, AttributeError, TypeError, RecursionError):
             return None
+
+
+def _is_run(content: dict[str, Any]) -> bool:
+    """Whether it has all that `write` writes, as it is: a sum can be made for anything."""
+    texts = isinstance(content["hash"], str) and isinstance(content["error"], str | None)
+    tables = isinstance(content["settings"], dict) and isinstance(content["metrics"], dict)
+    numbers = (content["wall_time"], content["overhead"], *content["metrics"].values())
+    return texts and tables and all(isinstance(value, int | float | None) for value in numbers)
 
 
 def _check(content: dict[str, Any]) -> str:

@@ -21,8 +21,11 @@ from support.small_studies import KP, run_here, small_study, write_study
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.studies import StudyError, run_study
 from cardsflow_fmu.studies.definition.outcome import Outcome
+from cardsflow_fmu.studies.definition.sampling import Run
 from cardsflow_fmu.studies.definition.study import Study
+from cardsflow_fmu.studies.execution import run_store
 from cardsflow_fmu.studies.execution.executors import ExecutorAdapter
+from cardsflow_fmu.studies.execution.run_store import RunStore
 from cardsflow_fmu.studies.execution.worker import Job
 from cardsflow_fmu.studies.run import only_run
 from cardsflow_fmu.utils.folder_lock import locked_folder
@@ -135,6 +138,26 @@ def test_a_damaged_file_is_a_run_to_be_done(tmp_path: Path) -> None:
     three.write_bytes(b"")
     assert runs_of(study, output, resume=True) == 3
     assert (output / "table.csv").read_bytes() == good
+
+
+@pytest.mark.parametrize(
+    "change", [{"error": 3}, {"metrics": None}, {"metrics": {"a": "b"}}, {"x": 1}]
+)
+def test_a_run_of_another_form_is_none(tmp_path: Path, change: dict[str, object]) -> None:
+    """Though its sum is right: anybody can make one."""
+    store, run = RunStore(tmp_path), Run(0, {}, {"controller.kp": 1.0}, "abc")
+    (tmp_path / "runs").mkdir()
+    store.write(run, Outcome({"tracking.rms": 0.1}))
+    assert store.read(run) is not None
+    file = tmp_path / "runs/abc.json"
+    content = json.loads(file.read_text())
+    del content["check"]
+    content |= change
+    if "x" in change:
+        del content["error"]
+    file.write_text(json.dumps(content | {"check": run_store._check(content)}))
+    assert store.read(run) is None
+    assert store.settings("") == []
 
 
 @pytest.mark.slow

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +19,9 @@ from support.controllers.robot_problems import (
     is_infeasible,
 )
 
-from controllers.qp import dual_newton
+from controllers.qp import dual_newton, solver
 from controllers.qp.problem import BoxProblem, BoxSolution
-from controllers.qp.solver import BoxSolver
+from controllers.qp.solver import FALLBACKS, BoxSolver, available_solvers
 
 pytestmark = pytest.mark.native
 
@@ -86,6 +88,33 @@ def test_feasible_problems_that_were_not_solved_are(shared: Path) -> None:
         answer = BoxSolver(len(problem.g), len(problem.b)).solve(problem)
         assert (answer.status, answer.solver) == ("solved", "dual_newton")
         assert robot_problems.row_error(problem, answer.x) <= EXACT
+
+
+@pytest.mark.parametrize("name", FALLBACKS)
+def test_a_method_behind_solves_what_did_not_converge(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Alone behind the dual Newton method: its answer is checked, or none is given."""
+    if name not in available_solvers():
+        pytest.skip(f"{name} is not installed: extra qp")
+    monkeypatch.setattr(solver, "fallbacks", lambda: [name])
+    verdicts, found = Verdicts(), Counter[tuple[str, str]]()
+    for problem in robot_problems.robot_problems(verdicts.is_feasible, 80):
+        true = verdicts(problem)
+        undecided = replace(true, status="not converged")
+        behind = BoxSolver(len(problem.g), len(problem.b))
+        monkeypatch.setattr(behind, "_try_dual_newton", partial(_given, undecided))
+        answer = behind.solve(problem)
+        found[true.status, answer.status] += 1
+        if answer.status == "solved":
+            assert (answer.solver, answer.fell_back) == (name, True)
+            assert robot_problems.row_error(problem, answer.x) < 1e-5
+    assert not found["infeasible", "solved"]
+    assert found["solved", "solved"] > 0.2 * (found["solved", "not converged"] + 1)
+
+
+def _given(answer: BoxSolution) -> BoxSolution:
+    return answer
 
 
 def test_numbers_of_an_undecided_problem_are_finite() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import io
 import random
@@ -143,9 +144,11 @@ def damaged(rng: random.Random, name: str, data: bytes) -> bytes:
     """The content of a file with defects of its type, or of any."""
     suffix, chance = PurePath(name).suffix.lower(), rng.random()
     if suffix in ARCHIVES and chance < 0.8:
-        return damaged_archive(rng, data)
+        with contextlib.suppress(zipfile.BadZipFile):
+            return damaged_archive(rng, data)
     if suffix in XML and chance < 0.5:
-        return damaged_xml(rng, data)
+        with contextlib.suppress(ElementTree.ParseError):  # of what is damaged already
+            return damaged_xml(rng, data)
     if suffix in (*XML, *TEXT) and chance < 0.85:
         return damaged_words(rng, data)
     return damaged_bytes(rng, data)
