@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import listed, warning
 from ..robot.model.pose import Pose
-from ..robot.model.robot import Mesh
+from ..robot.model.robot import Mesh, Rgba
 from ..robot.model.rotations import rotation
 from ..settings import ExportSettings
 from ..snapshot import BodySnapshot, MeshSnapshot
@@ -63,26 +63,43 @@ def link_meshes(
     if not settings.visual and settings.collision == "none":
         return LinkMeshes((), {}, ())
     findings = list(_left_out(link, bodies))
-    shown = [
-        _placed(b.mesh, T_link_world) for b in bodies if b.visible and b.mesh and _sound(b.mesh)
-    ]
+    looks: dict[Rgba | None, list[_Triangles]] = {}
+    for b in bodies:
+        if b.visible and b.mesh and _sound(b.mesh):
+            looks.setdefault(_rgba(b), []).append(_placed(b.mesh, T_link_world))
+    shown = [shape for shapes in looks.values() for shape in shapes]
     named: list[tuple[Role, str, _Triangles]] = []
+    colors: dict[str, Rgba | None] = {}
     if shown and settings.visual:
-        named.append(("visual", "visual", _joined(shown)))
+        for name, (color, shapes) in zip(_names("visual", len(looks)), looks.items(), strict=True):
+            named.append(("visual", name, _joined(shapes)))
+            colors[name] = color
     if shown and settings.collision == "mesh":
         named.append(("collision", "collision", _joined(shown)))
     if shown and settings.collision == "convex_hull":
         hulls = [hull for group in _groups(shown) if (hull := _hull(group)) is not None]
-        named += [("collision", name, hull) for name, hull in _numbered(hulls)]
+        names = _names("collision", len(hulls))
+        named += [("collision", name, hull) for name, hull in zip(names, hulls, strict=True)]
         if len(hulls) < len(_groups(shown)):
             problem = "bodies without thickness have no convex hull; nothing collides with them"
             findings.append(warning(Subject("link", link), "flat-collision", problem))
     paths = [f"meshes/{role}/{_file(stem, name)}.stl" for role, name, _ in named]
     return LinkMeshes(
-        tuple(Mesh(role, path, name=n) for (role, n, _), path in zip(named, paths, strict=True)),
+        tuple(
+            Mesh(role, path, name=name, color=colors.get(name))
+            for (role, name, _), path in zip(named, paths, strict=True)
+        ),
         {path: stl_bytes(*shape) for (_, _, shape), path in zip(named, paths, strict=True)},
         tuple(findings),
     )
+
+
+def _rgba(body: BodySnapshot) -> Rgba | None:
+    """The colour and opacity of a body, from 0 to 1."""
+    if body.color is None:
+        return None
+    red, green, blue = (int(body.color[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue, body.opacity
 
 
 def _left_out(link: str, bodies: Sequence[BodySnapshot]) -> Iterator[Finding]:
@@ -159,10 +176,8 @@ def _hull(shape: _Triangles) -> _Triangles | None:
     )
 
 
-def _numbered(hulls: Sequence[_Triangles]) -> list[tuple[str, _Triangles]]:
-    if len(hulls) == 1:
-        return [("collision", hulls[0])]
-    return [(f"collision_{k}", hull) for k, hull in enumerate(hulls, start=1)]
+def _names(role: str, count: int) -> list[str]:
+    return [role] if count == 1 else [f"{role}_{k}" for k in range(1, count + 1)]
 
 
 def _file(stem: str, name: str) -> str:

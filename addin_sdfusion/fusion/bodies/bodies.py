@@ -11,6 +11,7 @@ from ...snapshot import BodySnapshot, MassSnapshot
 from ..notes import Notes, optional
 from ..occurrences import Occurrence, each_in, subject_in
 from ..units import distance
+from .looks import read_looks
 from .mass import Accuracy, read_mass
 from .meshes import Mesher, bounding_box
 
@@ -67,6 +68,7 @@ def _body(
             severity="warning",
         )
     visible = notes.attempt(subject, "visibility", lambda: bool(proxy.isVisible))
+    looks = read_looks(proxy)
     return BodySnapshot(
         name=name,
         occurrence=occurrence.path,
@@ -77,6 +79,9 @@ def _body(
         else None,
         material=material or "",
         mesh=mesh,
+        color=looks.color,
+        opacity=looks.opacity,
+        appearance=looks.appearance,
     )
 
 

@@ -78,6 +78,9 @@ class Inertia:
         )
 
 
+Rgba = tuple[float, float, float, float]
+
+
 @dataclass(frozen=True, slots=True)
 class Mesh:
     """A triangle mesh of a link.
@@ -88,6 +91,7 @@ class Mesh:
         pose: In the link's frame.
         scale: Factors along x, y, z that make metres of the file's units.
         name: Its name in the robot's file; may be empty.
+        color: Of a visual one: red, green, blue and opacity from 0 to 1; None where not told.
     """
 
     role: Literal["visual", "collision"]
@@ -95,6 +99,7 @@ class Mesh:
     pose: Pose = IDENTITY
     scale: Vector3 = (1.0, 1.0, 1.0)
     name: str = ""
+    color: Rgba | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -186,6 +186,10 @@ def _mesh(link: ElementTree.Element, mesh: Mesh) -> None:
     node = element(link, mesh.role, **({"name": mesh.name} if mesh.name else {}))
     _origin(node, mesh.pose)
     element(element(node, "geometry"), "mesh", filename=mesh.uri, scale=numbers(mesh.scale))
+    if mesh.color is not None:
+        name = f"{link.get('name')} {len(link)}"
+        material = element(node, "material", name=name)
+        element(material, "color", rgba=numbers(mesh.color))
 
 
 def _joint(root: ElementTree.Element, single: SingleJoint) -> None:

@@ -14,7 +14,7 @@ from cardsflow_fmu.utils.visual_meshes import visual_files, visuals
 from sim_dart.core.frames import transform
 from sim_dart.core.mesh_file import read_mesh
 
-from .shapes import Triangles
+from .shapes import Colour, Triangles
 
 MOST_FACES = 6000
 """Most faces of a link's mesh; CAD meshes have a hundred times as many."""
@@ -56,7 +56,15 @@ def _placed(mesh: Mesh, triangles: Triangles | None) -> Triangles | None:
     T = transform(mesh.pose)
     vertices = triangles.vertices * np.array(mesh.scale) @ T[:3, :3].T + T[:3, 3]
     turned = np.prod(mesh.scale) < 0.0
-    return Triangles(vertices, triangles.faces[:, ::-1] if turned else triangles.faces)
+    faces = triangles.faces[:, ::-1] if turned else triangles.faces
+    return Triangles(vertices, faces, _colour(mesh))
+
+
+def _colour(mesh: Mesh) -> Colour | None:
+    if mesh.color is None:
+        return None
+    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in mesh.color[:3])
+    return red, green, blue
 
 
 def simplified(triangles: Triangles, most: int = MOST_FACES) -> Triangles:

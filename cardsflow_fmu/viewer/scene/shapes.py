@@ -184,10 +184,12 @@ class Triangles:
     Attributes:
         vertices: Shape (v, 3), in [m].
         faces: Three vertices each, shape (t, 3).
+        colour: Red, green and blue; None where its file does not say.
     """
 
     vertices: FloatArray
     faces: NDArray[np.int64]
+    colour: Colour | None = None
 
 
 @dataclass(frozen=True, eq=False)

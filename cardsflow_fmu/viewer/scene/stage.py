@@ -191,7 +191,8 @@ class Stage:
             if link.name in self._meshes:
                 for i, mesh in enumerate(self._meshes[link.name]):
                     key = f"{link.name}/{i}"
-                    yield s.MeshShape(s.LINKS, key, colours.LINK, T, mesh, lever=reach / 2)
+                    colour = mesh.colour or colours.LINK
+                    yield s.MeshShape(s.LINKS, key, colour, T, mesh, lever=reach / 2)
                 continue
             if link.name in self._hulls:
                 key, hull = f"{link.name}/hull", self._hulls[link.name]

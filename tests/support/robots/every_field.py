@@ -128,7 +128,8 @@ def _of_other_programs(
 
 def _seen(rng: np.random.Generator, link: Link) -> Link:
     """With meshes and an end."""
-    visual = Mesh("visual", "a.stl", _pose(rng), (0.001, 0.002, 0.003), "shell")
+    color = (0.25, 0.5, 1.0, 0.75)
+    visual = Mesh("visual", "a.stl", _pose(rng), (0.001, 0.002, 0.003), "shell", color)
     collision = Mesh("collision", "b.stl", _pose(rng))
     return replace(link, end=vector(rng), meshes=(visual, collision))
 

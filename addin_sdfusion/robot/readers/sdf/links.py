@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Literal, cast
 
 from ...model.pose import Pose
-from ...model.robot import Inertia, Link, Mesh
+from ...model.robot import Inertia, Link, Mesh, Rgba
 from ...model.rotations import rotate_inertia, rotation
 from ..xml import TRUE, Node, shortened
 from .frames import Frames
@@ -71,4 +71,15 @@ def _mesh(node: Node, shape: Node, frames: Frames) -> Mesh:
         frames.in_link(node, node.subject.name),
         (1.0, 1.0, 1.0) if scale is None else scale.vector3(),
         node.attribute("name", ""),
+        _color(node),
     )
+
+
+def _color(visual: Node) -> Rgba | None:
+    """The diffuse colour; SDF's opacity is 1 where it is left out."""
+    material = visual.optional("material") if visual.tag == "visual" else None
+    diffuse = None if material is None else material.optional("diffuse")
+    if diffuse is None:
+        return None
+    red, green, blue, *opacity = diffuse.numbers(3 if len(diffuse.text.split()) == 3 else 4)
+    return red, green, blue, opacity[0] if opacity else 1.0

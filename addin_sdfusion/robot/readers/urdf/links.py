@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Literal, cast
 
 from ...model.pose import IDENTITY, Pose, Vector3
-from ...model.robot import WORLD, Inertia, Link, Mesh
+from ...model.robot import WORLD, Inertia, Link, Mesh, Rgba
 from ...model.rotations import rotate_inertia, rotation
 from ..xml import ZERO, Node
 
 SEEN = ("visual", "collision")
 
 
-def read_link(node: Node) -> Link:
+def read_link(node: Node, colors: Mapping[str, Rgba]) -> Link:
     """A link; one without inertial has no mass."""
     inertial = node.optional("inertial")
     inertia = Inertia(0.0) if inertial is None else _inertia(inertial)
-    return Link(node.subject.name, inertia, meshes=tuple(_meshes(node)))
+    return Link(node.subject.name, inertia, meshes=tuple(_meshes(node, colors)))
 
 
 def note_shapes(robot: Node) -> None:
@@ -75,7 +75,31 @@ def _shapes(link: Node) -> list[Node]:
     ]
 
 
-def _meshes(link: Node) -> Iterator[Mesh]:
+def material_colors(robot: Node) -> dict[str, Rgba]:
+    """Colours of materials by their names, which other elements may use."""
+    found = {}
+    for material in robot.all("material"):
+        color = material.optional("color")
+        if color is not None:
+            found[material.attribute("name", "")] = _rgba(color)
+    return found
+
+
+def _color(visual: Node, colors: Mapping[str, Rgba]) -> Rgba | None:
+    """The colour of a material of its own, or of one of the robot's by its name."""
+    material = visual.optional("material") if visual.tag == "visual" else None
+    if material is None:
+        return None
+    color = material.optional("color")
+    return colors.get(material.attribute("name", "")) if color is None else _rgba(color)
+
+
+def _rgba(color: Node) -> Rgba:
+    red, green, blue, opacity = color.numbers_attribute("rgba", 4)
+    return red, green, blue, opacity
+
+
+def _meshes(link: Node, colors: Mapping[str, Rgba]) -> Iterator[Mesh]:
     for node in link.all(*SEEN):
         geometry = node.required("geometry")
         shape = None if geometry is None else geometry.optional("mesh")
@@ -86,4 +110,5 @@ def _meshes(link: Node) -> Iterator[Mesh]:
                 read_origin(node),
                 shape.vector_attribute("scale") if shape.has("scale") else (1.0, 1.0, 1.0),
                 node.attribute("name", ""),
+                _color(node, colors),
             )

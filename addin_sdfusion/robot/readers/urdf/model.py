@@ -23,7 +23,7 @@ from ..meshes import note_missing_meshes
 from ..tree import parents_first, welds
 from ..xml import Node, Notes, parse
 from .joints import read_joint
-from .links import note_shapes, read_link
+from .links import material_colors, note_shapes, read_link
 from .motors import motor_joints
 from .mujoco_tag import read_mujoco_tag
 
@@ -62,7 +62,8 @@ def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     roots = welds(elements, joints, lambda _: IDENTITY, node)
     beside = cardsflow_xml(node)
     joints, inner = join_chains([*roots, *joints], beside)
-    links = [read_link(_about(child, "link")) for child in elements]
+    colors = material_colors(node)
+    links = [read_link(_about(child, "link"), colors) for child in elements]
     links = [link for link in links if link.name not in inner]
     note_shapes(node)
     note_missing_meshes(node, links)

@@ -45,6 +45,8 @@ def add_meshes(
             # masses are those of the links; MuJoCo refuses open meshes unless they are shells
             element(assets, "mesh", name=name, file=file, scale=scale, inertia="shell")
             shape = {"type": "mesh", "mesh": name, "group": GROUPS[mesh.role]}
+            if mesh.color is not None:
+                shape["rgba"] = numbers(mesh.color)
             apart = {"contype": "0", "conaffinity": "0"}
             element(bodies[link.name], "geom", None, **shape, **placement(mesh.pose), **apart)
 

@@ -133,6 +133,10 @@ def _add_meshes(
         node = element(geometry, "Mesh", name=f"mesh_{k}")
         element(node, "socket_frame", "..")
         element(node, "scale_factors", numbers(mesh.scale))
+        if mesh.color is not None:
+            looks = element(node, "Appearance")
+            element(looks, "opacity", mesh.color[3])
+            element(looks, "color", numbers(mesh.color[:3]))
         element(node, "mesh_file", str(files.get(mesh.uri, mesh.uri)))
 
 

@@ -83,6 +83,10 @@ def _link(model: ElementTree.Element, link: Link, carrier: SdfJoint) -> None:
         shape = element(element(looks, "geometry"), "mesh")
         element(shape, "uri", mesh.uri)
         element(shape, "scale", numbers(mesh.scale))
+        if mesh.color is not None:
+            material = element(looks, "material")
+            for light in ("ambient", "diffuse"):
+                element(material, light, numbers(mesh.color))
 
 
 def _joint(model: ElementTree.Element, joint: SdfJoint) -> None:

@@ -12,6 +12,7 @@ from ..collections_ import Items, listing, named
 from ..curves import bounding_box, curve_of, surface_of
 from ..maths import point
 from ..state import world
+from .appearances import Appearance
 from .data import BodyData, TopologyData
 from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, wrap, wraps
 from .physical import physical_properties
@@ -29,6 +30,8 @@ class _Body(Placed, WithName, WithBulb, WithVisibility, Deletable):
 
         return material(self._data.material)
 
+    appearance = property(lambda self: new(Appearance, rgb=self._data.color))
+
     @property
     def boundingBox(self) -> Any:
         """The exact box along the axes of the context."""
@@ -40,6 +43,12 @@ class _Body(Placed, WithName, WithBulb, WithVisibility, Deletable):
 class BRepBody(_Body):
     def _shelf(self) -> list[Any]:
         return self._data.component.bodies
+
+    @property
+    def visibleOpacity(self) -> float:
+        """With that of the components that it is in."""
+        above = [self._data.component, *(o.parent for o in self._path)]
+        return self._data.opacity * math.prod(c.opacity for c in above)
 
     isSolid = property(lambda self: self._data.kind == "solid")
     volume = property(lambda self: float(self._data.mass().volume))

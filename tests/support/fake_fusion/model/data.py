@@ -36,6 +36,8 @@ class BodyData(Named):
     kind: str = "solid"
     material: str = "Steel"
     density: float | None = None
+    color: tuple[int, int, int] = (160, 160, 160)
+    opacity: float = 1.0
     parts: tuple[list, list, list] | None = None
 
     def mass(self) -> Mass:

@@ -1,0 +1,47 @@
+"""Colours of bodies from their appearances."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import adsk.core
+
+from ..notes import optional
+from ..units import finite
+
+_IDS = ("opaque_albedo", "metal_f0", "surface_albedo", "layered_diffuse", "transparent_color")
+"""Properties that are an appearance's colour, by its kind; else its first colour counts."""
+
+
+class Looks(NamedTuple):
+    """How a body looks.
+
+    Attributes:
+        color: As `#rrggbb`; None where Fusion does not say.
+        opacity: From 0 to 1.
+        appearance: Name of its appearance; empty if it has none.
+    """
+
+    color: str | None = None
+    opacity: float = 1.0
+    appearance: str = ""
+
+
+def read_looks(body: Any) -> Looks:
+    """How a body looks in its place."""
+    opacity = optional(lambda: min(max(finite(body.visibleOpacity), 0.0), 1.0))
+    appearance = optional(lambda: body.appearance)
+    if appearance is None:
+        return Looks(opacity=1.0 if opacity is None else opacity)
+    name = optional(lambda: str(appearance.name)) or ""
+    return Looks(optional(lambda: _color(appearance)), 1.0 if opacity is None else opacity, name)
+
+
+def _color(appearance: Any) -> str | None:
+    found: dict[str, Any] = {}
+    for each in appearance.appearanceProperties:
+        colored = adsk.core.ColorProperty.cast(each)
+        if colored is not None and colored.value is not None:
+            found[str(colored.id)] = colored.value
+    value = next((found[i] for i in _IDS if i in found), next(iter(found.values()), None))
+    return None if value is None else f"#{value.red:02x}{value.green:02x}{value.blue:02x}"
