@@ -55,6 +55,23 @@ do raises `driver.Refused`; what a handler raises reaches the test. Handlers tha
 silent. `fake.world.folder_answers`, `file_answers`, `message_answers` answer dialogs, else they are
 cancelled (message boxes: OK or Yes); `cancel_progress_after` cancels progress dialogs.
 
+Seen in running Fusion: the default, held by test_live_facts.py
+---------------------------------------------------------------
+* allOccurrences fails with one unresolved reference; that occurrence has path and pose, and nothing
+  else [inferred].
+* AsBuiltJoint.transform is in the component that holds the joint, whatever the proxy. Of joints and
+  joint origins that is not known: Options.joint_transforms.
+* Geometry of joints and joint origins has its origin in the root, its axes in the component that it
+  belongs to; stored in a joint it answers for the first place of the joint's component.
+* Motion vectors are in the root frame. Angles of dragged joints are told on a grid of 0.1 degrees.
+* As-built joints and rigid groups have health in the timeline only. Stale groups raise on name and
+  token and hold nothing.
+* A Point3D is refused in parametric designs but while a base feature is edited; in that edit the
+  design passes for direct, the timeline is hidden, and points cannot be named.
+* Adding a point moves back what was moved and not captured.
+* Collections are never None. A table's row is not deleted while one of its inputs tells of a
+  change.
+
 Meaning of what the reference leaves open, [inferred] unless marked
 ------------------------------------------------------------------
 * Matrices act on column vectors; `a.transformBy(b)` is a = b·a; Vector3D is turned, not moved.
@@ -63,9 +80,9 @@ Meaning of what the reference leaves open, [inferred] unless marked
 * Joints: T_one = T_two · motion(values), the freedoms in the order of build.FREEDOMS from `two` to
   `one`. Directions are those on `two` (Options.ball_vectors for the ball joint). The
   geometry of an as-built joint belongs to `two`.
-* A joint in a sub-component read natively has null geometry, or local (Options); its transforms
-  and vectors are local to its component. Null geometry and motion of an inferred joint, null
-  geometry of a rigid as-built joint [reference]; its transform is null too.
+* A joint in a sub-component read natively has null geometry, or not (Options). Null geometry and
+  motion of an inferred joint, null geometry of a rigid as-built joint [reference]; its transform is
+  null too.
 * The user's mass of a component scales its inertia; components above it count with it.
 * An attribute belongs to the native entity, whatever proxy it was written through.
 * findAttributes does not find the design's own attributes [reference].
