@@ -6,8 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from addin_sdfusion.robot import Finding, InputError, RobotError
+from addin_sdfusion.robot import CardsflowError, Finding, InputError, RobotError, Subject
 from addin_sdfusion.robot.finding import errors_first
+from addin_sdfusion.robot.finding_builders import warning
 from addin_sdfusion.robot.json_text import json_text
 
 from .common import (
@@ -179,7 +180,12 @@ def _drive_findings(reading: Reading, experiment: Experiment | None) -> list[Fin
 
     if experiment is not None:
         return experiment_findings(experiment)
-    return drive_findings(reading.require())
+    robot = reading.require()
+    try:
+        return drive_findings(robot)
+    except CardsflowError as refused:
+        problem = f"{refused}: it is described, converted and drawn, not run"
+        return [warning(Subject("robot", robot.name), "not-simulated", problem)]
 
 
 def _motion_findings(options: argparse.Namespace, reading: Reading) -> list[Finding]:

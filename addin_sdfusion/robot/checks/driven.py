@@ -97,14 +97,14 @@ def _circles(known: dict[str, Coordinate]) -> Iterator[list[str]]:
     done: set[str] = set()
     for name in known:
         path: list[str] = []
-        at = [name]
+        at: list[str | None] = [name]
         while at:
             here = at.pop()
-            if here == "":
+            if here is None:
                 done.add(path.pop())
             elif here in path:
                 yield path[path.index(here) :]
                 return
             elif here in known and here not in done:
                 path.append(here)
-                at += ["", *(term.coordinate for term in known[here].coupling)]
+                at += [None, *(term.coordinate for term in known[here].coupling)]

@@ -141,14 +141,14 @@ def _outside(
     a: Vector2, b: Vector2, side: Vector2 | None, r: float
 ) -> tuple[tuple[Vector2, Vector2], float] | None:
     """Both tangent points on a circle, and the arc between."""
-    aa, bb, rr = a[0] ** 2 + a[1] ** 2, b[0] ** 2 + b[1] ** 2, r * r
+    aa, bb, rr = _inner(a, a), _inner(b, b), r * r
     dx, dy = b[0] - a[0], b[1] - a[1]
     dd = dx * dx + dy * dy
-    if aa < rr or bb < rr or rr < LEAST or dd < LEAST:
+    if aa < rr or bb < rr or rr < LEAST or dd < LEAST or math.isinf(aa + bb + dd):
         return None
     t = min(max(-(dx * a[0] + dy * a[1]) / dd, 0.0), 1.0)
     near = (a[0] + t * dx, a[1] + t * dy)
-    if near[0] ** 2 + near[1] ** 2 > rr and (side is None or _inner(side, near) >= 0.0):
+    if _inner(near, near) > rr and (side is None or _inner(side, near) >= 0.0):
         return None
     best: tuple[float, tuple[Vector2, Vector2], bool] | None = None
     for sign in (1.0, -1.0):

@@ -50,12 +50,12 @@ def place_of(part: Part, compiler: Compiler) -> Transform:
 def volume(kind: str, size: tuple[float, ...]) -> float:
     """In [m³]."""
     if kind == "sphere":
-        return 4.0 / 3.0 * math.pi * size[0] ** 3
+        return 4.0 / 3.0 * math.pi * size[0] * size[0] * size[0]
     if kind == "capsule":
         r, h = size[0], 2.0 * size[1]
-        return math.pi * (r * r * h + 4.0 / 3.0 * r**3)
+        return math.pi * (r * r * h + 4.0 / 3.0 * r * r * r)
     if kind == "cylinder":
-        return math.pi * size[0] ** 2 * 2.0 * size[1]
+        return math.pi * size[0] * size[0] * 2.0 * size[1]
     if kind == "ellipsoid":
         return 4.0 / 3.0 * math.pi * size[0] * size[1] * size[2]
     return 8.0 * size[0] * size[1] * size[2]
@@ -64,7 +64,7 @@ def volume(kind: str, size: tuple[float, ...]) -> float:
 def moments(kind: str, size: tuple[float, ...], mass: float) -> Vector3:
     """Moments of inertia about the middle, along the shape's axes, in [kg·m²]."""
     if kind == "sphere":
-        own = 0.4 * mass * size[0] ** 2
+        own = 0.4 * mass * size[0] * size[0]
         return own, own, own
     if kind == "capsule":
         return _of_capsule(size[0], 2.0 * size[1], mass)

@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 from support.cases import few
 from support.damaged.mutations import damaged_xml
+from support.models_of_others import OSIM, URDF, WHOLE_MJCF
 
 from addin_sdfusion.robot import (
     BasePulley,
@@ -33,6 +34,7 @@ from addin_sdfusion.robot import (
 )
 from addin_sdfusion.robot.readers import read, read_trajectory, trajectory_names
 
+MENDED_OSIM = OSIM.replace("Force::", "Force_")
 MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "100"))
 SECONDS = 20.0
 """Processor time that one mutation may take, far above what any does."""
@@ -154,6 +156,19 @@ def test_a_broken_published_caspr_model_is_read_or_refused(shared, tmp_path, mut
 def test_a_broken_sdf_robot_is_read_or_refused(tmp_path):
     write_sdf(read_robot(EXAMPLE), tmp_path / "example")
     try_all(MUTATIONS // 5, [tmp_path / "example"], damaged, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("arm.urdf", URDF), ("leg.osim", MENDED_OSIM), ("model.xml", WHOLE_MJCF)],
+    ids=["urdf", "osim", "mjcf"],
+)
+def test_a_broken_model_of_others_is_read_or_refused(tmp_path, name, text):
+    """CARDSFLOW_MUTATIONS=20000 takes three minutes."""
+    (tmp_path / "example").mkdir()
+    (tmp_path / "example" / name).write_text(text)
+    for mutate in (damaged, cut):
+        try_all(MUTATIONS // 2, [tmp_path / "example"], mutate, tmp_path)
 
 
 @pytest.mark.slow

@@ -8,57 +8,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.models_of_others import INCLUDED, MJCF
 from support.oracles.moving_links import MovingLinks
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.tension_laws import law_parameters
 from addin_sdfusion.robot.readers import read
 
-MODEL = """<mujoco model="arm">
-<compiler angle="degree" eulerseq="zyx" boundmass="0.05" boundinertia="0.001"
-  balanceinertia="true"/>
-<option gravity="0 1 -9"/>
-<default>
-  <geom density="800"/>
-  <default class="soft"><joint damping="0.5" armature="0.01"/><geom density="400"/>
-    <default class="pull"><muscle ctrlrange="0 1" scale="300"/></default></default>
-</default>
-<worldbody><site name="base" pos="0 0 1"/>
-  <include file="arm.xml"/>
-</worldbody>
-<tendon>
-  <spatial name="t"><site site="base"/><geom geom="ball" sidesite="side"/><site site="hand"/>
-    <pulley divisor="2"/><site site="hand"/><site site="tip"/></spatial>
-  <fixed name="f"><joint joint="turn" coef="0.02"/><joint joint="slide" coef="-0.5"/></fixed>
-</tendon>
-<equality><joint joint1="slide" joint2="swing" polycoef="0.1 0.2 0.3"/>
-  <weld body1="hand" body2="upper"/></equality>
-<actuator><muscle name="m" tendon="t" class="pull"/><motor name="w" joint="turn" gear="2"
-  ctrllimited="true" ctrlrange="-3 4"/>
-  <motor name="c" tendon="f" gear="-1" ctrllimited="true" ctrlrange="0 50"/></actuator>
-<sensor><jointpos joint="turn"/></sensor></mujoco>
-"""
-ARM = """<mujocoinclude><body name="upper" pos="0 0.1 0" euler="10 20 30" childclass="soft">
-  <joint name="turn" pos="0.1 0 0"axis="0 1 1" range="-40 50" ref="15"/>
-  <joint name="swing" pos="0 0.05 0" axis="1 0 0" range="-30 30" ref="-10"/>
-  <geom type="capsule" fromto="0 0 0 0.1 0.2 0.3" size="0.03"/>
-  <geom name="ball" size="0.02" pos="0.02 0.1 0.4" mass="0"/><site name="side" pos="0.1 0.1 0.5"/>
-  <frame pos="0 0 0.3" axisangle="0 0 1 90">
-    <body name="hand" pos="0 0 0.1" zaxis="0 1 1"><joint name="slide" type="slide" axis="1 0 0"
-        range="-0.2 0.3" ref="0.1"/>
-      <inertial pos="0.01 0 0" quat="0.5 0.5 -0.5 0.5" mass="0.01" diaginertia="1e-2 1e-3 1e-3"/>
-      <site name="hand" pos="0 0.05 0"/><geom type="box" size="0.1 0.1 0.1"/></body></frame>
-  <body name="bits" xyaxes="0 1 0 -1 0 0"><joint name="wrist" range="-9 9"/>
-    <geom type="cylinder" size="0.02 0.1" class="main"/>
-    <geom type="ellipsoid" size="0.02 0.03 0.04" pos="0 0.1 0"/><site name="tip" pos="0 0 0.2"/>
-    <geom type="box" size="0.02 0.03 0.04" pos="0.1 0 0" density="0"/></body>
-</body></mujocoinclude>
-"""
-
 
 def files(folder: Path) -> Path:
-    (folder / "arm.xml").write_text(ARM)
-    (folder / "model.xml").write_text(MODEL)
+    (folder / "arm.xml").write_text(INCLUDED)
+    (folder / "model.xml").write_text(MJCF)
     return folder / "model.xml"
 
 
@@ -80,10 +40,10 @@ def test_what_is_simplified_or_lost_is_said(tmp_path: Path) -> None:
 def test_a_small_model_is_what_mujoco_compiles(tmp_path: Path) -> None:
     mujoco = pytest.importorskip("mujoco")
     file = files(tmp_path)
-    spaced = ARM.replace('0"axis', '0" axis')
+    spaced = INCLUDED.replace('0"axis', '0" axis')
     (tmp_path / "arm.xml").write_text(spaced)
     model = mujoco.MjModel.from_xml_path(str(file))
-    (tmp_path / "arm.xml").write_text(ARM)
+    (tmp_path / "arm.xml").write_text(INCLUDED)
     robot = read(file).require()
     data = mujoco.MjData(model)
     names = [model.joint(k).name for k in range(model.njnt)]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.models_of_others import OSIM
 from support.oracles.moving_links import MovingLinks
 
 from addin_sdfusion.robot import InputError
@@ -15,75 +16,8 @@ from addin_sdfusion.robot.model.function import Polynomial, derivatives
 from addin_sdfusion.robot.model.tension_laws import law_parameters
 from addin_sdfusion.robot.readers import read
 
-MODEL = """<?xml version="1.0" encoding="UTF-8"?>
-<OpenSimDocument Version="40000"><Model name="leg"><gravity>0 -9.8 0</gravity>
-<BodySet><objects>
-  <Body name="shank"><mass>2</mass><mass_center>0 -0.2 0</mass_center>
-    <inertia>0.02 0.003 0.02 0 0 0</inertia>
-    <WrapObjectSet><objects>
-      <WrapCylinder name="heel"><xyz_body_rotation>0 0.5 0</xyz_body_rotation>
-        <quadrant>x</quadrant><radius>0.02</radius><length>0.1</length></WrapCylinder>
-    </objects></WrapObjectSet></Body>
-  <Body name="patella"><mass>0.1</mass><mass_center>0 0 0</mass_center>
-    <inertia>1e-4 1e-4 1e-4 0 0 0</inertia></Body>
-</objects></BodySet>
-<JointSet><objects>
-  <PinJoint name="pat"><socket_parent_frame>/bodyset/shank</socket_parent_frame>
-    <socket_child_frame>/bodyset/patella</socket_child_frame>
-    <coordinates><Coordinate name="pat_angle"/></coordinates></PinJoint>
-  <CustomJoint name="knee"><socket_parent_frame>thigh_frame</socket_parent_frame>
-    <socket_child_frame>/bodyset/shank</socket_child_frame>
-    <coordinates><Coordinate name="knee_angle"><default_value>0.3</default_value>
-      <range>-2 0.2</range><clamped>true</clamped></Coordinate></coordinates>
-    <frames><PhysicalOffsetFrame name="thigh_frame"><socket_parent>/ground</socket_parent>
-      <translation>0 1 0</translation><orientation>0.1 0 0</orientation></PhysicalOffsetFrame>
-    </frames>
-    <SpatialTransform>
-      <TransformAxis name="rotation1"><coordinates>knee_angle</coordinates><axis>0 0 2</axis>
-        <LinearFunction name="function"><coefficients>1 0</coefficients></LinearFunction>
-      </TransformAxis>
-      <TransformAxis name="translation2"><coordinates>knee_angle</coordinates><axis>0 1 0</axis>
-        <MultiplierFunction><function><PolynomialFunction><coefficients>3 2 1</coefficients>
-        </PolynomialFunction></function><scale>0.01</scale></MultiplierFunction></TransformAxis>
-      <TransformAxis name="translation3"><coordinates/><axis>0 0 1</axis>
-        <Constant><value>0.05</value></Constant></TransformAxis>
-    </SpatialTransform></CustomJoint>
-</objects></JointSet>
-<ConstraintSet><objects>
-  <CoordinateCouplerConstraint name="c"><coupled_coordinates_function><LinearFunction>
-      <coefficients>2 1</coefficients></LinearFunction></coupled_coordinates_function>
-    <independent_coordinate_names>knee_angle</independent_coordinate_names>
-    <dependent_coordinate_name>pat_angle</dependent_coordinate_name><scale_factor>0.5</scale_factor>
-  </CoordinateCouplerConstraint>
-  <PointConstraint name="loop"/>
-</objects></ConstraintSet>
-<ForceSet><objects>
-  <Thelen2003Muscle name="vas"><max_isometric_force>500</max_isometric_force><Af>0.3</Af>
-    <GeometryPath><PathPointSet><objects>
-      <PathPoint name="1"><socket_parent_frame>/ground</socket_parent_frame>
-        <location>0.05 0.9 0</location></PathPoint>
-      <ConditionalPathPoint name="2"><socket_parent_frame>/bodyset/shank</socket_parent_frame>
-        <location>0.04 0 0</location><range>-1 0</range>
-        <socket_coordinate>/jointset/knee/knee_angle</socket_coordinate></ConditionalPathPoint>
-      <PathPoint name="3"><socket_parent_frame>/bodyset/patella</socket_parent_frame>
-        <location>0.02 0 0</location></PathPoint></objects></PathPointSet>
-      <PathWrapSet><objects><PathWrap name="w"><wrap_object>heel</wrap_object>
-        <range>-1 -1</range></PathWrap></objects></PathWrapSet></GeometryPath></Thelen2003Muscle>
-  <CoordinateLimitForce name="stop"><coordinate>knee_angle</coordinate>
-    <upper_limit>90</upper_limit><upper_stiffness>2</upper_stiffness><lower_limit>-45</lower_limit>
-    <lower_stiffness>1</lower_stiffness><damping>0.1</damping><transition>10</transition>
-  </CoordinateLimitForce>
-  <CoordinateActuator name="motor"><coordinate>knee_angle</coordinate>
-    <optimal_force>50</optimal_force><min_control>-1</min_control><max_control>2</max_control>
-  </CoordinateActuator>
-  <HuntCrossleyForce name="floor"><HuntCrossleyForce::ContactParametersSet name="p"/>
-  </HuntCrossleyForce>
-</objects></ForceSet>
-</Model></OpenSimDocument>
-"""
 
-
-def of_text(folder: Path, text: str = MODEL) -> Path:
+def of_text(folder: Path, text: str = OSIM) -> Path:
     file = folder / "leg.osim"
     file.write_text(text)
     return file
@@ -119,13 +53,13 @@ def test_every_part_of_a_small_model_is_read_or_named(tmp_path: Path) -> None:
     said = {finding.code: str(finding) for finding in reading.findings}
     assert "'loop'" in said["loop-left-out"]
     assert "HuntCrossleyForce" in said["force-left-out"]
-    line = MODEL[: MODEL.index("<HuntCrossleyForce")].count("\n") + 1
+    line = OSIM[: OSIM.index("<HuntCrossleyForce")].count("\n") + 1
     assert f":{line}: " in said["force-left-out"]
 
 
 def test_older_files_are_refused_with_the_reason(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="joints are inside of bodies; open it in OpenSim 4"):
-        read(of_text(tmp_path, MODEL.replace('"40000"', '"30000"')))
+        read(of_text(tmp_path, OSIM.replace('"40000"', '"30000"')))
 
 
 SHARED = {

@@ -9,6 +9,7 @@ import dartpy
 import numpy as np
 import pytest
 from hypothesis import given
+from support.models_of_others import URDF
 from support.robots.every_field import robot_of_every_field
 from support.robots.random_robots import robots
 from support.robots.robots import planar_2r
@@ -19,49 +20,6 @@ from addin_sdfusion.robot.transforms.simplify import joint_frames
 from addin_sdfusion.robot.writers.urdf import write_urdf
 from sim_dart import DartDynamics
 
-STRANGER = """<?xml version="1.0"?>
-<robot name="arm">
-  <mujoco><compiler meshdir="m" strippath="false"/><option gravity="0 0 -1.6"/></mujoco>
-  <link name="base"/>
-  <link name="upper">
-    <inertial>
-      <origin xyz="0.1 -0.2 0.3" rpy="0.4 -0.5 0.6"/><mass value="2"/>
-      <inertia ixx="0.03" ixy="0.001" ixz="-0.002" iyy="0.04" iyz="0.003" izz="0.05"/>
-    </inertial>
-    <visual>
-      <geometry><mesh filename="package://arm/a.stl" size="1 1 1" scale="2 2 2"/></geometry>
-    </visual>
-    <collision><geometry><box size="1 1 1"/></geometry></collision>
-  </link>
-  <link name="fore">
-    <inertial>
-      <origin xyz="0 0 0.1"/><mass value="1"/>
-      <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>
-    </inertial>
-  </link>
-  <link name="tip">
-    <inertial>
-      <mass value="0.5"/>
-      <inertia ixx="0.002" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.002"/>
-    </inertial>
-  </link>
-  <joint name="slide" type="prismatic">
-    <origin xyz="0 0.2 0.5" rpy="0 0.7 0.2"/><parent link="upper"/><child link="fore"/>
-    <axis xyz="0 3 4"/><limit lower="-0.1" upper="0.2" effort="7" velocity="1"/>
-    <dynamics damping="0.3" friction="0.2"/>
-  </joint>
-  <joint name="shoulder" type="continuous">
-    <origin xyz="1 2 3" rpy="0.1 0.2 0.3"/><parent link="base"/><child link="upper"/>
-    <axis xyz="1 2 2"/>
-  </joint>
-  <joint name="end" type="fixed">
-    <origin xyz="0 0 1" rpy="0 0 1"/><parent link="fore"/><child link="tip"/>
-  </joint>
-  <transmission name="t"><joint name="slide"/><actuator name="m"/></transmission>
-  <gazebo/>
-</robot>
-"""
-
 
 def of_text(folder: Path, text: str) -> Path:
     file = folder / "arm.urdf"
@@ -70,7 +28,7 @@ def of_text(folder: Path, text: str) -> Path:
 
 
 def test_a_strangers_arm_is_what_dart_takes_it_for(tmp_path: Path) -> None:
-    file = of_text(tmp_path, STRANGER)
+    file = of_text(tmp_path, URDF)
     reading = read(file)
     robot = reading.require()
     codes = {finding.code for finding in reading.findings}
@@ -80,7 +38,7 @@ def test_a_strangers_arm_is_what_dart_takes_it_for(tmp_path: Path) -> None:
     assert (slide.lower, slide.upper, slide.tau_max, slide.damping) == (-0.1, 0.2, 7.0, 0.3)
     assert (slide.friction, [c.name for c in robot.motors]) == (0.2, ["slide"])
     ours = DartDynamics(robot)
-    plain = of_text(tmp_path, STRANGER.replace('<mesh filename="package://arm/a.stl"', "<box"))
+    plain = of_text(tmp_path, URDF.replace('<mesh filename="package://arm/a.stl"', "<box"))
     skeleton = dartpy.utils.DartLoader().parseSkeleton(str(plain))
     theirs = [skeleton.getDof(k).getName() for k in range(skeleton.getNumDofs())]
     order = [theirs.index(name) for name in ours.coordinate_names]
@@ -108,7 +66,7 @@ def test_any_robot_comes_back_the_same(robot: Robot) -> None:
 
 
 def test_xacro_is_named_with_the_command_that_expands_it(tmp_path: Path) -> None:
-    text = STRANGER.replace('name="arm">', 'name="arm" xmlns:xacro="http://ros.org/wiki/xacro">')
+    text = URDF.replace('name="arm">', 'name="arm" xmlns:xacro="http://ros.org/wiki/xacro">')
     assert read(of_text(tmp_path, text)).require()
     text = text.replace("<gazebo/>", '<xacro:arm prefix="a"/>')
     with pytest.raises(InputError, match=r"`xacro arm.urdf > arm.urdf`|is xacro"):
@@ -116,7 +74,7 @@ def test_xacro_is_named_with_the_command_that_expands_it(tmp_path: Path) -> None
 
 
 def test_a_robot_without_transmissions_has_motors_where_efforts_are(tmp_path: Path) -> None:
-    bare = STRANGER.replace("<transmission", "<x").replace("</transmission>", "</x>")
+    bare = URDF.replace("<transmission", "<x").replace("</transmission>", "</x>")
     reading = read(of_text(tmp_path, bare))
     assert [c.name for c in reading.require().motors] == ["slide"]
     assert "motors-by-effort" in {finding.code for finding in reading.findings}
