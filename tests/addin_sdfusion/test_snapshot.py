@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import fake_fusion
+import jsonschema
 import pytest
 from fake_fusion import designs
 from hypothesis import given
@@ -41,7 +42,13 @@ from addin_sdfusion.snapshot import (
     SurfaceUse,
     WrapUse,
 )
-from addin_sdfusion.snapshot_file import FORMAT, read_snapshot, snapshot_text, write_snapshot
+from addin_sdfusion.snapshot_file import (
+    FORMAT,
+    file_schema,
+    read_snapshot,
+    snapshot_text,
+    write_snapshot,
+)
 
 NUMBERS = st.floats(-1e300, 1e300)
 LIMITS = st.one_of(st.none(), NUMBERS, st.sampled_from([math.inf, -math.inf]))
@@ -165,6 +172,17 @@ def test_text_is_the_same_every_time_and_plain_ascii(snapshot: DesignSnapshot) -
     assert text == snapshot_text(snapshot)
     assert text.isascii()
     assert json.loads(text).keys() == {"format", "design"}
+
+
+def test_the_schema_is_that_of_what_the_addin_writes() -> None:
+    """Of every design of the fake Fusion."""
+    validator = jsonschema.Draft202012Validator(file_schema())
+    with fake_fusion.install():
+        from addin_sdfusion.fusion.design import read_design
+
+        for make in designs.FEATURES.values():
+            validator.validate(json.loads(snapshot_text(read_design(make(), meshes=False))))
+        validator.validate(json.loads(snapshot_text(read_design(designs.two_link_arm()))))
 
 
 def test_what_is_no_snapshot(tmp_path: Path) -> None:
