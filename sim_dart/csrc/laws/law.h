@@ -52,6 +52,12 @@ typedef struct {
 #define TENSION_LAW(law) const tension_law LAW_##law
 #define DECLARE_LAW(kind, law, parameters) extern TENSION_LAW(law);
 #endif
+/* What is called when a robot is opened, or from outside: a handle with tangents is a copy of a plain one. */
+#if defined(CARDSFLOW_TANGENT)
+#define WHEN_OPENED(function) NULL
+#else
+#define WHEN_OPENED(function) function
+#endif
 LAWS(DECLARE_LAW)
 #undef DECLARE_LAW
 

@@ -23,7 +23,7 @@ static real ideal_tension(const real *k, const real *x, real l, real v, real u)
 TENSION_LAW(IDEAL) = {
     .constants = IDEAL_CONSTANTS,
     .driven = 1,
-    .prepare = ideal_prepare,
+    .prepare = WHEN_OPENED(ideal_prepare),
     .tension = ideal_tension,
 };
 
@@ -60,7 +60,7 @@ TENSION_LAW(ELASTIC_CABLE) = {
     .parameters = PARAMETER_COUNT(cable_parameters),
     .constants = CABLE_CONSTANTS,
     .driven = 1,
-    .refusal = cable_refusal,
-    .prepare = cable_prepare,
+    .refusal = WHEN_OPENED(cable_refusal),
+    .prepare = WHEN_OPENED(cable_prepare),
     .tension = cable_tension,
 };

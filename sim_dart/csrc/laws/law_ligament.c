@@ -60,7 +60,7 @@ static real ligament_tension(const real *k, const real *x, real l, real v, real 
 TENSION_LAW(LIGAMENT) = {
     .parameters = PARAMETER_COUNT(ligament_parameters),
     .constants = LIGAMENT_CONSTANTS,
-    .refusal = ligament_refusal,
-    .prepare = ligament_prepare,
+    .refusal = WHEN_OPENED(ligament_refusal),
+    .prepare = WHEN_OPENED(ligament_prepare),
     .tension = ligament_tension,
 };

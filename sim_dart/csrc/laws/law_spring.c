@@ -35,8 +35,8 @@ TENSION_LAW(SPRING) = {
     .parameters = PARAMETER_COUNT(spring_parameters),
     .constants = SPRING_CONSTANTS,
     .pushes = 1,
-    .refusal = spring_refusal,
-    .prepare = spring_prepare,
+    .refusal = WHEN_OPENED(spring_refusal),
+    .prepare = WHEN_OPENED(spring_prepare),
     .tension = spring_tension,
 };
 
@@ -74,8 +74,8 @@ static real path_spring_tension(const real *k, const real *x, real l, real v, re
 TENSION_LAW(PATH_SPRING) = {
     .parameters = PARAMETER_COUNT(path_spring_parameters),
     .constants = PATH_SPRING_CONSTANTS,
-    .refusal = path_spring_refusal,
-    .prepare = path_spring_prepare,
+    .refusal = WHEN_OPENED(path_spring_refusal),
+    .prepare = WHEN_OPENED(path_spring_prepare),
     .tension = path_spring_tension,
 };
 
@@ -117,7 +117,7 @@ TENSION_LAW(TENDON_SPRING) = {
     .parameters = PARAMETER_COUNT(tendon_spring_parameters),
     .constants = TENDON_SPRING_CONSTANTS,
     .pushes = 1,
-    .refusal = tendon_spring_refusal,
-    .prepare = tendon_spring_prepare,
+    .refusal = WHEN_OPENED(tendon_spring_refusal),
+    .prepare = WHEN_OPENED(tendon_spring_prepare),
     .tension = tendon_spring_tension,
 };

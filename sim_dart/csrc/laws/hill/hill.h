@@ -89,9 +89,10 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
 #define HILL_LAW(law, constant_count, shared)                                                          \
     {                                                                                                  \
         .parameters = PARAMETER_COUNT(law##_parameters), .constants = constant_count, .driven = 1,     \
-        .refusal = law##_refusal, .prepare = law##_prepare, .tension = law##_tension,                  \
-        .states = hill_states, .rates = law##_rates, .start = law##_start, .advance = law##_advance,   \
-        .curve = law##_curve, .is_hill = 1, .shared_from = shared                                      \
+        .refusal = WHEN_OPENED(law##_refusal), .prepare = WHEN_OPENED(law##_prepare),                  \
+        .tension = law##_tension, .states = WHEN_OPENED(hill_states), .rates = law##_rates,            \
+        .start = law##_start, .advance = law##_advance, .curve = WHEN_OPENED(law##_curve),             \
+        .is_hill = 1, .shared_from = shared                                                            \
     }
 
 #endif
