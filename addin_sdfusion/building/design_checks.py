@@ -30,7 +30,12 @@ def snapshot_findings(snapshot: DesignSnapshot) -> list[Finding]:
 
 
 def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
-    """Bodies in no link, and hidden ones."""
+    """Bodies in no link, hidden ones, and those whose opacity is none."""
+    for body in snapshot.bodies:
+        if not 0.0 <= body.opacity <= 1.0:
+            name = f"{body.occurrence}/{body.name}" if body.occurrence else body.name
+            problem = f"its opacity must be from 0 to 1, not {body.opacity:g}"
+            yield error(Subject("body", name), "bad-opacity", problem)
     outside = {b.occurrence for b in snapshot.bodies if b.occurrence not in links.of_occurrence}
     for path in sorted(outside):
         names = sorted(body.name for body in snapshot.bodies if body.occurrence == path)

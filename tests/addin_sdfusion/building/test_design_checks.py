@@ -324,6 +324,10 @@ CASES = {
         with_points(replace(via("flexor", 3, "lower", (0.6, 0, 0)), entity="x")),
         [("error", "duplicate-number", "flexor")],
     ),
+    "an opacity that is none": (
+        replace(ARM, bodies=(replace(ARM.bodies[0], opacity=7.0), *ARM.bodies[1:])),
+        [("error", "bad-opacity", "base:1/Body1")],
+    ),
     "couplings that cannot be": (
         replace(
             ARM,
