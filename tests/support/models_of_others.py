@@ -115,7 +115,7 @@ OSIM = """<?xml version="1.0" encoding="UTF-8"?>
 MJCF = """<mujoco model="arm">
 <compiler angle="degree" eulerseq="zyx" boundmass="0.05" boundinertia="0.001"
   balanceinertia="true"/>
-<option gravity="0 1 -9"/>
+<include file="options.xml"/>
 <default>
   <geom density="800"/>
   <default class="soft"><joint damping="0.5" armature="0.01"/><geom density="400"/>
@@ -154,6 +154,9 @@ INCLUDED = """<mujocoinclude><body name="upper" pos="0 0.1 0" euler="10 20 30" c
 </body></mujocoinclude>
 """
 
+OPTIONS = """<mujocoinclude><option gravity="0 1 -9"/></mujocoinclude>
+"""
 BODY = INCLUDED.partition(">")[2].rpartition("<")[0].replace('0"a', '0" a')
 WHOLE_MJCF = MJCF.replace('<include file="arm.xml"/>', BODY)
+WHOLE_MJCF = WHOLE_MJCF.replace('<include file="options.xml"/>', '<option gravity="0 1 -9"/>')
 """Without an include, and as XML."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from ...errors import InputError
 from ...finding import Subject
@@ -40,6 +41,7 @@ class Document:
     def __init__(self, file: Path, notes: Notes) -> None:
         self._folder = file.parent
         self._included: set[Path] = {file.resolve()}
+        self._read_already: dict[Any, Node] = {}  # by the <include>, which is met several times
         self.root = parse(file, Subject("robot", file.stem), notes, mend=with_spaces)
         if self.root.tag != "mujoco":
             raise InputError(f"<{self.root.tag}> is not <mujoco>", file=file, line=self.root.line)
@@ -101,6 +103,12 @@ class Document:
             self._add_class(child, child.attribute("class"), name)
 
     def _read(self, include: Node) -> Node:
+        """The root of an included file."""
+        if include.element not in self._read_already:
+            self._read_already[include.element] = self._read_new(include)
+        return self._read_already[include.element]
+
+    def _read_new(self, include: Node) -> Node:
         name = include.attribute("file")
         file = self._folder / name
         place = file.resolve()

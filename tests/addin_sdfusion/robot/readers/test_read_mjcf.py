@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.models_of_others import INCLUDED, MJCF
+from support.models_of_others import INCLUDED, MJCF, OPTIONS
 from support.oracles.moving_links import MovingLinks
 
 from addin_sdfusion.robot import Robot
@@ -18,6 +18,7 @@ from addin_sdfusion.robot.readers import read
 
 def files(folder: Path) -> Path:
     (folder / "arm.xml").write_text(INCLUDED)
+    (folder / "options.xml").write_text(OPTIONS)
     (folder / "model.xml").write_text(MJCF)
     return folder / "model.xml"
 
@@ -25,6 +26,7 @@ def files(folder: Path) -> Path:
 def test_what_is_simplified_or_lost_is_said(tmp_path: Path) -> None:
     reading = read(files(tmp_path))
     robot = reading.require()
+    assert robot.gravity == (0.0, 1.0, -9.0)
     said = {finding.code: str(finding) for finding in reading.findings}
     assert "<weld>" in said["loop-left-out"]
     assert "springs" in said["exact-equality"]
