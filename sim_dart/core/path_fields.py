@@ -15,6 +15,7 @@ from addin_sdfusion.robot.model.rotations import rotation
 
 from .arrays import FloatArray
 from .frames import Place
+from .route_fields import route_counts, route_fields
 
 _KINDS = ("sphere", "cylinder", "ellipsoid")
 _INSIDE = 2
@@ -61,6 +62,7 @@ def path_counts(robot: Robot) -> dict[str, int]:
         "surfaces": len(robot.wrap_surfaces),
         "wraps": len(ordered_wraps(robot)),
         "pulleys": len(pulley_muscles(robot)),
+        **route_counts(robot),
     }
 
 
@@ -79,6 +81,7 @@ def path_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLik
         **_surface_fields(robot, places),
         **_wrap_fields(robot),
         **_pulley_fields(robot, places),
+        **route_fields(robot, places),
     }
 
 

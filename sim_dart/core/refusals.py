@@ -24,16 +24,6 @@ def refuse_uncomputed(robot: Robot) -> None:
 
 
 def _uncomputed(muscle: Muscle, ellipsoids: set[str]) -> Iterator[str]:
-    if any(point.when is not None for point in muscle.via_points):
-        yield "a via point that is in use at times"
-    if any(point.moves for point in muscle.via_points):
-        yield "a via point that moves on its link"
-    if muscle.branches:
-        yield "a branch of its path"
-    if muscle.terms:
-        yield "a length in proportion to coordinates"
     for wrap in muscle.wraps:
-        if wrap.rule != "taut":
-            yield f"a wrap by the rules of {wrap.rule}"
         if wrap.surface in ellipsoids:
             yield f"a wrap over the ellipsoid {wrap.surface!r}"

@@ -60,6 +60,9 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      points         via points in the world, points x 3
      surface_places a surface's centre and z axis in the world, surfaces x 6
      wrap_contacts, pulley_contacts    see core_trace
+     wrap_before    via point before each wrap, -1 where it is in no use; wrap_rank its place among
+                    those between the same points, wraps
+     point_share    of each via point in its path, 0 to 1: see routed.c
      wrap_turning   turning angles about cylinders while turns are counted, in [rad], wraps; the caller
                     may write them back
    Of the tension laws:

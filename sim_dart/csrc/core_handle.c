@@ -52,7 +52,7 @@ core *core_open(const void *blob, size_t size, void *memory)
 real *core_array(core *c, const char *name, size_t *length)
 {
     STATE_LENGTHS(&c->blob)
-    (void)law_constants, (void)terms, (void)wide, (void)variables;
+    (void)law_constants, (void)terms, (void)wide, (void)variables, (void)conditions, (void)moves;
     const struct {
         const char *name;
         real *array;
@@ -68,6 +68,9 @@ real *core_array(core *c, const char *name, size_t *length)
         {"wrap_contacts", c->wrap_contact, CONTACT_NUMBERS * wraps},
         {"pulley_contacts", c->pulley_contact, CONTACT_NUMBERS * pulleys},
         {"wrap_turning", c->wrap_turning, wraps},
+        {"wrap_before", c->wrap_before, wraps},
+        {"wrap_rank", c->wrap_rank, wraps},
+        {"point_share", c->point_share, points},
         {"rates", c->rates, muscles},
         {"tensions", c->tensions, muscles},
         {"law_states", c->law_states, law_states},

@@ -14,6 +14,8 @@ from sim_dart.core.library import Core
 from sim_dart.core.path_fields import first_points, ordered_wraps, pulley_muscles
 
 _NUMBERS = 22
+_IN_USE = 0.5
+"""The share from which on a via point is drawn as a part of its path."""
 ARC_STEP = math.radians(5.0)
 """Largest angle between two points of a drawn arc, in [rad]."""
 
@@ -73,13 +75,16 @@ class PathShapes:
         self._links = [robot.wrap_surfaces[k].link for k in self._surfaces]
         self._points = core.array("points", sum(len(m.via_points) for m in robot.muscles), 3)
         self._places = core.array("surface_places", len(surfaces), 6)
+        self._before = core.array("wrap_before", len(self._wraps))
+        self._rank = core.array("wrap_rank", len(self._wraps))
+        self._shares = core.array("point_share", sum(len(m.via_points) for m in robot.muscles))
         self._wrap_numbers = core.array("wrap_contacts", len(self._wraps), _NUMBERS)
         self._pulley_numbers = core.array("pulley_contacts", len(self._pulleys), _NUMBERS)
 
     def lines(self) -> list[FloatArray]:
         """A line through each muscle's path, shape (k, 3), in [m]; arcs as points close by."""
         return [
-            np.array(list(self._line(first, muscle, by_segment)))
+            np.array(list(self._line(first, muscle, by_segment))).reshape(-1, 3)
             for first, muscle, by_segment in self._paths()
         ]
 
@@ -110,10 +115,10 @@ class PathShapes:
         for k, numbers in zip(self._pulleys, self._pulley_numbers, strict=True):
             link = self._muscles[k].via_points[0].link
             contacts[self._firsts[k]] = [_pulley_contact(link, numbers, self._radii[k])]
-        rows = zip(self._wraps, self._links, self._surfaces, self._wrap_numbers, strict=True)
-        for placed, link, surface, numbers in rows:
-            contact = _contact(link, numbers, self._places[surface, :3])
-            contacts.setdefault(placed.point, []).append(contact)
+        for k in np.lexsort((self._rank, self._before)):
+            centre = self._places[self._surfaces[k], :3]
+            contact = _contact(self._links[k], self._wrap_numbers[k], centre)
+            contacts.setdefault(int(self._before[k]), []).append(contact)
         for first, muscle in zip(self._firsts, self._muscles, strict=True):
             yield first, muscle, contacts
 
@@ -121,6 +126,8 @@ class PathShapes:
         self, first: int, muscle: Muscle, contacts: dict[int, list[_Contact]]
     ) -> Iterator[FloatArray]:
         for point in range(first, first + len(muscle.via_points)):
+            if self._shares[point] < _IN_USE:
+                continue
             yield self._points[point].copy()
             for contact in contacts.get(point, ()):
                 if contact.angle:
@@ -130,17 +137,32 @@ class PathShapes:
         self, first: int, muscle: Muscle, contacts: dict[int, list[_Contact]]
     ) -> Iterator[tuple[str, FloatArray, FloatArray]]:
         """Link, point and direction of the pulls on it."""
-        for k in range(len(muscle.via_points) - 1):
-            here, there = muscle.via_points[k].link, muscle.via_points[k + 1].link
-            A, B = self._points[first + k].copy(), self._points[first + k + 1].copy()
-            touched = [c for c in contacts.get(first + k, ()) if c.angle]
+        for i, j, share in self._ways(first, muscle):
+            here, there = muscle.via_points[i].link, muscle.via_points[j].link
+            A, B = self._points[first + i].copy(), self._points[first + j].copy()
+            touched = [c for c in contacts.get(first + i, ()) if c.angle]
             if not touched:
                 length = np.linalg.norm(B - A)
                 if length:
-                    yield here, A, (B - A) / length
-                    yield there, B, (A - B) / length
+                    yield here, A, share * (B - A) / length
+                    yield there, B, share * (A - B) / length
                 continue
-            yield from _span_pulls(here, A, touched, there, B)
+            for link, point, direction in _span_pulls(here, A, touched, there, B):
+                yield link, point, share * direction
+
+    def _ways(self, first: int, muscle: Muscle) -> Iterator[tuple[int, int, float]]:
+        """The ways of a path from point to point, and what their lengths count by."""
+        share, divisor = self._shares[first : first + len(muscle.via_points)], 1.0
+        divisors = {branch.point: branch.divisor for branch in muscle.branches}
+        for i in range(len(share)):
+            divisor = divisors.get(i, divisor)
+            left = float(share[i])
+            for j in range(i + 1, len(share)):
+                if not left or j in divisors:
+                    break
+                if share[j]:
+                    yield i, j, left * float(share[j]) / divisor
+                left *= 1.0 - float(share[j])
 
 
 def _span_pulls(

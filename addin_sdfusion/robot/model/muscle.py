@@ -213,6 +213,13 @@ class Muscle:
     branches: tuple[Branch, ...] = ()
     terms: tuple[CoordinateTerm, ...] = ()
 
+    @property
+    def is_straight(self) -> bool:
+        """Whether it is nothing but straight segments between all of its via points, which stay."""
+        moving = any(point.when is not None or point.moves for point in self.via_points)
+        plain = not moving and not self.branches and bool(self.via_points)
+        return plain and not self.wraps and self.pulley is None
+
     def is_segment(self, k: int) -> bool:
         """Whether the path leads from via point k to the next one."""
         return all(branch.point != k + 1 for branch in self.branches)

@@ -38,10 +38,10 @@ def muscle_paths(robot: Robot, q: FloatArray, poses: Poses) -> list[MusclePath]:
     paths = []
     for muscle in robot.muscles:
         corners = [moved_point(poses[point.link], point.position) for point in muscle.via_points]
-        points = np.stack(corners, axis=1)
+        points = np.stack(corners, axis=1) if corners else np.zeros((len(q), 0, 3))
         via = np.broadcast_to(np.arange(len(corners)), points.shape[:2])
         paths.append(MusclePath(points, via))
-    bent = [k for k, m in enumerate(robot.muscles) if m.wraps or m.pulley is not None]
+    bent = [k for k, m in enumerate(robot.muscles) if m.via_points and not m.is_straight]
     if bent:
         _follow_surfaces(robot, q, paths, bent)
     return paths

@@ -2,8 +2,8 @@
 #include "blob.h"
 
 #include "../core.h"
-#include "check_paths.h"
-#include "check_robot.h"
+#include "checks/check_paths.h"
+#include "checks/check_robot.h"
 #include "law_parameters.h"
 #include "layout_hash.h"
 #include "message.h"

@@ -37,6 +37,12 @@
     COUNT(surfaces, 65536)                                                                             \
     COUNT(wraps, 1048576)                                                                              \
     COUNT(pulleys, 65536)                                                                              \
+    COUNT(guides, 1048576)                                                                             \
+    COUNT(conditions, 1048576)                                                                         \
+    COUNT(moves, 1048576)                                                                              \
+    COUNT(pieces, 4194304)                                                                             \
+    COUNT(branches, 1048576)                                                                           \
+    COUNT(path_terms, 1048576)                                                                         \
     COUNT(robots, 1)
 
 /* FIELD(element type, name, elements an item, count that says how many items)
@@ -83,6 +89,26 @@
      wrap_surface     what it goes over
      wrap_side        sense of turning about the z axis: 1, -1, or 0 for the shorter way; 2 inside it
      wrap_turns       whole turns besides
+     wrap_last        via point before the last segment that it may be in; wrap_point but for OpenSim's rules
+     wrap_rule        enum rule
+     wrap_guide       guide that says on which side, or -1
+     guide_frame      frame that a guide is fixed to, or -1
+     guide_vector     in it: of MuJoCo's rules a point, of OpenSim's the quadrant's direction
+     condition_point  via point that is in use at times, one of all, in order, one each
+     condition_coordinate  by which variable it is
+     condition_low, condition_high  from where to where
+     condition_smoothing   over how far its share changes outside of that; 0: at once
+     move_point       via point that moves on its link, one of all, in order
+     move_coordinate  by which variable it does
+     move_axis        in the point's frame, along which
+     move_low, move_high   beyond which it stands still
+     move_first, move_pieces  the pieces of its function
+     piece            of a function: x0, a, b, c, d of a + D (b + D (c + D d)), D = x - x0, from x0 on; the
+                      first one from anywhere
+     branch_point     via point that a branch begins with, one of all, in order
+     branch_divisor   of its length
+     path_term_muscle muscle whose length has a part in proportion to a variable, in order
+     path_term_coordinate, path_term_factor   which one, and the derivative
      pulley_point     first via point of a muscle, one of all, in order
      pulley_direction in which the cable comes on: unit vector in that point's frame
      pulley_radius    in [m]                                                                           */
@@ -130,12 +156,38 @@
     FIELD(int32_t, wrap_surface, 1, wraps)                                                             \
     FIELD(int32_t, wrap_side, 1, wraps)                                                                \
     FIELD(int32_t, wrap_turns, 1, wraps)                                                               \
+    FIELD(int32_t, wrap_last, 1, wraps)                                                                \
+    FIELD(int32_t, wrap_rule, 1, wraps)                                                                \
+    FIELD(int32_t, wrap_guide, 1, wraps)                                                               \
+    FIELD(int32_t, guide_frame, 1, guides)                                                             \
+    FIELD(real, guide_vector, 3, guides)                                                               \
+    FIELD(int32_t, condition_point, 1, conditions)                                                     \
+    FIELD(int32_t, condition_coordinate, 1, conditions)                                                \
+    FIELD(real, condition_low, 1, conditions)                                                          \
+    FIELD(real, condition_high, 1, conditions)                                                         \
+    FIELD(real, condition_smoothing, 1, conditions)                                                    \
+    FIELD(int32_t, move_point, 1, moves)                                                               \
+    FIELD(int32_t, move_coordinate, 1, moves)                                                          \
+    FIELD(real, move_axis, 3, moves)                                                                   \
+    FIELD(real, move_low, 1, moves)                                                                    \
+    FIELD(real, move_high, 1, moves)                                                                   \
+    FIELD(int32_t, move_first, 1, moves)                                                               \
+    FIELD(int32_t, move_pieces, 1, moves)                                                              \
+    FIELD(real, piece, 5, pieces)                                                                      \
+    FIELD(int32_t, branch_point, 1, branches)                                                          \
+    FIELD(real, branch_divisor, 1, branches)                                                           \
+    FIELD(int32_t, path_term_muscle, 1, path_terms)                                                    \
+    FIELD(int32_t, path_term_coordinate, 1, path_terms)                                                \
+    FIELD(real, path_term_factor, 1, path_terms)                                                       \
     FIELD(int32_t, pulley_point, 1, pulleys)                                                           \
     FIELD(real, pulley_direction, 3, pulleys)                                                          \
     FIELD(real, pulley_radius, 1, pulleys)
 
 /* The most surfaces in one segment: the working memory of a sequence lies on the stack. */
 #define LARGEST_SEQUENCE 8
+
+/* Whose rules a wrap goes by: ours, MuJoCo's, OpenSim's. */
+enum rule { RULE_TAUT = 0, RULE_MUJOCO = 1, RULE_OPENSIM = 2, RULES };
 
 /* A wrap_side: the cable is led through the surface, which it touches from within. */
 #define WRAP_INSIDE 2

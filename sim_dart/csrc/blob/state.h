@@ -13,6 +13,7 @@
     const size_t points = (size_t)n->points, tasks = (size_t)n->tasks;                                 \
     const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;                             \
     const size_t pulleys = (size_t)n->pulleys, frames = (size_t)n->frames;                             \
+    const size_t conditions = (size_t)n->conditions, moves = (size_t)n->moves;                         \
     const size_t variables = (size_t)n->variables, terms = (size_t)n->terms;                           \
     const size_t wide = variables > dofs ? variables : 0; /* none where all variables are q */
 
@@ -94,6 +95,13 @@
     ARRAY(wrap_sense, wraps)           /* its side */                                                  \
     ARRAY(wrap_is_special, wraps)      /* what wrap_simd.c is not for */                               \
     ARRAY(wrap_turning, wraps)         /* turning angle of the last move, if turns are counted */      \
+    ARRAY(wrap_before, wraps)          /* via point before it, of a routed muscle; -1: in no use */    \
+    ARRAY(wrap_rank, wraps)            /* its place among those between the same points */             \
+    ARRAY(wrap_turn, wraps)            /* the sense in which it is passed there */                     \
+    ARRAY(point_share, points)         /* of a via point in its path, 0 to 1 */                        \
+    ARRAY(condition_slope, conditions) /* how that changes with its coordinate */                      \
+    ARRAY(move_slope, moves)           /* of the function that moves a point */                        \
+    ARRAY(is_routed, muscles)          /* 1: what routed.c is for */                                   \
     ARRAY(wrap_contact, CONTACT_NUMBERS *wraps)                                                        \
     ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
 

@@ -2,7 +2,7 @@
 #ifndef CARDSFLOW_VECTORS_H
 #define CARDSFLOW_VECTORS_H
 
-#include "../numbers/real.h"
+#include "../numbers/real_functions.h"
 
 static inline real dot3(const real a[3], const real b[3])
 {
@@ -40,6 +40,19 @@ static inline void add_cross3(real out[3], const real a[3], const real b[3])
     real product[3];
     cross3(product, a, b);
     add3(out, product);
+}
+
+/* Any unit vector at right angles to v. */
+static inline void unit_across(real out[3], const real v[3])
+{
+    int least = 0;
+    for (int k = 1; k < 3; k++)
+        if (value_of(fabs(v[k])) < value_of(fabs(v[least]))) least = k;
+    real e[3] = {0, 0, 0}, w[3];
+    e[least] = 1;
+    cross3(w, v, e);
+    const real norm = sqrt(dot3(w, w));
+    for (int k = 0; k < 3; k++) out[k] = value_of(norm) > 0 ? w[k] / norm : e[k];
 }
 
 /* w x (w x r) */

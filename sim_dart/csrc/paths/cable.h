@@ -24,6 +24,7 @@ typedef struct {
     int32_t side;      /* sense of turning about the axis; 0 for the shorter way, or WRAP_INSIDE */
     int32_t turns;     /* whole turns besides */
     int32_t is_counted; /* whether turns go on from move to move: of a cylinder only */
+    int32_t is_forced; /* that side in any case, whether or not the straight line is clear */
     real remembered; /* turning angle of the last move; NAN before the first */
 } wrap_way;
 

@@ -5,35 +5,18 @@
    a cable touches a surface moves on it as well, but that changes no length (envelope theorem).         */
 #include "paths.h"
 
-#include "../kinematics/points.h"
 #include "../kinematics/tree.h"
 #include "../kinematics/variables.h"
 #include "../numbers/real_functions.h"
 #include "multi_wrap.h"
+#include "place.h"
+#include "routed/routed.h"
+#include "span.h"
 #include "wrap.h"
 #include "wrap_simd.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Only the motions between the two frames change a span: those above B move its end, those above A its
-   start. With u the direction from A to B, dl/dq_j = u.(dB/dq_j - dA/dq_j).                            */
-static void add_span(const core *c, const real u[3], const real A[3], int32_t a, const real B[3],
-                     int32_t b, real *row)
-{
-    real velocity[3];
-    while (a != b) {
-        if (b > a) {
-            tree_point_velocity(c, b, B, velocity);
-            row[c->blob.coordinate[b]] += dot3(u, velocity);
-            b = c->blob.parent[b];
-        } else {
-            tree_point_velocity(c, a, A, velocity);
-            row[c->blob.coordinate[a]] -= dot3(u, velocity);
-            a = c->blob.parent[a];
-        }
-    }
-}
 
 /* The segment from via point k to the next one, straight. */
 static real add_segment(const core *c, int32_t k, real *row)
@@ -45,39 +28,6 @@ static real add_segment(const core *c, int32_t k, real *row)
     for (int j = 0; j < 3; j++) u[j] /= length;
     add_span(c, u, A, c->blob.point_frame[k], B, c->blob.point_frame[k + 1], row);
     return length;
-}
-
-/* How far the walk along all paths has come in the lists of wraps and pulleys. */
-typedef struct {
-    int32_t wrap, pulley;
-} progress;
-
-static void write_contact(real *at, const contact *k, const real begin[3], const real end[3])
-{
-    const real *vectors[] = {begin, k->pull.entering, end, k->pull.leaving, k->touch, k->lift, k->axis};
-    for (size_t j = 0; j < sizeof vectors / sizeof *vectors; j++)
-        memcpy(at + 3 * j, vectors[j], 3 * sizeof(real));
-    at[CONTACT_NUMBERS - 1] = k->pull.angle;
-}
-
-static inline wrap_surface placed_surface(const core *c, int32_t s)
-{
-    const real *place = c->surface_place + 6 * s;
-    const wrap_surface placed = {c->blob.surface_kind[s], c->blob.surface_radius[s],
-                                 c->blob.surface_half[s], place, place + 3};
-    return placed;
-}
-
-static inline wrap_way way_of(const core *c, int32_t w)
-{
-    const wrap_way way = {
-        .side = c->blob.wrap_side[w],
-        .turns = c->blob.wrap_turns[w],
-        .is_counted = c->is_counting && c->blob.wrap_side[w] != WRAP_INSIDE &&
-                      c->blob.surface_kind[c->blob.wrap_surface[w]] == SURFACE_CYLINDER,
-        .remembered = c->wrap_turning[w],
-    };
-    return way;
 }
 
 /* Where a segment over one surface touches it. */
@@ -242,21 +192,28 @@ static void place_all(core *c)
     for (int32_t k = 0; k < blob->counts.points; k++)
         tree_point(c, blob->point_frame[k], blob->point_position + 3 * k, c->point + 3 * k);
     for (int32_t s = 0; s < blob->counts.surfaces; s++) place_surface(c, s);
+    if (blob->counts.moves) routed_place(c);
 }
 
 static void walk(core *c, int is_traced)
 {
     const blob_view *blob = &c->blob;
     const size_t dofs = (size_t)blob->counts.dofs;
-    progress at = {0, 0};
+    progress at = {0, 0, 0, 0, 0, 0};
     wrap_lanes lanes;
     lanes.first = lanes.count = 0;
     memset(c->jacobian, 0, (size_t)blob->counts.muscles * dofs * sizeof(real));
     int32_t k = 0, next = next_way(blob, &at);
     for (int32_t m = 0; m < blob->counts.muscles; m++, k++) {
         real length = 0, *own = c->jacobian + (size_t)m * dofs, *row = c->is_driven ? c->row : own;
+        const int is_routed = c->is_routed[m] != 0;
         if (c->is_driven) memset(row, 0, (size_t)blob->counts.variables * sizeof(real));
-        for (const int32_t last = k + blob->muscle_points[m] - 1; k < last; k++) {
+        if (is_routed) {
+            length = routed_add(c, m, k, &at, row, is_traced);
+            k += blob->muscle_points[m] - 1;
+            next = next_way(blob, &at);
+        }
+        for (const int32_t last = k + (is_routed ? 0 : blob->muscle_points[m] - 1); k < last; k++) {
             if (k != next) {
                 length += add_segment(c, k, row);
                 continue;
@@ -273,6 +230,7 @@ void paths_prepare(core *c)
 {
     for (int32_t w = 0; w < c->blob.counts.wraps; w++) c->wrap_turning[w] = NAN;
     wrap_simd_prepare(c);
+    routed_prepare(c);
 }
 
 void paths_move(core *c)

@@ -43,19 +43,6 @@ typedef struct {
     int is_shrunk;         /* whether the circle passes through an end that would be inside */
 } view;
 
-/* Any unit vector at right angles to v. */
-static void unit_across(real out[3], const real v[3])
-{
-    int least = 0;
-    for (int k = 1; k < 3; k++)
-        if (value_of(fabs(v[k])) < value_of(fabs(v[least]))) least = k;
-    real e[3] = {0, 0, 0}, w[3];
-    e[least] = 1;
-    cross3(w, v, e);
-    const real norm = sqrt(dot3(w, w));
-    for (int k = 0; k < 3; k++) out[k] = value_of(norm) > 0 ? w[k] / norm : e[k];
-}
-
 /* Where on the straight line, 0 to 1, it is nearest to the axis. */
 static real nearest(const view *v)
 {
@@ -135,6 +122,10 @@ static inline course choose(const wrap_surface *s, const wrap_way *way, const vi
 {
     const int natural = value_of(v->cross) >= 0 ? 1 : -1;
     course c = {natural, 0, way->turns};
+    if (way->is_forced) {
+        c.sense = way->side, c.is_long = c.sense != natural;
+        return c;
+    }
     if (!way->side || (is_clear && !way->turns)) return c;
     /* a sphere's normal has no side of its own: the sense is the one about its z axis */
     const int facing = s->kind == SURFACE_SPHERE && value_of(dot3(v->normal, s->axis)) < 0 ? -1 : 1;
@@ -261,7 +252,7 @@ int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const
     if (way->side == WRAP_INSIDE) return wrap_inside_pull(s, a, b, out);
     view v;
     const int is_clear = look(s, a, b, &v);
-    if (is_clear && !way->turns && !way->is_counted) return 0;
+    if (is_clear && !way->turns && !way->is_counted && !way->is_forced) return 0;
     return bend(s, way, &v, is_clear, ends, out, NULL) != 0;
 }
 
@@ -289,7 +280,7 @@ void wrap_over(const wrap_surface *s, const wrap_way *way, const real A[3], cons
         if (!wrap_inside_over(s, A, B, out)) run_straight(A, B, 0.5, out);
         return;
     }
-    const int is_clear = look(s, A, B, &v), is_free = is_clear && !way->turns && !way->is_counted;
+    const int is_clear = look(s, A, B, &v), is_free = is_clear && !way->turns && !way->is_counted && !way->is_forced;
     const int sense = is_free ? 0 : bend(s, way, &v, is_clear, BOTH_ENDS, &out->pull, &plain);
     if (!sense) {
         run_straight(A, B, nearest(&v), out);

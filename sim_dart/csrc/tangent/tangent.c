@@ -31,6 +31,9 @@
 #include "../paths/wrap.c"
 #include "../paths/pulley.c"
 #include "../paths/multi_wrap.c"
+#include "../paths/routed/wrap_rules.c"
+#include "../paths/routed/route_wraps.c"
+#include "../paths/routed/routed.c"
 #include "../paths/paths.c"
 #include "../laws/hill/activation.c"
 #include "../laws/hill/hill.c"
@@ -138,7 +141,7 @@ static real *array(const core_tangent *t, enum tangent_array which, size_t *leng
     const core *c = t->core;
     STATE_LENGTHS(&c->blob)
     (void)law_constants, (void)points, (void)surfaces, (void)wraps, (void)pulleys;
-    (void)frames, (void)terms, (void)wide, (void)variables;
+    (void)frames, (void)terms, (void)wide, (void)variables, (void)conditions, (void)moves;
     const struct {
         real *numbers;
         size_t length;

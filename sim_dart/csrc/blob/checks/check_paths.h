@@ -2,7 +2,7 @@
 #ifndef CARDSFLOW_CHECK_PATHS_H
 #define CARDSFLOW_CHECK_PATHS_H
 
-#include "layout.h"
+#include "../layout.h"
 
 #include <stddef.h>
 

@@ -1,6 +1,6 @@
 #include "check_points.h"
 
-#include "message.h"
+#include "../message.h"
 
 #include <math.h>
 

@@ -1,9 +1,10 @@
 #include "check_paths.h"
 
-#include "../math/vectors.h"
-#include "../numbers/real_functions.h"
+#include "../../math/vectors.h"
+#include "../../numbers/real_functions.h"
 #include "check_points.h"
-#include "message.h"
+#include "check_routes.h"
+#include "../message.h"
 
 #include <math.h>
 
@@ -36,16 +37,26 @@ static int check_surfaces(const blob_view *b, char *message, size_t capacity)
 
 static int check_wraps(const blob_view *b, char *message, size_t capacity)
 {
-    int32_t here = 0, muscle = 0, end = b->counts.muscles ? b->muscle_points[0] : 0;
+    int32_t here = 0, muscle = 0, end = b->counts.muscles ? b->muscle_points[0] : 0, ruled = 0;
     for (int k = 0; k < b->counts.wraps; k++) {
         const int32_t point = b->wrap_point[k];
         if (point < 0 || point >= b->counts.points - 1)
             return refuse(message, capacity, "wrap %d: no segment begins at via point %d", k, (int)point);
         if (k && point < b->wrap_point[k - 1])
             return refuse(message, capacity, "wrap %d is out of order", k);
-        while (end <= point) end += b->muscle_points[++muscle];
+        while (end <= point) end += b->muscle_points[++muscle], ruled = 0;
         if (point == end - 1)
             return refuse(message, capacity, "wrap %d: via point %d is its muscle's last", k, (int)point);
+        if (b->wrap_rule[k] < 0 || b->wrap_rule[k] >= RULES)
+            return refuse(message, capacity, "wrap %d: unknown rule %d", k, (int)b->wrap_rule[k]);
+        if (b->wrap_last[k] < point || b->wrap_last[k] >= end - 1 ||
+            (b->wrap_last[k] != point && b->wrap_rule[k] != RULE_OPENSIM))
+            return refuse(message, capacity, "wrap %d: it cannot be up to via point %d", k, (int)b->wrap_last[k]);
+        ruled += b->wrap_rule[k] == RULE_OPENSIM;
+        if (ruled > LARGEST_SEQUENCE)
+            return refuse(message, capacity, "wrap %d: more than %d by OpenSim's rules in one muscle", k, LARGEST_SEQUENCE);
+        if (b->wrap_guide[k] < -1 || b->wrap_guide[k] >= b->counts.guides)
+            return refuse(message, capacity, "wrap %d: there is no guide %d", k, (int)b->wrap_guide[k]);
         here = k && point == b->wrap_point[k - 1] ? here + 1 : 1;
         if (here > LARGEST_SEQUENCE)
             return refuse(message, capacity, "wrap %d: more than %d in one segment", k, LARGEST_SEQUENCE);
@@ -56,6 +67,8 @@ static int check_wraps(const blob_view *b, char *message, size_t capacity)
         if (b->wrap_turns[k] < 0 || b->wrap_turns[k] > MOST_TURNS)
             return refuse(message, capacity, "wrap %d: turns %d are not within 0 to %d", k,
                           (int)b->wrap_turns[k], MOST_TURNS);
+        if (b->wrap_rule[k] != RULE_TAUT && (b->wrap_side[k] || b->wrap_turns[k]))
+            return refuse(message, capacity, "wrap %d: a side or turns are for our own rules", k);
         if (b->wrap_side[k] == WRAP_INSIDE && b->wrap_turns[k])
             return refuse(message, capacity, "wrap %d: inside a surface there are no turns", k);
     }
@@ -70,7 +83,7 @@ static int check_pulleys(const blob_view *b, char *message, size_t capacity)
             return refuse(message, capacity, "pulley %d is out of order", k);
         while (muscle < b->counts.muscles && first < b->pulley_point[k])
             first += b->muscle_points[muscle++];
-        if (muscle == b->counts.muscles || first != b->pulley_point[k])
+        if (first != b->pulley_point[k] || first >= b->counts.points)
             return refuse(message, capacity, "pulley %d: no muscle begins at via point %d", k,
                           (int)b->pulley_point[k]);
         if (!is_unit(b->pulley_direction + 3 * k))
@@ -86,5 +99,5 @@ int check_paths(const blob_view *b, char *message, size_t capacity)
     return check_points("surface", b->surface_frame, b->surface_centre, b->counts.surfaces, b->counts.frames,
                         message, capacity) ||
            check_surfaces(b, message, capacity) || check_wraps(b, message, capacity) ||
-           check_pulleys(b, message, capacity);
+           check_pulleys(b, message, capacity) || check_routes(b, message, capacity);
 }

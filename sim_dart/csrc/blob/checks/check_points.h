@@ -2,7 +2,7 @@
 #ifndef CARDSFLOW_CHECK_POINTS_H
 #define CARDSFLOW_CHECK_POINTS_H
 
-#include "layout.h"
+#include "../layout.h"
 
 #include <stddef.h>
 

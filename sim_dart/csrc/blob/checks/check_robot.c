@@ -1,10 +1,10 @@
 #include "check_robot.h"
 
-#include "../math/vectors.h"
-#include "../numbers/real_functions.h"
+#include "../../math/vectors.h"
+#include "../../numbers/real_functions.h"
 #include "check_points.h"
 #include "check_variables.h"
-#include "message.h"
+#include "../message.h"
 
 #include <math.h>
 
@@ -94,7 +94,8 @@ static int check_muscles(const blob_view *b, char *message, size_t capacity)
 {
     int64_t points = 0;
     for (int k = 0; k < b->counts.muscles; k++) {
-        if (b->muscle_points[k] < 2) return refuse(message, capacity, "muscle %d: fewer than 2 points", k);
+        if (b->muscle_points[k] < 0 || b->muscle_points[k] == 1)
+            return refuse(message, capacity, "muscle %d: fewer than 2 points", k);
         points += b->muscle_points[k];
     }
     if (points != b->counts.points)

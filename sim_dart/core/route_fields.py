@@ -1,0 +1,172 @@
+"""Fields of the blob about paths that are more than points and wraps by our own rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from addin_sdfusion.robot import CardsflowError, Muscle, PointMotion, Polynomial, Robot, Wrap
+from addin_sdfusion.robot.model.function import Cubic, cubics
+from addin_sdfusion.robot.model.rotations import rotation
+
+from .frames import Place
+from .variables import robot_variables
+
+_RULES = ("taut", "mujoco", "opensim")
+"""As `enum rule` of layout.h."""
+_MOST_COEFFICIENTS = 4
+
+
+class _Route(NamedTuple):
+    """A muscle with its number and the index of its first via point."""
+
+    number: int
+    first: int
+    muscle: Muscle
+
+
+def route_counts(robot: Robot) -> dict[str, int]:
+    """How many items each of the fields has."""
+    points = [point for muscle in robot.muscles for point in muscle.via_points]
+    moves = [move for point in points for move in point.moves]
+    return {
+        "guides": len(_guided(robot)),
+        "conditions": sum(point.when is not None for point in points),
+        "moves": len(moves),
+        "pieces": sum(len(_pieces(move)) for move in moves),
+        "branches": sum(len(muscle.branches) for muscle in robot.muscles),
+        "path_terms": sum(len(muscle.terms) for muscle in robot.muscles),
+    }
+
+
+def route_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
+    """The fields.
+
+    Args:
+        robot: A valid robot.
+        places: Where its links are fixed.
+
+    Raises:
+        CardsflowError: A muscle has what is not computed.
+    """
+    routes = list(_routes(robot))
+    return {
+        **_rule_fields(robot, routes),
+        **_guide_fields(robot, places),
+        **_condition_fields(robot, routes),
+        **_move_fields(robot, routes, places),
+        "branch_point": [r.first + branch.point for r in routes for branch in r.muscle.branches],
+        "branch_divisor": [branch.divisor for r in routes for branch in r.muscle.branches],
+        "path_term_muscle": [r.number for r in routes for _ in r.muscle.terms],
+        "path_term_coordinate": [
+            _coordinate(robot, r.muscle, term.coordinate) for r in routes for term in r.muscle.terms
+        ],
+        "path_term_factor": [term.factor for r in routes for term in r.muscle.terms],
+    }
+
+
+def _routes(robot: Robot) -> Iterator[_Route]:
+    first = 0
+    for number, muscle in enumerate(robot.muscles):
+        yield _Route(number, first, muscle)
+        first += len(muscle.via_points)
+
+
+def _wraps(muscle: Muscle) -> list[Wrap]:
+    """In the order of the blob."""
+    return sorted(muscle.wraps, key=lambda wrap: wrap.segment)
+
+
+def _guided(robot: Robot) -> list[Wrap]:
+    """The wraps that a side point or a quadrant says the side of."""
+    wraps = [wrap for muscle in robot.muscles for wrap in _wraps(muscle)]
+    return [wrap for wrap in wraps if wrap.side_point is not None or wrap.quadrant != "all"]
+
+
+def _rule_fields(robot: Robot, routes: list[_Route]) -> dict[str, ArrayLike]:
+    guides = {id(wrap): k for k, wrap in enumerate(_guided(robot))}
+    wraps = [(r.first, wrap) for r in routes for wrap in _wraps(r.muscle)]
+    return {
+        "wrap_last": [first + wrap.last for first, wrap in wraps],
+        "wrap_rule": [_RULES.index(wrap.rule) for _, wrap in wraps],
+        "wrap_guide": [guides.get(id(wrap), -1) for _, wrap in wraps],
+    }
+
+
+def _guide_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
+    frames, vectors = [], []
+    for wrap in _guided(robot):
+        if wrap.side_point is not None:
+            place = places[wrap.side_point.link]
+            vectors.append(place.point(wrap.side_point.position))
+        else:
+            surface = surfaces[wrap.surface]
+            place = places[surface.link]
+            axis = np.array(rotation(surface.pose.rpy))[:, "xyz".index(wrap.quadrant[1])]
+            sign = -1.0 if wrap.quadrant[0] == "-" else 1.0
+            vectors.append(sign * place.T_frame_link[:3, :3] @ axis)
+        frames.append(place.frame)
+    return {"guide_frame": frames, "guide_vector": vectors}
+
+
+def _condition_fields(robot: Robot, routes: list[_Route]) -> dict[str, ArrayLike]:
+    told = [
+        (r, r.first + k, point.when)
+        for r in routes
+        for k, point in enumerate(r.muscle.via_points)
+        if point.when is not None
+    ]
+    return {
+        "condition_point": [k for _, k, _ in told],
+        "condition_coordinate": [_coordinate(robot, r.muscle, w.coordinate) for r, _, w in told],
+        "condition_low": [when.low for _, _, when in told],
+        "condition_high": [when.high for _, _, when in told],
+        "condition_smoothing": [when.smoothing for _, _, when in told],
+    }
+
+
+def _move_fields(
+    robot: Robot, routes: list[_Route], places: Mapping[str, Place]
+) -> dict[str, ArrayLike]:
+    moves = [
+        (r, r.first + k, places[point.link], move)
+        for r in routes
+        for k, point in enumerate(r.muscle.via_points)
+        for move in point.moves
+    ]
+    pieces = [_pieces(move) for _, _, _, move in moves]
+    counts = [len(each) for each in pieces]
+    return {
+        "move_point": [k for _, k, _, _ in moves],
+        "move_coordinate": [_coordinate(robot, r.muscle, m.coordinate) for r, _, _, m in moves],
+        "move_axis": [place.T_frame_link[:3, :3] @ np.array(m.axis) for _, _, place, m in moves],
+        "move_low": [move.low for _, _, _, move in moves],
+        "move_high": [move.high for _, _, _, move in moves],
+        "move_first": np.cumsum([0, *counts])[:-1],
+        "move_pieces": counts,
+        "piece": [piece for each in pieces for piece in each],
+    }
+
+
+def _pieces(move: PointMotion) -> tuple[Cubic, ...]:
+    function = move.function
+    if not isinstance(function, Polynomial):
+        return cubics(function)
+    if len(function.coefficients) > _MOST_COEFFICIENTS:
+        problem = f"a via point that moves by a polynomial of {len(function.coefficients)} numbers"
+        raise CardsflowError(f"{problem} cannot be simulated; {_MOST_COEFFICIENTS} are the most")
+    a, b, c, d = (*function.coefficients, 0.0, 0.0, 0.0)[:_MOST_COEFFICIENTS]
+    return ((0.0, a, b, c, d),)
+
+
+def _coordinate(robot: Robot, muscle: Muscle, name: str) -> int:
+    """The variable of a coordinate."""
+    index = robot_variables(robot).index
+    if name not in index:
+        problem = f"its path depends on coordinate {name!r}, which is held"
+        raise CardsflowError(f"muscle {muscle.name!r}: {problem}; this cannot be simulated yet")
+    return index[name]

@@ -1,0 +1,38 @@
+/* A blob's surfaces and wraps where they are, and the record of a contact. */
+#ifndef CARDSFLOW_PLACE_H
+#define CARDSFLOW_PLACE_H
+
+#include "../blob/state.h"
+#include "cable.h"
+
+#include <string.h>
+
+static inline void write_contact(real *at, const contact *k, const real begin[3], const real end[3])
+{
+    const real *vectors[] = {begin, k->pull.entering, end, k->pull.leaving, k->touch, k->lift, k->axis};
+    for (size_t j = 0; j < sizeof vectors / sizeof *vectors; j++)
+        memcpy(at + 3 * j, vectors[j], 3 * sizeof(real));
+    at[CONTACT_NUMBERS - 1] = k->pull.angle;
+}
+
+static inline wrap_surface placed_surface(const core *c, int32_t s)
+{
+    const real *place = c->surface_place + 6 * s;
+    const wrap_surface placed = {c->blob.surface_kind[s], c->blob.surface_radius[s],
+                                 c->blob.surface_half[s], place, place + 3};
+    return placed;
+}
+
+static inline wrap_way way_of(const core *c, int32_t w)
+{
+    const wrap_way way = {
+        .side = c->blob.wrap_side[w],
+        .turns = c->blob.wrap_turns[w],
+        .is_counted = c->is_counting && c->blob.wrap_side[w] != WRAP_INSIDE &&
+                      c->blob.surface_kind[c->blob.wrap_surface[w]] == SURFACE_CYLINDER,
+        .remembered = c->wrap_turning[w],
+    };
+    return way;
+}
+
+#endif

@@ -1,0 +1,181 @@
+"""Paths with conditions, moving points, branches, terms, wraps by MuJoCo's and OpenSim's rules."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from support.oracles.mujoco_tendons import robot_of_tendons
+from support.robots.wrapped import FAR, carriage
+
+from addin_sdfusion.robot import (
+    WORLD,
+    Branch,
+    CoordinateTerm,
+    Muscle,
+    PointCondition,
+    PointMotion,
+    Polynomial,
+    Robot,
+    SimmSpline,
+    ViaPoint,
+)
+from addin_sdfusion.robot.model.function import value
+from sim_dart import MusclePaths
+from sim_dart.core.arrays import FloatArray
+
+pytestmark = pytest.mark.native
+
+A, B = ViaPoint(WORLD, (-1.0, 0.1, 0.0)), ViaPoint(FAR, (1.0, 0.0, 0.2))
+MIDDLE = ViaPoint("link_1", (0.1, 0.8, 0.3))
+SPLINE = SimmSpline((-1.0, -0.2, 0.3, 1.0), (0.0, 0.3, -0.1, 0.2))
+
+
+def _differences(paths: MusclePaths, q: FloatArray) -> FloatArray:
+    """dl/dq by central differences of fourth order."""
+    columns = []
+    for step in 1e-3 * np.eye(len(q)):
+        near, far = ((paths.evaluate(q + k * step).lengths.copy(),
+                      paths.evaluate(q - k * step).lengths.copy()) for k in (1, 2))  # fmt: skip
+        columns.append((8 * (near[0] - near[1]) - (far[0] - far[1])) / (12e-3))
+    return np.array(columns).T
+
+
+def _gradient_is_that_of_the_length(robot: Robot, q: FloatArray) -> None:
+    paths = MusclePaths(robot)
+    jacobian = paths.evaluate(q).jacobian.copy()
+    np.testing.assert_allclose(jacobian, _differences(paths, q), atol=1e-8)
+
+
+def _point(robot: Robot, q: FloatArray, via: ViaPoint) -> FloatArray:
+    """In the world, of a carriage whose links go along x, y and z."""
+    moved = {WORLD: 0, "link_0": 1, "link_1": 2, "link_2": 3}[via.link]
+    return np.array(via.position) + np.array([*q[:moved], *[0.0] * (3 - moved)])
+
+
+def test_points_in_use_at_times() -> None:
+    """A jump at the ends of the range; or the share's mean of both lengths, and its gradient."""
+    when = PointCondition("joint_0", -0.5, 0.25)
+    robot = carriage([Muscle("m", (A, replace(MIDDLE, when=when), B), f_max=1.0)], [])
+    smooth = carriage(
+        [Muscle("m", (A, replace(MIDDLE, when=replace(when, smoothing=0.5)), B), f_max=1.0)], []
+    )
+    for x in (-1.1, -0.9, -0.6, -0.5, 0.0, 0.25, 0.3, 0.6, 0.8):
+        q = np.array([x, 0.2, -0.3])
+        a, p, b = (_point(robot, q, via) for via in (A, MIDDLE, B))
+        with_it, without = math.dist(a, p) + math.dist(p, b), math.dist(a, b)
+        expected = with_it if -0.5 <= x <= 0.25 else without
+        assert MusclePaths(robot).evaluate(q).lengths[0] == pytest.approx(expected, rel=1e-15)
+        s = 1.0 - min(max(-0.5 - x, x - 0.25, 0.0) / 0.5, 1.0)
+        share = s**3 * (10 - 15 * s + 6 * s * s)
+        blended = share * with_it + (1.0 - share) * without
+        assert MusclePaths(smooth).evaluate(q).lengths[0] == pytest.approx(blended, rel=1e-14)
+        if x not in (-0.5, 0.25):  # where its third derivative jumps, differences are bad
+            _gradient_is_that_of_the_length(smooth, q)
+
+
+def test_moving_points_branches_and_terms() -> None:
+    """Several of each, against the definition; the gradient has the points' own motion."""
+    moves = (
+        PointMotion((1.0, 0.0, 0.5), "joint_1", SPLINE, -0.8, 0.8),
+        PointMotion((0.0, 1.0, 0.0), "joint_2", Polynomial((0.1, 0.5, -0.3, 0.2))),
+    )
+    moving = replace(MIDDLE, moves=moves)
+    points = (A, moving, B, MIDDLE, B, ViaPoint("link_0", (0.0, 0.0, 2.0)))
+    terms = (CoordinateTerm("joint_0", 0.3), CoordinateTerm("joint_2", -0.2))
+    branches = (Branch(3, 2.0),)
+    robot = carriage(
+        [
+            Muscle("m", points, f_max=1.0, branches=branches, terms=terms),
+            Muscle("fixed", (), f_max=1.0, terms=terms),
+            Muscle("plain", (A, B), f_max=1.0),
+        ],
+        [],
+    )
+    rng = np.random.default_rng(3)
+    for q in rng.uniform(-0.7, 0.7, (5, 3)):
+        own = _point(robot, q, MIDDLE) + np.array([1.0, 0.0, 0.5]) * value(SPLINE, q[1])
+        own[1] += 0.1 + 0.5 * q[2] - 0.3 * q[2] ** 2 + 0.2 * q[2] ** 3
+        a, p, b, end = (_point(robot, q, via) for via in (A, MIDDLE, B, points[-1]))
+        expected = math.dist(a, own) + math.dist(own, b)
+        expected += (math.dist(p, b) + math.dist(b, end)) / 2.0 + 0.3 * q[0] - 0.2 * q[2]
+        lengths = MusclePaths(robot).evaluate(q).lengths
+        assert lengths[0] == pytest.approx(expected, rel=1e-14)
+        assert lengths[1] == pytest.approx(0.3 * q[0] - 0.2 * q[2], abs=1e-16)
+        assert lengths[2] == pytest.approx(math.dist(a, b), rel=1e-15)
+        _gradient_is_that_of_the_length(robot, q)
+
+
+def test_a_moving_point_stands_still_beyond_its_range() -> None:
+    move = PointMotion((0.0, 1.0, 0.0), "joint_0", Polynomial((0.0, 1.0)), -0.5, 0.5)
+    robot = carriage([Muscle("m", (A, replace(MIDDLE, moves=(move,)), B), f_max=1.0)], [])
+    q = np.array([0.9, 0.1, 0.2])
+    a, p, b = (_point(robot, q, via) for via in (A, MIDDLE, B))
+    p[1] += 0.5
+    lengths = MusclePaths(robot).evaluate(q).lengths
+    assert lengths[0] == pytest.approx(math.dist(a, p) + math.dist(p, b), rel=1e-15)
+    _gradient_is_that_of_the_length(robot, q)
+
+
+def _random_tendons(seed: int) -> str:
+    """A body that slides along three axes, with tendons over geoms of the world."""
+    rng = np.random.default_rng(seed)
+    world, body, tendons = [], [], []
+    for k in range(150):
+        shape = "sphere" if k % 2 else "cylinder"
+        radius = rng.uniform(0.1, 0.4)
+        angles = " ".join(map(str, rng.uniform(-3.0, 3.0, 3)))
+        world.append(f'<geom name="g{k}" type="{shape}" size="{radius} 0.3" euler="{angles}"/>')
+        for name, place in (("a", world), ("b", body), ("s", world)):
+            at = rng.normal(size=3)
+            at *= rng.uniform(0.02 if name == "s" else radius, 1.2) / np.linalg.norm(at)
+            place.append(f'<site name="{name}{k}" pos="{at[0]} {at[1]} {at[2]}"/>')
+        side = f'sidesite="s{k}"' if k % 3 else ""
+        pulley = '<pulley divisor="2.5"/>' if k % 4 == 0 else ""
+        tendons.append(
+            f'<spatial name="t{k}">{pulley}<site site="a{k}"/><geom geom="g{k}" {side}/>'
+            f'<site site="b{k}"/></spatial>'
+        )
+    slides = "".join(f'<joint type="slide" axis="{a}"/>' for a in ("1 0 0", "0 1 0", "0 0 1"))
+    return (
+        f'<mujoco><compiler angle="radian"/><worldbody>{"".join(world)}'
+        f'<body>{slides}<geom size="0.01"/>{"".join(body)}</body></worldbody>'
+        f"<tendon>{''.join(tendons)}"
+        '<fixed name="sum"><joint joint="joint_0" coef="0.5"/></fixed></tendon></mujoco>'
+    ).replace('<joint type="slide" axis="1', '<joint name="joint_0" type="slide" axis="1')
+
+
+def _compare(model: mujoco.MjModel, poses: FloatArray) -> int:
+    """How many points on surfaces there were; inside wraps' Jacobians are MuJoCo's to 1e-6."""
+    data, paths, on_surfaces = mujoco.MjData(model), MusclePaths(robot_of_tendons(model)), 0
+    for q in poses:
+        data.qpos[:] = q
+        mujoco.mj_forward(model, data)
+        state = paths.evaluate(q)
+        np.testing.assert_allclose(state.lengths, data.ten_length, atol=1e-11)
+        jacobian = np.zeros((model.ntendon, model.nv))
+        for t in range(model.ntendon):
+            first, count = model.ten_J_rowadr[t], model.ten_J_rownnz[t]
+            columns = model.ten_J_colind[first : first + count]
+            jacobian[t, columns] = data.ten_J[first : first + count]
+        np.testing.assert_allclose(state.jacobian, jacobian, atol=1e-6)
+        on_surfaces += int((data.wrap_obj >= 0).sum())
+    return on_surfaces
+
+
+def test_mujocos_tendons() -> None:
+    """Random spheres and cylinders with and without side points, inside and out; pulleys."""
+    model = mujoco.MjModel.from_xml_string(_random_tendons(1))
+    assert _compare(model, np.random.default_rng(2).normal(size=(6, 3)) * 0.5) > 500
+
+
+@pytest.mark.parametrize("name", ["myoelbow_2dof6muscles", "myofinger_v0", "myohand", "myoarm"])
+def test_published_tendons(shared: Path, name: str) -> None:
+    model = mujoco.MjModel.from_xml_path(str(shared / f"models/mjcf/{name}.xml"))
+    content = json.loads((shared / f"reference/mjcf/{name}.json").read_text())
+    assert _compare(model, np.array([pose["qpos"] for pose in content["poses"]])) > 20
