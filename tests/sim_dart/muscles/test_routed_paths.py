@@ -24,6 +24,7 @@ from addin_sdfusion.robot import (
     Robot,
     SimmSpline,
     ViaPoint,
+    read_robot,
 )
 from addin_sdfusion.robot.model.function import value
 from sim_dart import MusclePaths
@@ -179,3 +180,29 @@ def test_published_tendons(shared: Path, name: str) -> None:
     model = mujoco.MjModel.from_xml_path(str(shared / f"models/mjcf/{name}.xml"))
     content = json.loads((shared / f"reference/mjcf/{name}.json").read_text())
     assert _compare(model, np.array([pose["qpos"] for pose in content["poses"]])) > 20
+
+
+@pytest.mark.parametrize(
+    "name", ["arm26", "gait10dof18musc", "leg6dof9musc", "gait2392_thelen2003muscle",
+             "subject_walk_scaled"]
+)  # fmt: skip
+def test_published_paths_of_opensim(shared: Path, name: str) -> None:
+    """Straight paths and single cylinders to 1e-9, those within 5e-4 m of OpenSim's own."""
+    robot = read_robot(shared / f"models/opensim/{name}.osim")
+    egg = {s.name for s in robot.wrap_surfaces if s.shape == "ellipsoid"}
+    kept = [m for m in robot.muscles if egg.isdisjoint(wrap.surface for wrap in m.wraps)]
+    left = tuple(s for s in robot.wrap_surfaces if s.name not in egg)
+    robot = replace(robot.with_muscles(kept), wrap_surfaces=left)
+    paths = MusclePaths(robot)
+    content = json.loads((shared / f"reference/opensim/{name}.json").read_text())
+    names = [coordinate["name"] for coordinate in content["coordinates"]]
+    theirs = {muscle["name"]: i for i, muscle in enumerate(content["muscles"])}
+    for pose in content["poses"]:
+        q = dict(zip(names, pose["q"], strict=True))
+        lengths = paths.evaluate([q[c.name] for c in robot.coordinates]).lengths
+        for muscle, length in zip(robot.muscles, lengths, strict=True):
+            i = theirs[muscle.name]
+            exact = pose["exact_cylinder_length"][i] if muscle.wraps else pose["length"][i]
+            if exact is not None:
+                assert length == pytest.approx(exact, rel=1e-9)
+                assert length == pytest.approx(pose["length"][i], abs=5e-4)

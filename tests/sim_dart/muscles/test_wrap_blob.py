@@ -35,6 +35,9 @@ def good() -> tuple[dict[str, int], dict[str, object]]:
         "wrap_surface": [0, 1, 1],
         "wrap_side": [0, 1, -1],
         "wrap_turns": [0, 1, 2],
+        "wrap_last": [0, 0, 2],
+        "wrap_rule": [0, 0, 0],
+        "wrap_guide": [-1, -1, -1],
         "pulley_point": [0],
         "pulley_direction": [[1, 0, 0]],
         "pulley_radius": [0.05],
@@ -57,6 +60,9 @@ def good() -> tuple[dict[str, int], dict[str, object]]:
         ("surface_half", [0.0, np.nan], "surface 1: its size"),
         ("wrap_point", [0, 0, 3], "wrap 2: no segment begins at via point 3"),
         ("wrap_point", [-1, 0, 2], "wrap 0: no segment begins at via point -1"),
+        ("wrap_rule", [0, 3, 0], "wrap 1: unknown rule 3"),
+        ("wrap_last", [0, 1, 2], "wrap 1: it cannot be up to via point 1"),
+        ("wrap_guide", [-1, -1, 0], "wrap 2: there is no guide 0"),
         ("wrap_point", [0, 1, 2], "wrap 1: via point 1 is its muscle's last"),
         ("wrap_point", [0, 2, 0], "wrap 2 is out of order"),
         ("wrap_surface", [0, 1, 2], "wrap 2: there is no surface 2"),
@@ -75,14 +81,16 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
     counts, fields = good()
     Core(pack_blob(counts, fields))  # type: ignore[arg-type]
     with pytest.raises(CardsflowError, match=message):
-        Core(pack_blob(counts, fields | {field: value}))  # type: ignore[arg-type]
+        also = {"wrap_last": value} if field == "wrap_point" else {}
+        Core(pack_blob(counts, fields | also | {field: value}))  # type: ignore[arg-type]
 
 
 def test_more_surfaces_in_a_segment_than_can_be_solved_for_are_refused() -> None:
     counts, fields = good()
     counts |= {"wraps": 9}
     fields |= {"wrap_point": [0] * 9, "wrap_surface": [0] * 9}
-    fields |= {"wrap_side": [0] * 9, "wrap_turns": [0] * 9}
+    fields |= {"wrap_side": [0] * 9, "wrap_turns": [0] * 9, "wrap_last": [0] * 9}
+    fields |= {"wrap_rule": [0] * 9, "wrap_guide": [-1] * 9}
     with pytest.raises(CardsflowError, match="wrap 8: more than 8 in one segment"):
         Core(pack_blob(counts, fields))  # type: ignore[arg-type]
 

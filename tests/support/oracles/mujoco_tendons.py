@@ -1,4 +1,4 @@
-"""Our robot of a compiled MuJoCo model's tendons: its tree, whose masses do not matter, and paths."""
+"""Our robot of a compiled MuJoCo model: its tree, whose masses do not matter, and tendons."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 #define CARDSFLOW_ROUTE_WRAPS_H
 
 #include "../cable.h"
-#include "routed.h"
+#include "../../blob/state.h"
 
 /* One muscle at one pose. */
 typedef struct {
