@@ -27,7 +27,7 @@ from controllers.analysis.kinematics import inverse_kinematics
 from controllers.analysis.wrench_set import too_many_facets
 from controllers.force_distribution.linear import minimum_infinity_norm
 from controllers.force_distribution.one_way import one_way
-from sim_dart import DartDynamics, MuscleDrive
+from sim_dart import CoreDynamics, MuscleDrive
 from sim_dart.muscles.paths import MusclePaths
 
 MOST_POINTS = 1000
@@ -80,7 +80,7 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
 
 def _followed(experiment: Experiment, times: FloatArray, path: list[FloatArray]) -> Motion:
     """The joint motion that follows task positions, from one point to the next."""
-    dynamics, tasks = DartDynamics(experiment.robot), experiment.controller.tasks
+    dynamics, tasks = CoreDynamics(experiment.robot), experiment.controller.tasks
     q: ArrayLike = experiment.start.q
     posture = tasks.posture.q0 if tasks is not None and tasks.posture is not None else q
     found = []
@@ -138,7 +138,7 @@ def _loaded(experiment: Experiment, motion: Motion) -> Motion:
     disturbance = experiment.disturbance
     if disturbance is None:
         return motion
-    dynamics, forces = DartDynamics(experiment.robot), np.ravel(disturbance.forces)
+    dynamics, forces = CoreDynamics(experiment.robot), np.ravel(disturbance.forces)
     acts = (disturbance.begin <= motion.times) & (motion.times < disturbance.end)
     w_e = np.array([-dynamics.point_jacobian(q).T @ forces for q in motion.q])
     return replace(motion, w_e=np.where(acts[:, None], w_e, 0.0))
@@ -164,7 +164,7 @@ def size_robot(
     if not robot.muscles and not robot.motors:
         raise InputError(f"the robot {robot.name!r} has no muscles to size, and no motors")
     robot, motion = _without_passive(robot, motion)
-    terms = motion_terms(DartDynamics(robot), motion)
+    terms = motion_terms(CoreDynamics(robot), motion)
     sizes = size_muscles(terms, margin=margin, method=method)
     critical = sizes.critical
     return {
@@ -191,7 +191,7 @@ def _without_passive(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
     passive = [k for k in modelled_muscles(robot) if k not in driven_muscles(robot)]
     if not passive:
         return robot, motion
-    drive, dynamics = MuscleDrive(robot), DartDynamics(robot)
+    drive, dynamics = MuscleDrive(robot), CoreDynamics(robot)
     pull = np.zeros_like(motion.q)
     for row, q, qd in zip(pull, motion.q, motion.qd, strict=True):
         drive.set_state(q, qd, np.zeros(drive.states))
