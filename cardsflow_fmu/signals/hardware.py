@@ -54,7 +54,8 @@ def hardware_groups(
         Port("mode", "", "output", "discrete", f"What the hardware does: {modes}"),
     ]
     groups: dict[str, Sequence[Port]] = {}
-    for name, ports in plant_groups(robot, q, qd, step).items():
+    f_min = [muscle.f_min for muscle in robot.muscles]
+    for name, ports in plant_groups(robot, q, qd, step, forces=f_min).items():
         if name == "q_start":  # the first of the parameters
             groups |= {"measured_tensions": tensions, "diagnostics": diagnostics}
         groups[name] = ports
