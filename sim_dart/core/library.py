@@ -41,7 +41,7 @@ def library() -> ctypes.PyDLL:
         raise CardsflowError(f"{path}: the C core is missing; reinstall cardsflow to compile it")
     core = ctypes.PyDLL(str(path))
     pointer, size = ctypes.c_void_p, ctypes.c_size_t
-    core.core_layout.restype = ctypes.c_char_p
+    core.core_layout.restype = core.core_laws.restype = ctypes.c_char_p
     core.core_layout_hash.restype = core.core_version.restype = ctypes.c_uint32
     core.core_size.argtypes = [pointer, size, ctypes.c_char_p, size]
     core.core_size.restype = size
@@ -111,8 +111,6 @@ def pack_blob(
     body = b""
     for line in library().core_layout().decode().splitlines():
         kind, name, *rest = line.split()
-        if kind == "law":
-            continue
         if kind == "count":
             sizes.append(counts[name])
             continue
@@ -133,8 +131,8 @@ def pack_blob(
 @cache
 def law_parameters() -> dict[str, tuple[str, ...]]:
     """The tension laws of the library, in its order, each with its parameters in order."""
-    lines = (line.split() for line in library().core_layout().decode().splitlines())
-    return {line[1]: tuple(line[2:]) for line in lines if line[0] == "law"}
+    lines = (line.split() for line in library().core_laws().decode().splitlines())
+    return {line[1]: tuple(line[2:]) for line in lines}
 
 
 class Core:

@@ -22,9 +22,10 @@
 
 typedef struct core core;
 
-/* The blob's layout as text, a line a count, field or tension law with its parameters in order; its hash
-   and version, as a blob's header has them.                                                           */
+/* The blob's layout as text, a line a count or field; the tension laws, a line each with its parameters
+   in order; the hash of both and the version, as a blob's header has them.                            */
 CORE_API const char *core_layout(void);
+CORE_API const char *core_laws(void);
 CORE_API uint32_t core_layout_hash(void);
 CORE_API uint32_t core_version(void);
 

@@ -15,12 +15,17 @@
 
 const char *core_layout(void)
 {
-    return BLOB_COUNTS(LAYOUT_COUNT) BLOB_FIELDS(LAYOUT_FIELD) LAWS(LAYOUT_LAW);
+    return BLOB_COUNTS(LAYOUT_COUNT) BLOB_FIELDS(LAYOUT_FIELD);
+}
+
+const char *core_laws(void)
+{
+    return LAWS(LAYOUT_LAW);
 }
 
 uint32_t core_layout_hash(void)
 {
-    return layout_hash(core_layout());
+    return layout_hash_on(layout_hash(core_layout()), core_laws());
 }
 
 uint32_t core_version(void)

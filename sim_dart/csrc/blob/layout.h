@@ -77,7 +77,7 @@
      task_frame       frame that a task is fixed to, or -1
      task_position    of a point in that frame, in [m]
      task_rotation    of a link in that frame, row by row
-     law_kind         which tension law: the how many-th law of core_layout()
+     law_kind         which tension law: the how many-th law of core_laws()
      law_parameter    of every muscle's law, muscle after muscle, in SI units
      surface_kind     enum surface
      surface_frame    frame that a surface is fixed to, or -1

@@ -4,11 +4,15 @@
 
 #include <stdint.h>
 
-static inline uint32_t layout_hash(const char *text)
+static inline uint32_t layout_hash_on(uint32_t hash, const char *text)
 {
-    uint32_t hash = 2166136261u;
     for (; *text; text++) hash = (hash ^ (unsigned char)*text) * 16777619u;
     return hash;
+}
+
+static inline uint32_t layout_hash(const char *text)
+{
+    return layout_hash_on(2166136261u, text);
 }
 
 #endif

@@ -2,7 +2,7 @@
 #include "external_wrenches.h"
 
 #include "../kinematics/points.h"
-#include "../kinematics/variables.h"
+#include "../kinematics/joint_variables.h"
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
 #include "inverse.h"
 
 #include "../kinematics/bodies.h"
-#include "../kinematics/variables.h"
+#include "../kinematics/joint_variables.h"
 #include "limit_forces.h"
 #include "spatial.h"
 

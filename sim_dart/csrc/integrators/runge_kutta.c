@@ -4,7 +4,7 @@
 #include "../dynamics/limit_forces.h"
 #include "../dynamics/limits.h"
 #include "../kinematics/bodies.h"
-#include "../kinematics/variables.h"
+#include "../kinematics/joint_variables.h"
 #include "../laws/laws.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 #include "../dynamics/friction.h"
 #include "../dynamics/limit_forces.h"
 #include "../dynamics/limits.h"
-#include "../kinematics/variables.h"
+#include "../kinematics/joint_variables.h"
 #include "../laws/laws.h"
 #include "../math/elementary.h"
 

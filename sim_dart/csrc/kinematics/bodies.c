@@ -1,7 +1,7 @@
 #include "bodies.h"
 
 #include "../math/vectors.h"
-#include "variables.h"
+#include "joint_variables.h"
 
 #include <string.h>
 

@@ -4,7 +4,7 @@
 #include "../math/elementary.h"
 #include "../math/vectors.h"
 #include "points.h"
-#include "variables.h"
+#include "joint_variables.h"
 
 #include <string.h>
 

@@ -6,7 +6,7 @@
 #include "paths.h"
 
 #include "../kinematics/tree.h"
-#include "../kinematics/variables.h"
+#include "../kinematics/joint_variables.h"
 #include "../numbers/real_functions.h"
 #include "multi_wrap.h"
 #include "place.h"

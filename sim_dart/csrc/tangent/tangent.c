@@ -22,7 +22,7 @@
 
 #include "../math/root.c"
 #include "../laws/hill/bezier.c"
-#include "../kinematics/variables.c"
+#include "../kinematics/joint_variables.c"
 #include "../kinematics/tree.c"
 #include "../kinematics/bodies.c"
 #include "../kinematics/tasks.c"

@@ -240,9 +240,10 @@ def test_what_is_wrong_is_one_line(
         assert str(refused.value).startswith(f"{tmp_path}/{line}")
     assert said("--joints", joints).startswith(f"{tmp_path}/{line}")
     cut = tmp_path / "cut.step"
-    cut.write_bytes(step.read_bytes()[: len(step.read_bytes()) // 2])
-    assert main(["import-cad", str(cut), "--joints", str(tables.joints)]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1
+    for damaged in (step.read_bytes()[: len(step.read_bytes()) // 2], b"\x00\xff" * 100):
+        cut.write_bytes(damaged)
+        assert main(["import-cad", str(cut), "--joints", str(tables.joints)]) == 2
+        assert len(capsys.readouterr().err.splitlines()) == 1
     assert tables.muscles is not None
     tables.muscles.write_text(MUSCLES.replace("finger", "thumb"))
     with pytest.raises(RobotError) as caught:

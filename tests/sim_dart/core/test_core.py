@@ -102,7 +102,7 @@ def test_a_wrong_field_is_named(field: str, value: object, message: str) -> None
     counts = dict.fromkeys((name for kind, name in names if kind == "count"), 0)
     counts |= {"dofs": 2, "muscles": 1, "points": 2, "tasks": 1, "robots": 1}
     counts |= {"limit_forces": 1, "frames": 2, "variables": 3, "terms": 2, "term_numbers": 17}
-    fields: dict[str, object] = {name: [] for kind, name in names if kind not in ("count", "law")}
+    fields: dict[str, object] = {name: [] for kind, name in names if kind != "count"}
     fields |= {
         "parent": [-1, 0],
         "motion": [0, 1],

@@ -1,4 +1,4 @@
-#include "variables.h"
+#include "joint_variables.h"
 
 #include <string.h>
 
