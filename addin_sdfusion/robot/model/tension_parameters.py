@@ -128,8 +128,14 @@ def _hill(
         _positive("optimal_fibre_length", "m", None, "where F0 is reached"),
         _natural("tendon_slack_length", "m", None, "where the tendon begins to pull"),
         Parameter("pennation_at_optimal", "rad", 0.0, 0.0, 1.47, "angle of fibres to tendon"),
-        Parameter("max_contraction_velocity", "1/s", 10.0, 1e-6, math.inf, "optimal fibre lengths a "
-                  "second"),  # fmt: skip
+        Parameter(
+            "max_contraction_velocity",
+            "1/s",
+            10.0,
+            1e-6,
+            math.inf,
+            "optimal fibre lengths a second",
+        ),
         _positive("activation_time_constant", "s", rise, "of rising activation"),
         _positive("deactivation_time_constant", "s", fall, "of falling activation"),
         _part("minimum_activation", least, "activation never falls below"),
