@@ -27,3 +27,14 @@ def _uncomputed(muscle: Muscle, ellipsoids: set[str]) -> Iterator[str]:
     for wrap in muscle.wraps:
         if wrap.surface in ellipsoids:
             yield f"a wrap over the ellipsoid {wrap.surface!r}"
+    if muscle.wraps and any(p.when is not None and p.when.smoothing for p in muscle.via_points):
+        yield "wraps beside a via point whose condition is smoothed"
+    if muscle.pulley is not None and _has_route(muscle):
+        yield "a pulley at the base with conditions, moving points, branches, terms or wrap rules"
+
+
+def _has_route(muscle: Muscle) -> bool:
+    """Whether its path is more than fixed points, and wraps by our own rule."""
+    changing = any(point.when is not None or point.moves for point in muscle.via_points)
+    ruled = any(wrap.rule != "taut" for wrap in muscle.wraps)
+    return bool(changing or ruled or muscle.branches or muscle.terms)

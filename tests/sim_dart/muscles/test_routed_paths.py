@@ -15,7 +15,9 @@ from support.robots.wrapped import FAR, carriage
 
 from addin_sdfusion.robot import (
     WORLD,
+    BasePulley,
     Branch,
+    CardsflowError,
     CoordinateTerm,
     Muscle,
     PointCondition,
@@ -24,6 +26,8 @@ from addin_sdfusion.robot import (
     Robot,
     SimmSpline,
     ViaPoint,
+    Wrap,
+    WrapSurface,
     read_robot,
 )
 from addin_sdfusion.robot.model.function import value
@@ -78,6 +82,21 @@ def test_points_in_use_at_times() -> None:
         assert MusclePaths(smooth).evaluate(q).lengths[0] == pytest.approx(blended, rel=1e-14)
         if x not in (-0.5, 0.25):  # where its third derivative jumps, differences are bad
             _gradient_is_that_of_the_length(smooth, q)
+
+
+def test_paths_that_are_not_computed_are_refused() -> None:
+    when = PointCondition("joint_0", -0.5, 0.25)
+    smooth = replace(MIDDLE, when=replace(when, smoothing=0.5))
+    pulley = BasePulley("rotating", (("pulley_radius", (0.1,)), ("cable_entry_vector", (0, 0, 1))))
+    ball = WrapSurface("ball", WORLD, "sphere", 0.05)
+    egg = WrapSurface("egg", WORLD, "ellipsoid", 0.05, half_axes=(0.04, 0.03))
+    for muscle, what in (
+        (Muscle("m", (A, smooth, B), f_max=1.0, wraps=(Wrap("ball", 0),)), "smoothed"),
+        (Muscle("m", (A, replace(MIDDLE, when=when), B), f_max=1.0, pulley=pulley), "pulley"),
+        (Muscle("m", (A, B), f_max=1.0, wraps=(Wrap("egg", 0),)), "ellipsoid 'egg'"),
+    ):
+        with pytest.raises(CardsflowError, match=f"^muscle 'm': .*{what}.* cannot be simulated"):
+            MusclePaths(carriage([muscle], [ball, egg]))
 
 
 def test_moving_points_branches_and_terms() -> None:
