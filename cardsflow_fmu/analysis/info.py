@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import WORLD, Muscle, Robot, Vector3, read_robot
+from addin_sdfusion.robot import WORLD, CardsflowError, Muscle, Robot, Vector3, read_robot
 from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from addin_sdfusion.robot.model.tension_laws import law_of, states_of
 from cardsflow_fmu.utils.text_table import table
@@ -24,7 +24,7 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
         InputError: The robot cannot be read or used.
     """
     robot = read_robot(path, cable_set)
-    lengths = MusclePaths(robot).evaluate([c.initial for c in robot.coordinates]).lengths
+    lengths, refused = _lengths(robot)
     return {
         "name": robot.name,
         "mass": sum(link.inertia.mass for link in robot.links),
@@ -51,7 +51,7 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
             }
             for c in robot.coordinates
         ],
-        "not_simulated": not_simulated(robot),
+        "not_simulated": [*refused, *not_simulated(robot)],
         "cable_set": robot.cable_set,
         "cable_sets": [cable_set.name for cable_set in robot.cable_sets],
         "muscles": [
@@ -64,7 +64,7 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
                 "states": [f"{state.name} [{state.unit}]" for state in states_of(muscle.model)],
                 "f_min": muscle.f_min,
                 "f_max": _limit(muscle.f_max),
-                "length": float(length),
+                "length": length,
             }
             for muscle, length in zip(robot.muscles, lengths, strict=True)
         ],
@@ -76,6 +76,15 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
         ],
         "units": {"mass": "kg", "reach": "m", "length": "m", "f_min": "N", "f_max": "N"},
     }
+
+
+def _lengths(robot: Robot) -> tuple[list[float] | list[None], list[str]]:
+    """Path lengths at the initial pose, in [m]; or none, and why they are not computed."""
+    try:
+        paths = MusclePaths(robot)
+    except CardsflowError as error:
+        return [None] * len(robot.muscles), [str(error)]
+    return paths.evaluate([c.initial for c in robot.coordinates]).lengths.tolist(), []
 
 
 def fmu_info(path: str | Path) -> dict[str, Any]:
@@ -138,7 +147,7 @@ def describe_robot(info: dict[str, Any]) -> str:
             m["command"] or "none",
             f"{m['f_min']:g}",
             _bound(m["f_max"], ""),
-            f"{m['length']:.6g}",
+            "" if m["length"] is None else f"{m['length']:.6g}",
             " - ".join(m["links"]),
         ]
         for m in info["muscles"]

@@ -10,7 +10,7 @@ import pytest
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R, planar_2r
 
-from addin_sdfusion.robot import CableModel, write_caspr
+from addin_sdfusion.robot import CableModel, Wrap, WrapSurface, write_caspr, write_sdf
 
 SPRING = CableModel("linear_spring", (("K", 2000.0),))
 
@@ -35,6 +35,17 @@ def test_springs_in_cables_are_told_with_their_size(tmp_path: Path, cardsflow: C
     assert out.startswith(f"WARNING: {line}")
     summary = json.loads((tmp_path / "results/summary.json").read_text())
     assert size in summary["warnings"][0]
+
+
+def test_a_robot_that_cannot_be_simulated_is_shown(tmp_path: Path, cardsflow: CommandLine) -> None:
+    robot = planar_2r()
+    egg = WrapSurface("egg", "link_1", "ellipsoid", 0.01, half_axes=(0.02, 0.01))
+    muscles = [replace(muscle, wraps=(Wrap("egg", 0),)) for muscle in robot.muscles[:1]]
+    write_sdf(replace(robot.with_muscles(muscles), wrap_surfaces=(egg,)), tmp_path / "robot")
+    info = cardsflow.json("info", tmp_path / "robot")
+    assert info["muscles"][0]["length"] is None
+    assert "ellipsoid 'egg' cannot be simulated" in info["not_simulated"][0]
+    assert "ellipsoid 'egg' cannot be simulated" in cardsflow.refused("init", tmp_path / "robot")
 
 
 def test_ideal_cables_are_no_news(cardsflow: CommandLine) -> None:
