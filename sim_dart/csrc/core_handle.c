@@ -52,7 +52,7 @@ core *core_open(const void *blob, size_t size, void *memory)
 real *core_array(core *c, const char *name, size_t *length)
 {
     STATE_LENGTHS(&c->blob)
-    (void)law_constants, (void)terms, (void)wide, (void)variables, (void)conditions, (void)moves;
+    (void)law_constants, (void)terms, (void)wide, (void)conditions, (void)moves;
     const struct {
         const char *name;
         real *array;
@@ -72,6 +72,7 @@ real *core_array(core *c, const char *name, size_t *length)
         {"wrap_rank", c->wrap_rank, wraps},
         {"point_share", c->point_share, points},
         {"rates", c->rates, muscles},
+        {"variables", c->at, variables},
         {"tensions", c->tensions, muscles},
         {"law_states", c->law_states, law_states},
         {"law_rates", c->law_rates, law_states},

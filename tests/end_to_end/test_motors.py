@@ -416,7 +416,7 @@ def test_a_published_hybrid_robot_is_checked_and_sized(
     shared: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = shared / "robots/caspr/FASTKIT_Planar"
-    assert main(["check", str(folder)]) == 0
+    assert main(["check", str(folder), "--verbose"]) == 0
     assert capsys.readouterr().out.count("[no-motor-limit]") == 4
     file = tmp_path / "experiment.toml"
     assert main(["init", str(folder), "-o", str(file)]) == 0

@@ -11,6 +11,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import random
+import resource
 import shutil
 import struct
 import subprocess
@@ -57,7 +58,9 @@ def folder(tmp_path: Path) -> Iterator[Path]:
 
 def fuzz(program: list[str], folder: Path, **variables: object) -> None:
     """Fuzz for a time; what it finds fails the test."""
-    options = [f"-max_total_time={SECONDS}", "-rss_limit_mb=1000", "-timeout=120", "-max_len=65536"]
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024  # a child's peak begins with it
+    limits = [f"-rss_limit_mb={own + 1000}", "-timeout=120", "-max_len=65536"]
+    options = [f"-max_total_time={SECONDS}", *limits]
     done = subprocess.run(
         [*program, *options, f"-artifact_prefix={folder}/found-", "-print_final_stats=1", "corpus"],
         cwd=folder,

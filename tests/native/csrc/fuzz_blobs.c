@@ -96,7 +96,11 @@ static void use(core *c, uint64_t *state)
     core_mass_matrix(c);
     core_coriolis(c, qd);
     core_gravity(c);
-    core_accelerate(c, qd, qd, q);
+    size_t variables;
+    array(c, "variables", &variables);
+    real *armature = numbers(state, variables);
+    core_accelerate(c, qd, qd, armature);
+    free(armature);
     core_trace(c);
     use_laws(c, qd, f);
     free(q), free(qd), free(f), free(points), free(wrenches);

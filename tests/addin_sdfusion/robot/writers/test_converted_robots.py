@@ -108,7 +108,7 @@ def _in_caspr(robot: Robot, folder: Path) -> None:
 
 def _in_pinocchio(robot: Robot, folder: Path) -> None:
     pinocchio = pytest.importorskip("pinocchio", reason="needs the extra pinocchio, for tests")
-    (file,) = convert(robot, "urdf", folder).files
+    (file,) = (f for f in convert(robot, "urdf", folder).files if f.suffix == ".urdf")
     model = pinocchio.buildModelFromXML(file.read_text(encoding="utf-8"))
     model.gravity.linear = np.array(robot.gravity)
     data, ours = model.createData(), DartDynamics(_bare(robot))

@@ -101,7 +101,7 @@ def _means_something(variant: Variant) -> bool:
     return variant.field not in WITHOUT_MEANING and not (
         (variant.field == "Coordinate.rest" and part.stiffness == 0.0)
         or (variant.field == "TaskFrame.position" and part.is_orientation)
-        or (variant.field == "WrapSurface.length" and part.shape == "sphere")
+        or (variant.field == "WrapSurface.length" and part.shape != "cylinder")
     )
 
 
