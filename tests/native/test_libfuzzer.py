@@ -58,7 +58,9 @@ def folder(tmp_path: Path) -> Iterator[Path]:
 
 def fuzz(program: list[str], folder: Path, **variables: object) -> None:
     """Fuzz for a time; what it finds fails the test."""
-    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024  # a child's peak begins with it
+    own = (
+        resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
+    )  # a child's peak begins with it
     limits = [f"-rss_limit_mb={own + 1000}", "-timeout=120", "-max_len=65536"]
     options = [f"-max_total_time={SECONDS}", *limits]
     done = subprocess.run(

@@ -1,7 +1,7 @@
 """Files of every kind, damaged at random: read or refused in one line, in 1 GiB and 10 s.
 
-A mutation's kind and number alone decide it. CARDSFLOW_MUTATIONS says how many are tried of each
-kind, 20 if it is not set; a failure names its number and keeps its files.
+A mutation's kind and number alone decide it. A tenth of CARDSFLOW_MUTATIONS is tried of each kind,
+20 if it is not set; a failure names its number and keeps its files.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from support.damaged.kinds import KINDS
 
-MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "20"))
+MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "200")) // 10
 CHUNK = 500
 """So many are tried in one process."""
 

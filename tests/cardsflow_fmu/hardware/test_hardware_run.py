@@ -33,6 +33,7 @@ from cardsflow_fmu.hardware.session.connect import KEY_FILE, LINK, RECORDING, Co
 from cardsflow_fmu.hardware.session.paced_run import with_approach
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.report.summary_html import summary_tables
+from cardsflow_fmu.runtime.library import this_platform
 from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.simulation.run import run, simulate, simulate_system
 from cardsflow_fmu.utils.key_file import key_warning, read_key
@@ -72,8 +73,9 @@ def test_the_controller_is_the_same_file_byte_for_byte(tmp_path: Path) -> None:
         "hardware.ramp_in": 0.3,
         "hardware.motors": {"command": "length", "stiffness": 3000.0},
     }
-    without = build(load(SHORT), tmp_path / "a")
-    with_table = build(load(SHORT | table), tmp_path / "b")
+    here = [this_platform().tuple]  # a run's FMUs are for no other
+    without = build(load(SHORT), tmp_path / "a", platforms=here)
+    with_table = build(load(SHORT | table), tmp_path / "b", platforms=here)
     run(load(LOCKSTEP), tmp_path / "c")
     run(load(LOCKSTEP | {"hardware.approach": 0.1}), tmp_path / "d")
     run(load(SHORT), tmp_path / "e")
