@@ -21,7 +21,7 @@ settings.register_profile(
     suppress_health_check=list(HealthCheck),
 )
 settings.register_profile(
-    "thorough", settings.get_profile("default"), max_examples=200, derandomize=False
+    "thorough", settings.get_profile("default"), max_examples=100, derandomize=False
 )
 settings.load_profile(os.environ.get("CARDSFLOW_EXAMPLES", "default"))
 
