@@ -66,7 +66,9 @@ def add_run(commands: Commands) -> None:
     )
     add_json(parser, "the summary")
     parser.add_argument(
-        "--as-script", action="store_true", help="print the Python that does it, and run nothing"
+        "--as-script",
+        action="store_true",
+        help="print the Python that does it, in plain FMPy where FMUs are stepped; run nothing",
     )
     parser.add_argument(
         "--view", action="store_true", help="show the run in the browser while it goes on"
@@ -92,7 +94,7 @@ def _run(options: argparse.Namespace) -> int:
     for warning in experiment.warnings():
         print(f"cardsflow: warning: {warning}", file=sys.stderr)
     if options.as_script:
-        return _print_script(options)
+        return _print_script(options, experiment)
     try:
         with watched(experiment, options) as (watch, replay):
             with progress_bar(experiment.run.steps) as progress:
@@ -169,18 +171,22 @@ def _through(options: argparse.Namespace) -> Through:
     return "direct" if options.direct else "native" if options.native else "fmu"
 
 
-def _print_script(options: argparse.Namespace) -> int:
-    from .run_script import run_script
+def _print_script(options: argparse.Namespace, experiment: Experiment | None = None) -> int:
+    from .run_script import fmpy_script, missing_in_fmpy, run_script
 
     refuse_view(options, "is not in a script; leave it out")
+    path, output, through = options.experiment, options.output, _through(options)
+    if experiment is not None and through in ("fmu", "python"):
+        missing = missing_in_fmpy(experiment, options.realtime)
+        if missing is None:
+            python, hardware = through == "python", experiment.hardware.use
+            print(fmpy_script(path, output, options.set, python=python, hardware=hardware), end="")
+            return GOOD
+        what = f"{missing} is not in the script in plain FMPy; this one is by cardsflow_fmu"
+        print(f"cardsflow: warning: {what}", file=sys.stderr)
+    settings = settings_of(options.set)
     print(
-        run_script(
-            options.experiment,
-            options.output,
-            settings_of(options.set),
-            through=_through(options),
-            realtime=options.realtime,
-        ),
+        run_script(path, output, settings, through=through, realtime=options.realtime),
         end="",
     )
     return GOOD

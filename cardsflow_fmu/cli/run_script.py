@@ -1,10 +1,72 @@
-"""The Python that does what `cardsflow run` does."""
+"""Scripts in Python that do what `cardsflow run` does: in plain FMPy, or by this package."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import shlex
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from cardsflow_fmu.cosim.coupling import Coupling
+from cardsflow_fmu.signals.ports import load_signals
+from cardsflow_fmu.signals.roles import HARDWARE
+from cardsflow_fmu.signals.world import wrench_signals
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.experiment.experiment import Experiment
+
+_FMPY = files("cardsflow_fmu.simulation") / "cosimulate.txt"
+
+
+def missing_in_fmpy(experiment: Experiment, realtime: bool) -> str | None:
+    """What an experiment has that the script in plain FMPy does not; None where it has all.
+
+    Args:
+        experiment: The experiment.
+        realtime: Whether steps are to wait for their time by the clock.
+    """
+    loads = [*load_signals(experiment.robot), *wrench_signals(experiment.plant.wrenches)]
+    hidden = experiment.disturbance is not None and not experiment.disturbance.known
+    found = {
+        "--realtime": realtime and not experiment.hardware.use,
+        "[fmus]": bool(experiment.fmus),
+        "[wiring]": any(
+            source != 0.0 or target.partition(".")[2] not in loads
+            for target, source in experiment.wiring.items()
+        ),
+        "a disturbance that the controller does not know of": hidden,
+        f"coupling {experiment.run.coupling.scheme}": experiment.run.coupling != Coupling(),
+        "hardware.approach": experiment.hardware.use and experiment.hardware.approach is not None,
+    }
+    return next((name for name, is_there in found.items() if is_there), None)
+
+
+def fmpy_script(
+    path: Path, output: Path | None, settings: Sequence[str], *, python: bool, hardware: bool
+) -> str:
+    """A script in plain FMPy that steps the FMUs of an experiment, as `cardsflow run` does.
+
+    Args:
+        path: An experiment.toml, or its folder.
+        output: Folder for the FMUs in its description; `fmus` when None.
+        settings: Changes, as in the words behind `--set`.
+        python: Whether models are in Python where C has them as well.
+        hardware: Whether hardware.fmu is in the plant's place unless its user says otherwise.
+    """
+    words = [str(path), *(word for change in settings for word in ("--set", change))]
+    words += ["--python"] if python else []
+    folder = shlex.quote("fmus" if output is None else str(output))
+    description = f"""\
+The FMUs of {path.as_posix()}, stepped in plain FMPy; no import of this package.
+
+cardsflow build {shlex.join(words)} -o {folder}
+python cosimulate.py {folder} results.csv plant        # the simulated robot
+python cosimulate.py {folder} hardware.csv hardware    # hardware.fmu in its place
+"""
+    escaped = description.replace("\\", "\\\\").replace('"', '\\"')
+    body = _FMPY.read_text(encoding="utf-8")
+    return f'"""{escaped}"""\n\n' + body.replace("ROBOT", HARDWARE if hardware else "plant")
 
 
 def run_script(
@@ -15,7 +77,7 @@ def run_script(
     through: str = "fmu",
     realtime: bool = False,
 ) -> str:
-    """A script that runs an experiment, or the FMUs of an .ssp file.
+    """A script that runs an experiment, or the FMUs of an .ssp file, by this package.
 
     Args:
         experiment: An experiment.toml, its folder, or an .ssp.

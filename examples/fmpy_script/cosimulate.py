@@ -1,7 +1,8 @@
-"""Steps reference, controller and plant in plain FMPy; no import of this package.
+"""The FMUs of examples/planar_2r, stepped in plain FMPy; no import of this package.
 
-python cosimulate.py fmus results.csv              # the simulated robot
-python cosimulate.py fmus results.csv hardware     # hardware.fmu in the place of plant.fmu
+cardsflow build examples/planar_2r -o fmus
+python cosimulate.py fmus results.csv plant        # the simulated robot
+python cosimulate.py fmus hardware.csv hardware    # hardware.fmu in its place
 """
 
 import csv
@@ -60,21 +61,24 @@ def cosimulate(folder, robot="plant"):
         ]
         reference, controller, plant = participants
         step, ticks = plant.step_size, round(controller.step_size / plant.step_size)
-        rows = []
-        for k in range(round(plant.stop / step)):
+        rows, last = [], round(plant.stop / step)
+        for k in range(last + 1):
             signals = plant.read() | reference.read()
-            if k % ticks == 0:
+            if k % ticks == 0 and k < last:
                 controller.step(k * step, controller.step_size, signals)
             signals |= controller.read()
             rows.append({"time": k * step} | signals)
-            reference.step(k * step, step, signals)
-            plant.step(k * step, step, signals)
+            if k < last:
+                reference.step(k * step, step, signals)
+                plant.step(k * step, step, signals)
         for participant in participants:
             participant.fmu.terminate()
         return rows
 
 
 if __name__ == "__main__":
+    if len(sys.argv) < 3:
+        sys.exit(__doc__)
     fmus, results, *robot = sys.argv[1:]
     rows = cosimulate(fmus, *robot)
     with Path(results).open("w", newline="") as file:

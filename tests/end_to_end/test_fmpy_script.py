@@ -6,6 +6,7 @@ import ast
 import csv
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.command_line import CommandLine
 from support.fmu.bare_environment import BareEnvironment
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
@@ -31,11 +33,13 @@ def read_rows(file: Path) -> dict[str, np.ndarray]:
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
-def cosimulated(fmus: Path, *robot: str, **variables: str) -> dict[str, np.ndarray]:
+def cosimulated(
+    fmus: Path, *robot: str, script: Path = SCRIPT, **variables: str
+) -> dict[str, np.ndarray]:
     """What the script writes, run as a user runs it."""
     file = fmus / "results.csv"
     done = subprocess.run(
-        [sys.executable, str(SCRIPT), str(fmus), str(file), *robot],
+        [sys.executable, str(script), str(fmus), str(file), *robot],
         env={**os.environ, **variables},
         capture_output=True,
         text=True,
@@ -48,11 +52,17 @@ def cosimulated(fmus: Path, *robot: str, **variables: str) -> dict[str, np.ndarr
 
 def require_equal(rows: dict[str, np.ndarray], result: Result) -> None:
     """All that both have is equal to the last bit, but the time that a tick took."""
-    common = (set(rows) & set(result.names)) - {"time", "solve_time"}
+    common = (set(rows) & set(result.names)) - {"solve_time"}
     assert len(common) > 18
     assert {name.split(".")[0] for name in common} >= {"q", "qd", "l"}
     for name in common:
-        np.testing.assert_array_equal(rows[name], result[name][:-1], err_msg=name)
+        np.testing.assert_array_equal(rows[name], result[name], err_msg=name)
+
+
+@pytest.fixture
+def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
+    """The command line."""
+    return CommandLine(capsys)
 
 
 @pytest.mark.slow
@@ -68,12 +78,32 @@ def require_equal(rows: dict[str, np.ndarray], result: Result) -> None:
     ids=str,
 )
 def test_the_script_steps_as_run_does(
-    example: str, settings: dict[str, Any], tmp_path: Path
+    example: str, settings: dict[str, Any], tmp_path: Path, cardsflow: CommandLine
 ) -> None:
-    """Whatever the robot: tasks, muscles with laws, a world in Python."""
-    experiment = Experiment.load(EXAMPLES / example, SHORT | settings)
-    build(experiment, tmp_path)
-    require_equal(cosimulated(tmp_path), simulate(experiment))
+    """Whatever the robot: tasks, muscles with laws, a world in Python; by the commands it names."""
+    settings = SHORT | settings
+    words = [f"--set={key}={value}" for key, value in settings.items()]
+    command = ["run", str(EXAMPLES / example), *words, "-o", str(tmp_path / "my fmus")]
+    code, script, _ = cardsflow(*command, "--as-script")
+    assert code == 0
+    (tmp_path / "cosimulate.py").write_text(script, encoding="utf-8")
+    building = shlex.split(script.splitlines()[2])
+    assert building[0] == "cardsflow"
+    assert cardsflow(*building[1:])[0] == 0
+    rows = cosimulated(tmp_path / "my fmus", script=tmp_path / "cosimulate.py")
+    require_equal(rows, simulate(Experiment.load(EXAMPLES / example, settings)))
+
+
+def test_the_example_is_what_run_prints(
+    cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The example in the repository, from the folder above it."""
+    monkeypatch.chdir(EXAMPLES.parent)
+    code, script, err = cardsflow("run", "examples/planar_2r", "--as-script")
+    assert (code, err) == (0, "")
+    assert script == SCRIPT.read_text(encoding="utf-8")
+    hardware = cardsflow("run", "examples/planar_2r", "--as-script", "--hardware", "udp://h:1")[1]
+    assert 'robot="hardware"' in hardware
 
 
 @pytest.fixture

@@ -189,18 +189,20 @@ def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) 
 # Scripts
 
 
-@pytest.mark.parametrize("direct", [True, False])
+@pytest.mark.parametrize("words", [["--direct"], ["--realtime"]])
 def test_the_script_of_a_run_gives_the_same_bits(
-    direct: bool,
+    words: list[str],
     tmp_path: Path,
     cardsflow: CommandLine,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """Where FMPy alone cannot do it; tests/end_to_end/test_fmpy_script.py has the other scripts."""
     monkeypatch.chdir(tmp_path)
     settings = ["--set", "run.duration=0.1", "--set", 'robot.cable_set="basic_2018_07"']
-    words = ["run", str(PLANAR_2R), *settings, *(["--direct"] if direct else [])]
-    code, script, _ = cardsflow(*words, "-o", "scripted", "--as-script")
+    words = ["run", str(PLANAR_2R), *settings, *words]
+    code, script, err = cardsflow(*words, "-o", "scripted", "--as-script")
     assert code == 0
+    assert ("warning: --realtime is not in the script" in err) == ("--realtime" in words)
     assert not any(tmp_path.iterdir())
     with contextlib.redirect_stdout(io.StringIO()) as printed:
         exec(compile(script, "script.py", "exec"), {})
@@ -208,6 +210,23 @@ def test_the_script_of_a_run_gives_the_same_bits(
     assert cardsflow(*words, "-o", "ran")[0] == 0
     scripted, ran = (Path(name, "results.csv").read_bytes() for name in ("scripted", "ran"))
     assert scripted == ran
+
+
+@pytest.mark.parametrize(
+    ("words", "missing"),
+    [
+        ([PLANAR_2R, "--set", "run.coupling=jacobi"], "coupling jacobi"),
+        ([PLANAR_2R, "--set", "wiring.controller={'qd_d.joint_2'=0.0, 'q.joint_1'=0.1}"], "[wir"),
+        ([PLANAR_2R, "--set", "wiring.controller={'qd_d.joint_2'=0.0}"], "[wiring]"),
+    ],
+)
+def test_a_script_that_is_not_plain_fmpy_says_why(
+    words: list[str | Path], missing: str, cardsflow: CommandLine
+) -> None:
+    code, script, err = cardsflow("run", *words, "--as-script")
+    assert code == 0
+    assert "fmpy" not in script
+    assert f"warning: {missing}" in err
 
 
 def test_the_script_of_an_ssp_gives_the_same_bits(tmp_path: Path, cardsflow: CommandLine) -> None:

@@ -108,8 +108,8 @@ def test_run(words: tuple, engine: dict[str, str], tmp_path: Path, cardsflow: Co
 
 
 def test_a_script_asks_for_the_same(cardsflow: CommandLine) -> None:
-    assert "through='python'" in cardsflow("run", PLANAR_2R, "--python", "--as-script")[1]
-    assert "through" not in cardsflow("run", PLANAR_2R, "--as-script")[1]
+    assert " --python -o fmus\n" in cardsflow("run", PLANAR_2R, "--python", "--as-script")[1]
+    assert "--python" not in cardsflow("run", PLANAR_2R, "--as-script")[1]
 
 
 def test_both_kinds_have_the_same_trajectories() -> None:
