@@ -22,7 +22,7 @@ from .model.joint import (
 from .model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from .model.muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
 from .model.pose import IDENTITY, Pose, Vector3
-from .model.robot import GRAVITY, WORLD, Axis, Inertia, Link, Mesh, Robot, TaskFrame, TaskSet
+from .model.robot import GRAVITY, WORLD, Axis, Inertia, Link, Mesh, Robot, Shape, TaskFrame, TaskSet
 from .model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
 from .transforms.simplify import align_frames, merge_fixed_joints
 from .writers.caspr.model import losses as caspr_losses
@@ -60,6 +60,7 @@ __all__ = [
     "Pose",
     "Robot",
     "RobotError",
+    "Shape",
     "SimmSpline",
     "SimulationError",
     "Space",

@@ -14,7 +14,7 @@ from addin_sdfusion.robot.checks.check import require_valid
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import transform
 from sim_dart.muscles.paths import MusclePaths
-from sim_dart.scene import Capsule, MeshShape, Scene
+from sim_dart.scene import Box, Capsule, Cylinder, Scene, Shape, Sphere
 
 from .link_shapes import link_shapes
 from .meshes import convex_hull
@@ -22,6 +22,7 @@ from .skeleton import build_skeleton
 
 _SAME = 1e-9  # in [m]: ends nearer than this are one point
 _NARROWINGS = 40
+_FACES = 64  # of a prism in place of a cylinder: its edges stand out by 0.12 % of the radius
 
 
 class Nearest(NamedTuple):
@@ -46,7 +47,7 @@ class Interference:
     """Distances of the muscles and links of a robot.
 
     A muscle is compared with links that none of its via points is on. A link is the convex hull of
-    its collision meshes, or capsules from joint to joint.
+    its collision meshes and its shapes, or capsules from joint to joint.
 
     Args:
         robot: The robot; its active cable set counts.
@@ -64,7 +65,6 @@ class Interference:
         self._solids = [
             (shape.link, _Solid(shape.shape, transform(shape.pose)))
             for shape in link_shapes(robot, scene)
-            if isinstance(shape.shape, Capsule | MeshShape)
         ]
         self._skeleton = build_skeleton(robot) if self._solids else None
         self._own = [{point.link for point in muscle.via_points} for muscle in robot.muscles]
@@ -113,15 +113,25 @@ class Interference:
 
 
 class _Solid:
-    """A capsule or a convex hull, as far as a line's distance from it goes."""
+    """A shape, as far as a line's distance from it goes: a cylinder is a prism about it."""
 
-    def __init__(self, shape: Capsule | MeshShape, T_link_shape: FloatArray) -> None:
+    def __init__(self, shape: Shape, T_link_shape: FloatArray) -> None:
         self._T_link_shape = T_link_shape
         self._radius = 0.0
         self._normals, self._offsets = np.empty((0, 3)), np.empty(0)
         if isinstance(shape, Capsule):
             self._radius = shape.radius
             self._end = np.array([0.0, 0.0, 0.5 * shape.length])
+        elif isinstance(shape, Sphere):
+            self._radius, self._end = shape.radius, np.zeros(3)
+        elif isinstance(shape, Box):
+            self._normals = np.vstack([np.eye(3), -np.eye(3)])
+            self._offsets = 0.5 * np.tile(shape.size, 2)
+        elif isinstance(shape, Cylinder):
+            angles = np.linspace(0.0, 2.0 * np.pi, _FACES, endpoint=False)
+            around = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(_FACES)])
+            self._normals = np.vstack([around, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
+            self._offsets = np.repeat([shape.radius, 0.5 * shape.length], [_FACES, 2])
         else:
             hull = convex_hull(shape.file, shape.scale)
             self._normals = np.asarray(hull.face_normals, float)

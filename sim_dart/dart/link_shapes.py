@@ -1,15 +1,15 @@
-"""Collision shapes of a robot's links: hulls of their meshes, capsules, and given shapes."""
+"""Collision shapes of a robot's links: their own, hulls of their meshes, capsules, given ones."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from addin_sdfusion.robot import Link, Pose, Robot, UnknownNameError, Vector3
 from addin_sdfusion.robot.mesh_files import own_mesh
-from sim_dart.scene import Capsule, LinkShape, MeshShape, Scene
+from sim_dart.scene import Box, Capsule, Cylinder, LinkShape, MeshShape, Scene, Sphere
 
 _SHORT = 1e-9  # in [m]: a segment shorter than this has no direction
 
@@ -43,6 +43,15 @@ def _hulls(link: Link, scene: Scene) -> Iterator[LinkShape]:
         if mesh.role == "collision":
             file = own_mesh(mesh.uri, scene.mesh_folder, scene.mesh_roots)
             yield LinkShape(link.name, MeshShape(file, mesh.scale), mesh.pose)
+    for shape in link.shapes:
+        yield LinkShape(link.name, _KINDS[shape.kind](shape.sizes), shape.pose)
+
+
+_KINDS: dict[str, Callable[[tuple[float, ...]], Box | Sphere | Cylinder]] = {
+    "box": lambda sizes: Box((sizes[0], sizes[1], sizes[2])),
+    "sphere": lambda sizes: Sphere(sizes[0]),
+    "cylinder": lambda sizes: Cylinder(sizes[0], sizes[1]),
+}
 
 
 def _capsules(robot: Robot, link: Link, radius: float) -> Iterator[LinkShape]:

@@ -10,7 +10,7 @@ from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, all_task_frames, error, finite
 from ..model.joint import Coordinate, Joint
 from ..model.muscle import Muscle, WrapSurface
-from ..model.robot import Link, Robot
+from ..model.robot import SHAPE_SIZES, Link, Robot
 
 
 def numbers(robot: Robot) -> Iterator[Finding]:
@@ -20,6 +20,7 @@ def numbers(robot: Robot) -> Iterator[Finding]:
         yield from _report(Subject("link", link.name), "mass or inertia", link_numbers(link))
         yield from _report(Subject("link", link.name), "end", link.end or ())
         yield from _report(Subject("link", link.name), "mesh", mesh_numbers(link))
+        yield from _shapes(link)
     for joint in robot.joints:
         yield from _report(Subject("joint", joint.name), "pose or axis", joint_numbers(joint))
         for c in joint.coordinates:
@@ -56,6 +57,17 @@ def mesh_numbers(link: Link) -> tuple[float, ...]:
         for mesh in link.meshes
         for number in (*mesh.pose.position, *mesh.pose.rpy, *mesh.scale)
     )
+
+
+def _shapes(link: Link) -> Iterator[Finding]:
+    subject = Subject("link", link.name)
+    for shape in link.shapes:
+        yield from _report(subject, "shape", (*shape.pose.position, *shape.pose.rpy, *shape.sizes))
+        count = SHAPE_SIZES[shape.kind]
+        if len(shape.sizes) != count or any(size <= 0.0 for size in shape.sizes):
+            listed = " ".join(f"{size:g}" for size in shape.sizes)
+            problem = f"its {shape.kind} needs {count} sizes above 0, not {listed or 'none'}"
+            yield error(subject, "bad-size", problem)
 
 
 def joint_numbers(joint: Joint) -> tuple[float, ...]:

@@ -102,6 +102,26 @@ class Mesh:
     color: Rgba | None = None
 
 
+ShapeKind = Literal["box", "sphere", "cylinder"]
+SHAPE_SIZES: dict[ShapeKind, int] = {"box": 3, "sphere": 1, "cylinder": 2}
+"""How many sizes a shape has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A simple shape that a link collides with, its middle at its frame's origin.
+
+    Attributes:
+        kind: What it is; a cylinder is along z.
+        sizes: The edges along x, y, z; the radius; or the radius and the length, in [m].
+        pose: In the link's frame.
+    """
+
+    kind: ShapeKind
+    sizes: tuple[float, ...]
+    pose: Pose = IDENTITY
+
+
 @dataclass(frozen=True, slots=True)
 class Link:
     """A rigid body.
@@ -111,12 +131,14 @@ class Link:
         inertia: Mass properties.
         end: The far end in the link frame, in [m]; for drawing only, None where unknown.
         meshes: What it looks like and what it collides with.
+        shapes: What it collides with beside meshes.
     """
 
     name: str
     inertia: Inertia
     end: Vector3 | None = None
     meshes: tuple[Mesh, ...] = ()
+    shapes: tuple[Shape, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -134,15 +134,17 @@ def _in_frame(link: Link, T_home_link: Pose) -> Link:
         matrix = rotate_inertia(rotation(T_home_link.rpy), matrix)
     inertia = Inertia.of(own.mass, apply(T_home_link, own.com), matrix)
     meshes = tuple(replace(m, pose=compose(T_home_link, m.pose)) for m in link.meshes)
-    return replace(link, inertia=inertia, meshes=meshes)
+    shapes = tuple(replace(s, pose=compose(T_home_link, s.pose)) for s in link.shapes)
+    return replace(link, inertia=inertia, meshes=meshes, shapes=shapes)
 
 
 def _union(link: Link, parts: list[Link]) -> Link:
     """A link and all that is fixed to it, as one; every part in the link's frame."""
     meshes = tuple(mesh for part in parts for mesh in part.meshes)
-    if len(parts) == 1:
-        return replace(link, inertia=parts[0].inertia, meshes=meshes)
-    return replace(link, inertia=_sum([part.inertia for part in parts]), meshes=meshes)
+    shapes = tuple(shape for part in parts for shape in part.shapes)
+    own = [part.inertia for part in parts]
+    inertia = own[0] if len(parts) == 1 else _sum(own)
+    return replace(link, inertia=inertia, meshes=meshes, shapes=shapes)
 
 
 def _sum(parts: list[Inertia]) -> Inertia:

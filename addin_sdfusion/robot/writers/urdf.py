@@ -22,7 +22,7 @@ from ..finding import Finding, Subject
 from ..finding_builders import warning
 from ..model.joint import Coordinate
 from ..model.pose import IDENTITY, Pose
-from ..model.robot import GRAVITY, WORLD, Inertia, Link, Mesh, Robot
+from ..model.robot import GRAVITY, WORLD, Inertia, Link, Mesh, Robot, Shape
 from ..model.rotations import normalized
 from ..transforms.joint_chains import SingleJoint, single_joints
 from ..transforms.simplify import joint_frames
@@ -170,6 +170,8 @@ def _link(root: ElementTree.Element, link: Link) -> None:
     _inertial(node, link.inertia)
     for mesh in link.meshes:
         _mesh(node, mesh)
+    for shape in link.shapes:
+        _shape(node, shape)
 
 
 def _inertial(link: ElementTree.Element, inertia: Inertia) -> None:
@@ -190,6 +192,15 @@ def _mesh(link: ElementTree.Element, mesh: Mesh) -> None:
         name = f"{link.get('name')} {len(link)}"
         material = element(node, "material", name=name)
         element(material, "color", rgba=numbers(mesh.color))
+
+
+def _shape(link: ElementTree.Element, shape: Shape) -> None:
+    node = element(link, "collision")
+    _origin(node, shape.pose)
+    sizes = {"size": numbers(shape.sizes)}
+    if shape.kind != "box":
+        sizes = {n: numbers([s]) for n, s in zip(("radius", "length"), shape.sizes, strict=False)}
+    element(element(node, "geometry"), shape.kind, None, **sizes)
 
 
 def _joint(root: ElementTree.Element, single: SingleJoint) -> None:

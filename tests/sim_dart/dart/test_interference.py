@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 from support.robots.random_robots import random_robot
 from support.robots.worlds import two_link_arm, write_box_mesh
 
-from addin_sdfusion.robot import WORLD, CableSet, Link, Mesh, Muscle, Pose, Robot, ViaPoint
+from addin_sdfusion.robot import WORLD, CableSet, Link, Mesh, Muscle, Pose, Robot, Shape, ViaPoint
 from sim_dart.dart.interference import Interference, segment_distances
 from sim_dart.scene import Scene
 
@@ -133,6 +133,26 @@ def test_depth_in_a_hull_is_that_behind_the_nearest_face(
     robot = replace(arm, links=links, cable_sets=(CableSet("all", (passing,)),))
     check = Interference(robot, Scene(mesh_folder=tmp_path))
     (near,) = check.nearest([np.zeros(2)])
+    assert near.other == "link_2"
+    assert near.distance == pytest.approx(expected, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("shape", "expected"),
+    [
+        (Shape("box", (0.1, 0.1, 0.1)), 0.15),
+        (Shape("sphere", (0.08,)), 0.12),
+        (Shape("cylinder", (0.07, 0.3)), 0.13),
+        (Shape("cylinder", (0.07, 0.3), Pose(rpy=(0.0, np.pi / 2, 0.0))), 0.05),
+    ],
+)
+def test_the_shapes_of_links_are_in_the_way_as_they_are(shape: Shape, expected: float) -> None:
+    arm = two_link_arm()
+    own = replace(shape, pose=Pose((0.0, 0.0, -0.15), shape.pose.rpy))
+    links = (arm.links[0], Link("link_2", arm.links[1].inertia, shapes=(own,)))
+    passing = Muscle("m", (ViaPoint(WORLD, (0.2, -1, 0.25)), ViaPoint(WORLD, (0.2, 1, 0.25))))
+    robot = replace(arm, links=links, cable_sets=(CableSet("all", (passing,)),))
+    (near,) = Interference(robot, Scene()).nearest([np.zeros(2)])
     assert near.other == "link_2"
     assert near.distance == pytest.approx(expected, abs=1e-7)
 

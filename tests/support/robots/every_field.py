@@ -28,6 +28,7 @@ from addin_sdfusion.robot import (
     Polynomial,
     Pose,
     Robot,
+    Shape,
     SimmSpline,
     TaskFrame,
     TaskSet,
@@ -131,7 +132,12 @@ def _seen(rng: np.random.Generator, link: Link) -> Link:
     color = (0.25, 0.5, 1.0, 0.75)
     visual = Mesh("visual", "a.stl", _pose(rng), (0.001, 0.002, 0.003), "shell", color)
     collision = Mesh("collision", "b.stl", _pose(rng))
-    return replace(link, end=vector(rng), meshes=(visual, collision))
+    shapes = (
+        Shape("box", (0.25, 0.125, 0.5), _pose(rng)),
+        Shape("sphere", (0.125,), _pose(rng)),
+        Shape("cylinder", (0.0625, 0.375), _pose(rng)),
+    )
+    return replace(link, end=vector(rng), meshes=(visual, collision), shapes=shapes)
 
 
 def _straight(joint: Joint) -> Joint:

@@ -10,16 +10,26 @@ from ...errors import InputError
 from ...finding_builders import unknown
 from ...mesh_files import is_file, mesh_bytes, mesh_file
 from ...model.pose import Vector3
-from ...model.robot import Mesh
+from ...model.robot import SHAPE_SIZES, Mesh, Shape, ShapeKind
 from ...model.rotations import Matrix3
 from ..xml import Node
 from .bodies import Body, Part
 from .compiler import Compiler
 from .document import MAIN, Document
-from .shapes import place_of, shape_of
+from .shapes import place_of, shape_of, sizes_of
 
 COLLISION_GROUP = 4
 """What our own files put collision meshes in."""
+
+
+def collision_kind(part: Part) -> ShapeKind | None:
+    """What shape a geom is that our own files say a link collides with; None for any other."""
+    kind = shape_of(part.node)
+    return kind if _in_collision_group(part) and kind in SHAPE_SIZES else None
+
+
+def _in_collision_group(part: Part) -> bool:
+    return part.node.number_attribute("group", 0.0) == COLLISION_GROUP
 
 
 class Solid(NamedTuple):
@@ -78,9 +88,18 @@ class MeshAssets:
                 part.node.error("unknown-mesh", unknown("mesh", name, list(self._nodes)))
             elif self._nodes[name].has("file"):
                 pose = self._compiler.pose(part.node, place_of(part, self._compiler))
-                collides = part.node.number_attribute("group", 0.0) == COLLISION_GROUP
-                role = "collision" if collides else "visual"
+                role = "collision" if _in_collision_group(part) else "visual"
                 yield Mesh(role, self.uri(name), pose, self.scale(name), name)  # type: ignore[arg-type]
+
+    def collide(self, body: Body) -> Iterator[Shape]:
+        """The shapes that a body collides with; MJCF has half the edges and lengths."""
+        for part in body.geoms:
+            kind = collision_kind(part)
+            if kind is not None:
+                first, *others = sizes_of(part.node)
+                sizes = (first if kind != "box" else 2.0 * first, *(2.0 * size for size in others))
+                pose = self._compiler.pose(part.node, place_of(part, self._compiler))
+                yield Shape(kind, sizes, pose)
 
     def solid(self, part: Part) -> Solid | None:
         """The filled mesh of a geom; None where it cannot be had, which is noted in `missing`."""

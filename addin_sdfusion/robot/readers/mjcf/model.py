@@ -32,7 +32,7 @@ from .equality import with_equalities
 from .found import with_found
 from .inertia import read_inertias
 from .joints import JointReader
-from .meshes import MeshAssets
+from .meshes import MeshAssets, collision_kind
 from .shapes import shape_of
 from .tendons import TendonReader
 
@@ -66,7 +66,12 @@ def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     joints = with_equalities(joints, document)
     inertias = read_inertias(bodies, compiler, meshes)
     _note_meshes(carried, joints, meshes)
-    links = [Link(b.name, inertias[b.name], meshes=tuple(meshes.seen(b))) for b in carried]
+    links = [
+        Link(
+            b.name, inertias[b.name], meshes=tuple(meshes.seen(b)), shapes=tuple(meshes.collide(b))
+        )
+        for b in carried
+    ]
     names = [c.name for joint in joints for c in joint.coordinates]
     tendons = TendonReader(document, compiler, bodies, names)
     found, drives = tendons.read(), read_drives(document)
@@ -167,7 +172,12 @@ def _note_left_out(document: Document, bodies: Sequence[Body]) -> None:
         if parts:
             names = ", ".join(repr(part.attribute("name", part.tag)) for part in parts[:10])
             parts[0].warning("part-left-out", f"{len(parts)} of <{section}> left out: {names}")
-    seen = [p.node for b in bodies for p in b.geoms if shape_of(p.node) != "mesh"]
+    seen = [
+        p.node
+        for b in bodies
+        for p in b.geoms
+        if shape_of(p.node) != "mesh" and collision_kind(p) is None
+    ]
     if seen:
         problem = (
             f"{len(seen)} geoms count for masses and wraps only: they are neither seen, nor do "

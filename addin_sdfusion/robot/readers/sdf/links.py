@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Literal, cast
 
 from ...model.pose import Pose
-from ...model.robot import Inertia, Link, Mesh, Rgba
+from ...model.robot import SHAPE_SIZES, Inertia, Link, Mesh, Rgba, Shape, ShapeKind
 from ...model.rotations import rotate_inertia, rotation
 from ..xml import TRUE, Node, shortened
 from .frames import Frames
@@ -18,18 +18,20 @@ def read_link(node: Node, frames: Frames) -> Link:
     gravity = node.optional("gravity")
     if gravity is not None and gravity.text in ("false", "0"):
         gravity.warning("gravity-not-off", "gravity acts on it all the same")
-    meshes = tuple(_meshes(node, frames))
+    meshes, shapes = tuple(_meshes(node, frames)), tuple(_shapes(node, frames))
     inertial = node.optional("inertial")
     if inertial is None:
         problem = "no <inertial>; SDF's own 1 kg and 1 kg·m² are used"
         node.warning("default-inertial", problem)
-        return Link(name, Inertia(1.0, ixx=1.0, iyy=1.0, izz=1.0), meshes=meshes)
+        return Link(name, Inertia(1.0, ixx=1.0, iyy=1.0, izz=1.0), meshes=meshes, shapes=shapes)
     if inertial.attribute("auto", "false") in TRUE:
         problem = "inertia from collision shapes is not supported; write the numbers"
         inertial.error("unsupported-inertial", problem)
     if inertial.all("fluid_added_mass"):
         inertial.warning("added-mass-not-simulated", "fluid added mass is not simulated")
-    return Link(name, _inertia(inertial, frames.in_link(inertial, name)), meshes=meshes)
+    return Link(
+        name, _inertia(inertial, frames.in_link(inertial, name)), meshes=meshes, shapes=shapes
+    )
 
 
 def _inertia(inertial: Node, pose: Pose) -> Inertia:
@@ -54,11 +56,30 @@ def _meshes(link: Node, frames: Frames) -> Iterator[Mesh]:
         for shape in geometry.all():
             if shape.tag == "mesh":
                 yield _mesh(node, shape, frames)
-            elif shape.tag != "empty":
+            elif shape.tag != "empty" and not _is_kept(node, shape):
+                kept = "meshes" if node.tag == "visual" else "meshes, boxes, spheres and cylinders"
                 problem = (
-                    f"a {node.tag} of {shortened(shape.tag)} is left out; only meshes are kept"
+                    f"a {node.tag} of {shortened(shape.tag)} is left out; only {kept} are kept"
                 )
                 shape.warning("geometry-left-out", problem)
+
+
+def _is_kept(node: Node, shape: Node) -> bool:
+    return node.tag == "collision" and shape.tag in SHAPE_SIZES
+
+
+def _shapes(link: Node, frames: Frames) -> Iterator[Shape]:
+    for node in link.all("collision"):
+        for geometry in node.all("geometry"):
+            for shape in geometry.all(*SHAPE_SIZES):
+                pose = frames.in_link(node, node.subject.name)
+                yield Shape(cast(ShapeKind, shape.tag), _sizes(shape), pose)
+
+
+def _sizes(shape: Node) -> tuple[float, ...]:
+    if shape.tag == "box":
+        return shape.vector("size")
+    return tuple(shape.number(n) for n in ("radius", "length")[: SHAPE_SIZES[shape.tag]])  # type: ignore[index]
 
 
 def _mesh(node: Node, shape: Node, frames: Frames) -> Mesh:

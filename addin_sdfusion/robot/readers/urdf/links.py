@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Literal, cast
 
 from ...model.pose import IDENTITY, Pose, Vector3
-from ...model.robot import WORLD, Inertia, Link, Mesh, Rgba
+from ...model.robot import SHAPE_SIZES, WORLD, Inertia, Link, Mesh, Rgba, Shape, ShapeKind
 from ...model.rotations import rotate_inertia, rotation
 from ..xml import ZERO, Node
 
@@ -18,24 +18,25 @@ def read_link(node: Node, colors: Mapping[str, Rgba]) -> Link:
     """A link; one without inertial has no mass."""
     inertial = node.optional("inertial")
     inertia = Inertia(0.0) if inertial is None else _inertia(inertial)
-    return Link(node.subject.name, inertia, meshes=tuple(_meshes(node, colors)))
+    meshes, shapes = tuple(_meshes(node, colors)), tuple(_shapes(node))
+    return Link(node.subject.name, inertia, meshes=meshes, shapes=shapes)
 
 
 def note_shapes(robot: Node) -> None:
-    """Shapes that are no meshes, in one warning, and what link `world` has, are left out."""
+    """Shapes that are not kept, in one warning, and what link `world` has, are left out."""
     counts: Counter[str] = Counter()
     first: Node | None = None
     for link in robot.all("link"):
         if link.attribute("name", "") == WORLD and link.all("inertial", *SEEN):
             problem = f"link {WORLD!r} is the fixed frame; its mass and shapes are left out"
             link.warning("world-left-out", problem)
-        for shape in _shapes(link):
-            if shape.tag != "mesh":
+        for node, shape in _geometries(link):
+            if shape.tag != "mesh" and (node.tag == "visual" or shape.tag not in SHAPE_SIZES):
                 counts[shape.tag] += 1
                 first = first or shape
     if first is not None:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(counts.items()))
-        problem = f"only meshes are kept of what is seen and of collisions; left out: {kinds}"
+        problem = f"of what is seen meshes alone are kept; left out: {kinds}"
         first.warning("geometry-left-out", problem)
 
 
@@ -66,13 +67,24 @@ def _inertia(inertial: Node) -> Inertia:
     return Inertia.of(mass, pose.position, matrix)
 
 
-def _shapes(link: Node) -> list[Node]:
-    return [
-        shape
-        for node in link.all(*SEEN)
-        for geometry in node.all("geometry")
-        for shape in geometry.all()
-    ]
+def _geometries(link: Node) -> Iterator[tuple[Node, Node]]:
+    """What is seen and collisions, each with its shape."""
+    for node in link.all(*SEEN):
+        for geometry in node.all("geometry"):
+            for shape in geometry.all():
+                yield node, shape
+
+
+def _shapes(link: Node) -> Iterator[Shape]:
+    for node, shape in _geometries(link):
+        if node.tag == "collision" and shape.tag in SHAPE_SIZES:
+            yield Shape(shape.tag, _sizes(shape, shape.tag), read_origin(node))
+
+
+def _sizes(shape: Node, kind: ShapeKind) -> tuple[float, ...]:
+    if kind == "box":
+        return shape.vector_attribute("size")
+    return tuple(shape.number_attribute(n) for n in ("radius", "length")[: SHAPE_SIZES[kind]])
 
 
 def material_colors(robot: Node) -> dict[str, Rgba]:

@@ -109,6 +109,9 @@ def _links(robot: Robot) -> Iterator[Finding]:
         if link.meshes:
             problem = f"CASPR has no meshes; {len(link.meshes)} left out"
             yield warning(Subject("link", link.name), "caspr-meshes", problem)
+        if link.shapes:
+            problem = f"CASPR has no shapes to collide with; {len(link.shapes)} left out"
+            yield warning(Subject("link", link.name), "caspr-meshes", problem)
     for surface in robot.wrap_surfaces:
         problem = "CASPR has no wrap surfaces; it is left out, and cables run straight"
         yield warning(Subject("wrap_surface", surface.name), "caspr-wrap", problem)

@@ -1,4 +1,4 @@
-"""Meshes in MJCF: assets, and geoms without collisions."""
+"""Meshes and shapes in MJCF: assets, and geoms without collisions."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from ..xml_text import element, numbers
 from .bodies import placement
 
 GROUPS = {"visual": "2", "collision": "4"}
+APART = {"contype": "0", "conaffinity": "0"}
 
 
 _STL_HEAD, _STL_FACET = 84, 50
@@ -47,14 +48,27 @@ def add_meshes(
             shape = {"type": "mesh", "mesh": name, "group": GROUPS[mesh.role]}
             if mesh.color is not None:
                 shape["rgba"] = numbers(mesh.color)
-            apart = {"contype": "0", "conaffinity": "0"}
-            element(bodies[link.name], "geom", None, **shape, **placement(mesh.pose), **apart)
+            element(bodies[link.name], "geom", None, **shape, **placement(mesh.pose), **APART)
+
+
+def add_shapes(robot: Robot, bodies: dict[str, ElementTree.Element]) -> None:
+    """Add the shapes that links collide with; MuJoCo has half the edges and lengths."""
+    for link in robot.links:
+        for shape in link.shapes:
+            halves = [0.5 * size for size in shape.sizes]
+            if shape.kind != "box":
+                halves[0] = shape.sizes[0]
+            given = {"type": shape.kind, "size": numbers(halves), "group": GROUPS["collision"]}
+            element(bodies[link.name], "geom", None, **given, **placement(shape.pose), **APART)
 
 
 def mesh_losses(robot: Robot, files: Mapping[str, str | Path]) -> Iterator[Finding]:
     """Meshes that are left out, and collisions that are off."""
     for link in robot.links:
         subject = Subject("link", link.name)
+        if link.shapes:
+            problem = f"the collisions of its {len(link.shapes)} shapes are off, as in this"
+            yield warning(subject, "collisions-off", f"{problem} simulation")
         for mesh in link.meshes:
             if mesh.uri not in files:
                 problem = f"MuJoCo opens no such file as {mesh.uri!r}, or there is none; left out"

@@ -40,7 +40,7 @@ from ..xml_text import document, element, numbers
 from .bodies import add_body, coordinate_order, depth_losses
 from .constraints import add_constraints, constraint_losses
 from .inertia import inertia_losses
-from .meshes import add_meshes, mesh_losses
+from .meshes import add_meshes, add_shapes, mesh_losses
 from .tendons import add_tendons, add_wrap_geoms, wrap_losses
 
 MeshFiles = Mapping[str, str | Path]
@@ -122,6 +122,7 @@ def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
     for joint in robot.joints:
         bodies[joint.child] = add_body(robot, joint, bodies[joint.parent])
     add_meshes(robot, meshes, assets, bodies)
+    add_shapes(robot, bodies)
     sites = _task_sites(robot, bodies)
     add_wrap_geoms(robot, bodies)
     add_tendons(robot, root, bodies, sites)

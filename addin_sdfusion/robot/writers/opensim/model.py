@@ -148,8 +148,8 @@ def _meshes(robot: Robot) -> Iterator[Finding]:
         if any(mesh.name for mesh in link.meshes):
             problem = "OpenSim numbers its meshes; their names are left out"
             yield warning(Subject("link", link.name), "mesh-names-left-out", problem)
-        if any(mesh.role == "collision" for mesh in link.meshes):
-            problem = "OpenSim gets the meshes to be seen only; those for collisions are left out"
+        if link.shapes or any(mesh.role == "collision" for mesh in link.meshes):
+            problem = "OpenSim gets the meshes to be seen only; what collides is left out"
             yield warning(Subject("link", link.name), "collisions-left-out", problem)
 
 

@@ -21,7 +21,7 @@ from ..common_losses import refuse
 from ..xml_text import document, element, numbers
 from .joints import SdfJoint, sdf_joints
 from .losses import sdf_losses
-from .names import MODEL_FRAME, NO_LIMIT, joint_frame_name, mesh_names, needs_frame
+from .names import MODEL_FRAME, NO_LIMIT, joint_frame_name, mesh_names, needs_frame, shape_names
 from .plugin import content_beside, plugin_element
 
 __all__ = ["sdf_losses", "write_sdf"]
@@ -80,13 +80,22 @@ def _link(model: ElementTree.Element, link: Link, carrier: SdfJoint) -> None:
     for mesh, name in zip(link.meshes, mesh_names(link), strict=True):
         looks = element(node, mesh.role, name=name)
         _pose(looks, mesh.pose)
-        shape = element(element(looks, "geometry"), "mesh")
-        element(shape, "uri", mesh.uri)
-        element(shape, "scale", numbers(mesh.scale))
+        given = element(element(looks, "geometry"), "mesh")
+        element(given, "uri", mesh.uri)
+        element(given, "scale", numbers(mesh.scale))
         if mesh.color is not None:
             material = element(looks, "material")
             for light in ("ambient", "diffuse"):
                 element(material, light, numbers(mesh.color))
+    for shape, name in zip(link.shapes, shape_names(link), strict=True):
+        collision = element(node, "collision", name=name)
+        _pose(collision, shape.pose)
+        given = element(element(collision, "geometry"), shape.kind)
+        if shape.kind == "box":
+            element(given, "size", numbers(shape.sizes))
+        for tag, size in zip(("radius", "length"), shape.sizes, strict=False):
+            if shape.kind != "box":
+                element(given, tag, size)
 
 
 def _joint(model: ElementTree.Element, joint: SdfJoint) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import count, islice
+
 from ...model.pose import Pose
 from ...model.robot import Link
 from ...model.rotations import inverse
@@ -39,3 +41,10 @@ def mesh_names(link: Link) -> list[str]:
         given.add((mesh.role, name))
         names.append(name)
     return names
+
+
+def shape_names(link: Link) -> list[str]:
+    """A name for each shape that no collision mesh has."""
+    taken = {n for m, n in zip(link.meshes, mesh_names(link), strict=True) if m.role == "collision"}
+    free = (name for k in count(1) if (name := f"{link.name}_shape_{k}") not in taken)
+    return list(islice(free, len(link.shapes)))

@@ -27,6 +27,8 @@ COVERED = {
     "Link.end": {"link-ends-left-out", "caspr-link-ends"},
     "Mesh": {"mesh-left-out", "caspr-meshes", "collisions-left-out"},
     "Link.meshes": {"mesh-left-out", "caspr-meshes", "collisions-left-out"},
+    "Shape": {"caspr-meshes", "collisions-left-out"},
+    "Link.shapes": {"caspr-meshes", "collisions-left-out"},
     "Mesh.name": {"mesh-names-left-out"},
     "Joint.name": {"names-left-out", "caspr-joint-names"},
     "Coordinate.name": {"caspr-joint-names"},
@@ -135,7 +137,8 @@ def _is_other(parts: list[Any], kind: type, active: str) -> bool:
 
 OF_THE_TREE = {"Joint.child", "Robot.joints", "Coordinate.unit"}
 """What none can be changed of alone; names and parents of links are."""
-WITHIN = {"CableModel.kind": "Muscle.model", "BasePulley.kind": "Muscle.pulley"}
+WITHIN = {"CableModel.kind": "Muscle.model", "BasePulley.kind": "Muscle.pulley",
+          "Shape.kind": "Link.shapes"}  # fmt: skip
 """What is changed with all that belongs to it."""
 
 
