@@ -19,6 +19,7 @@ from .model.joint import (
     prismatic,
     revolute,
 )
+from .model.loop import LoopJoint
 from .model.muscle import BasePulley, CableModel, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from .model.muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
 from .model.pose import IDENTITY, Pose, Vector3
@@ -49,6 +50,7 @@ __all__ = [
     "JointType",
     "LimitForce",
     "Link",
+    "LoopJoint",
     "Mesh",
     "Motion",
     "MotionKind",

@@ -9,6 +9,7 @@ from ..finding import Finding, errors_first
 from ..model.robot import Robot
 from . import (
     driven,
+    loops,
     masses,
     muscle_paths,
     muscles,
@@ -32,6 +33,8 @@ CHECKS: tuple[Check, ...] = (
     tree.parents_first,
     tree.no_loops,
     tree.axes,
+    loops.loop_ends,
+    loops.loop_axes,
     tree.coordinates,
     driven.functions,
     driven.couplings,

@@ -14,7 +14,8 @@ def names(robot: Robot) -> Iterator[Finding]:
     """Names are unique in their group, not empty, printable and not padded with spaces."""
     yield from named([Subject("robot", robot.name)])
     yield from named([Subject("link", link.name) for link in robot.links])
-    yield from named([Subject("joint", joint.name) for joint in robot.joints])
+    joints = [joint.name for joint in robot.joints] + [loop.name for loop in robot.loops]
+    yield from named([Subject("joint", name) for name in joints])
     yield from named([Subject("coordinate", c.name) for c in robot.all_coordinates])
     yield from named([Subject("cable_set", group.name) for group in robot.cable_sets])
     yield from named([Subject("task_set", group.name) for group in robot.task_sets])

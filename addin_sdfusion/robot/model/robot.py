@@ -1,9 +1,9 @@
 """Robot description: links, joints, cables, task frames. Plain, frozen, standard library only.
 
 Conventions: SI units. Every link has a frame; joints, via points, centres of mass and task points
-are given in link frames. The robot is a tree: every link is the child of exactly one joint, and the
-root of the tree is `WORLD`. Joints are listed parents first; that order is the order of the
-coordinates q.
+are given in link frames. The joints make a tree: every link is the child of exactly one, and the
+root of the tree is `WORLD`. They are listed parents first; that order is the order of the
+coordinates q. Loop joints, which have no coordinates, close loops between links of the tree.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Literal, TypeVar
 
 from ..errors import UnknownNameError
 from .joint import Coordinate, Joint
+from .loop import LoopJoint
 from .muscle import CableSet, Muscle, WrapSurface
 from .pose import IDENTITY, Pose, Vector3
 
@@ -173,7 +174,9 @@ class TaskSet:
     frames: tuple[TaskFrame, ...]
 
 
-_Named = TypeVar("_Named", Link, Joint, Coordinate, Muscle, CableSet, TaskSet, WrapSurface)
+_Named = TypeVar(
+    "_Named", Link, Joint, LoopJoint, Coordinate, Muscle, CableSet, TaskSet, WrapSurface
+)
 
 
 def find(kind: str, name: str, items: Sequence[_Named]) -> _Named:
@@ -190,7 +193,7 @@ def find(kind: str, name: str, items: Sequence[_Named]) -> _Named:
 
 @dataclass(frozen=True)
 class Robot:
-    """A tree of links with muscles.
+    """A tree of links with muscles, and joints that close loops in it.
 
     `check(robot)` lists what is wrong with it.
 
@@ -204,6 +207,7 @@ class Robot:
         task_set: Name of the active one; empty if there is none.
         gravity: In the world frame, in [m/s²].
         wrap_surfaces: What muscles may wrap over.
+        loops: Joints that close loops; in any order.
     """
 
     name: str
@@ -215,6 +219,7 @@ class Robot:
     task_set: str = ""
     gravity: Vector3 = GRAVITY
     wrap_surfaces: tuple[WrapSurface, ...] = ()
+    loops: tuple[LoopJoint, ...] = ()
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:

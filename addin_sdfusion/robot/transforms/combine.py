@@ -9,6 +9,7 @@ from pathlib import Path
 from ..errors import InputError
 from ..mesh_files import mesh_file
 from ..model.joint import Joint, renamed
+from ..model.loop import LoopJoint
 from ..model.muscle import BasePulley, CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.muscle_path import PointMotion
 from ..model.pose import IDENTITY, Pose, Vector3
@@ -64,8 +65,9 @@ def combine(name: str, members: Sequence[Member]) -> Robot:
     muscles = tuple(_muscle(m, member) for member in members for m in member.robot.muscles)
     frames = tuple(_frame(f, member) for member in members for f in member.robot.task_frames)
     surfaces = tuple(_surface(s, member) for member in members for s in member.robot.wrap_surfaces)
+    loops = tuple(_loop(loop, member) for member in members for loop in member.robot.loops)
     _refuse_equal("links", [link.name for link in links])
-    _refuse_equal("joints", [joint.name for joint in joints])
+    _refuse_equal("joints", [*(joint.name for joint in joints), *(loop.name for loop in loops)])
     _refuse_equal("coordinates", [c.name for joint in joints for c in joint.coordinates])
     _refuse_equal("muscles", [muscle.name for muscle in muscles])
     _refuse_equal("task frames", [frame.name for frame in frames])
@@ -80,6 +82,7 @@ def combine(name: str, members: Sequence[Member]) -> Robot:
         "all" if frames else "",
         gravities.pop(),
         surfaces,
+        loops,
     )
 
 
@@ -110,6 +113,17 @@ def _joint(joint: Joint, member: Member) -> Joint:
         child=member.named(joint.child),
         coordinates=tuple(renamed(c, member.named) for c in joint.coordinates),
         T_parent_joint=_placed(joint.parent, joint.T_parent_joint, member),
+    )
+
+
+def _loop(loop: LoopJoint, member: Member) -> LoopJoint:
+    return replace(
+        loop,
+        name=member.named(loop.name),
+        parent=member.named(loop.parent),
+        child=member.named(loop.child),
+        T_parent_joint=_placed(loop.parent, loop.T_parent_joint, member),
+        T_child_joint=_placed(loop.child, loop.T_child_joint, member),
     )
 
 

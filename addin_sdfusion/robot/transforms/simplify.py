@@ -1,7 +1,7 @@
 """Simplified robots: without fixed joints, or with link frames as CASPR has them.
 
 Neither changes how the robot moves: M, C, G, l, L, y and J are the same at any q. What is on a link
-moves with it: inertias, meshes, via points, task frames, wrap surfaces.
+moves with it: inertias, meshes, via points, task frames, wrap surfaces, ends of loop joints.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from ..model.joint import Joint, Motion
+from ..model.loop import LoopJoint
 from ..model.muscle import CableSet, Muscle, ViaPoint, WrapSurface
 from ..model.pose import IDENTITY, Pose
 from ..model.robot import WORLD, Inertia, Link, Robot, TaskFrame, TaskSet
@@ -179,6 +180,7 @@ def _rehomed(robot: Robot, homes: Homes) -> Robot:
             for group in robot.task_sets
         ),
         wrap_surfaces=tuple(_surface(surface, homes) for surface in robot.wrap_surfaces),
+        loops=tuple(_loop(loop, homes) for loop in robot.loops),
     )
 
 
@@ -205,6 +207,17 @@ def _task_frame(frame: TaskFrame, homes: Homes) -> TaskFrame:
     if frame.is_orientation:
         return replace(frame, link=home)
     return replace(frame, link=home, position=apply(T_home_link, frame.position))
+
+
+def _loop(loop: LoopJoint, homes: Homes) -> LoopJoint:
+    (parent, T_home_parent), (child, T_home_child) = homes[loop.parent], homes[loop.child]
+    return replace(
+        loop,
+        parent=parent,
+        child=child,
+        T_parent_joint=compose(T_home_parent, loop.T_parent_joint),
+        T_child_joint=compose(T_home_child, loop.T_child_joint),
+    )
 
 
 def _surface(surface: WrapSurface, homes: Homes) -> WrapSurface:

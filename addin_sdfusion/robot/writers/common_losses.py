@@ -140,6 +140,28 @@ def driven_joints(robot: Robot, format_: str) -> Iterator[Finding]:
         yield error(Subject("joint", joint.name), "driven-joint", problem)
 
 
+def loops(robot: Robot, format_: str) -> Iterator[Finding]:
+    """Loop joints, for formats of trees: the robot moves otherwise without."""
+    if robot.loops:
+        named = listed([loop.name for loop in robot.loops])
+        problem = f"{format_} has no joints that close loops; left out, and open there: {named}"
+        yield warning(Subject("robot", robot.name), "loop-left-out", problem)
+
+
+def loop_types(robot: Robot, format_: str, held: Container[str]) -> Iterator[Finding]:
+    """Loop joints of types that a format does not have.
+
+    Args:
+        robot: The robot.
+        format_: What the format is called.
+        held: The types that it has.
+    """
+    for loop in robot.loops:
+        if loop.type not in held:
+            problem = f"{format_} has no {loop.type} joint that closes a loop"
+            yield error(Subject("joint", loop.name), "loop-type", problem)
+
+
 def coordinate_forces(robot: Robot, format_: str, *, armature: bool = False) -> Iterator[Finding]:
     """Armatures and limit forces, which are not written.
 

@@ -26,7 +26,7 @@ from ..model.robot import GRAVITY, WORLD, Inertia, Link, Mesh, Robot, Shape
 from ..model.rotations import normalized
 from ..transforms.joint_chains import SingleJoint, single_joints
 from ..transforms.simplify import joint_frames
-from .common_losses import chained_joints, driven_joints, refuse
+from .common_losses import chained_joints, driven_joints, loops, refuse
 from .file_names import file_name
 from .sdf.joints import has_one_effort, needs_words
 from .sdf.plugin import plugin_content
@@ -58,10 +58,12 @@ def urdf_text(robot: Robot) -> str:
 def urdf_losses(robot: Robot) -> list[Finding]:
     """What URDF cannot hold of a valid robot; errors where it is not written.
 
-    With the cardsflow.xml beside it nothing is lost to CARDSFlow but the place of link frames.
+    With the cardsflow.xml beside it nothing is lost to CARDSFlow but loop joints and the place of
+    link frames.
     """
     return [
         *driven_joints(robot, "URDF"),
+        *loops(robot, "URDF"),
         *chained_joints(robot, "URDF"),
         *_held_beside(robot),
         *_moved_frames(robot),

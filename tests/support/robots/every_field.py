@@ -21,6 +21,7 @@ from addin_sdfusion.robot import (
     Joint,
     LimitForce,
     Link,
+    LoopJoint,
     Mesh,
     Muscle,
     PointCondition,
@@ -276,6 +277,9 @@ def _others(robot: Robot, part: Any, name: str, value: Any) -> Iterator[Any]:
         "model": [CableModel(), CableModel("elastic_cable", (("stiffness", 1e3),))],
         "pulley": [None, _winch()],
         "coupling": [(Term(name, HALF),) for name in _other_coordinates(robot, part)],
+        "loops": [
+            (LoopJoint("loop", WORLD, robot.links[-1].name, "revolute", ((0.0, 1.0, 0.0),)),)
+        ],
         "limit_force": [None, LimitForce(-0.5, 0.5, 3.0, 4.0, 0.1)],
     }
     if name == "coordinate" and isinstance(value, str):

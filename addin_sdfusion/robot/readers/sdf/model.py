@@ -19,8 +19,9 @@ from ..meshes import note_missing_meshes
 from ..tree import parents_first, welds
 from ..xml import TRUE, Node, Notes, parse, shortened
 from .frames import Frames, read_pose
-from .joints import Model, read_joint
+from .joints import Model
 from .links import read_link
+from .loops import split_loops
 
 VERSIONS = tuple(f"1.{minor}" for minor in range(4, 13))
 
@@ -52,7 +53,7 @@ def read_sdf(
         distinct(node.all(kind), partial(Subject, kind))
     frames = Frames(node)
     model = Model(frames, _placed(node, frames), root.attribute("version", ""))
-    joints = [read_joint(_about(child, "joint"), model) for child in node.all("joint")]
+    joints, loops = split_loops([_about(child, "joint") for child in node.all("joint")], model)
     roots = welds(
         node.all("link"),
         joints,
@@ -64,7 +65,8 @@ def read_sdf(
     links = [read_link(_about(child, "link"), frames) for child in node.all("link")]
     links = [link for link in links if link.name not in inner]
     note_missing_meshes(node, links)
-    robot = Robot(node.subject.name, tuple(links), tuple(parents_first([*roots, *joints])))
+    ordered = tuple(parents_first([*roots, *joints]))
+    robot = Robot(node.subject.name, tuple(links), ordered, loops=tuple(loops))
     robot = _diagnosed(robot, frames, node, undo=repair)
     return read_extras(robot, node, plugins, cable_set)
 

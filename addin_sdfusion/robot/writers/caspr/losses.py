@@ -16,7 +16,7 @@ from ...model.muscle import BasePulley, Muscle
 from ...model.pose import IDENTITY
 from ...model.robot import GRAVITY, Robot
 from ...model.trajectory import Trajectory
-from ..common_losses import muscle_paths
+from ..common_losses import loops, muscle_paths
 from .joints import CASPR_JOINTS, caspr_word
 from .tasks import task_items
 from .trajectories import TIME_TOLERANCE
@@ -34,6 +34,7 @@ def losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[Findin
     found = [
         *_whole_robot(robot),
         *(finding for joint in robot.joints for finding in _joint(joint)),
+        *loops(robot, "CASPR"),
         *_links(robot),
         *(finding for member in all_muscles(robot) for finding in _muscle(*member)),
         *muscle_paths(robot, "CASPR", every_set=True),

@@ -27,6 +27,7 @@ from ..common_losses import (
     driven_joints,
     ellipsoids,
     link_ends,
+    loops,
     motor_bounds,
     muscle_paths,
     names,
@@ -72,6 +73,7 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
     """
     return [
         *driven_joints(robot, "MJCF"),
+        *loops(robot, "MJCF"),
         *coordinate_forces(robot, "MJCF", armature=True),
         *depth_losses(robot),
         *inertia_losses(robot),

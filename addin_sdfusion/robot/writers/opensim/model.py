@@ -26,6 +26,7 @@ from ..common_losses import (
     coordinate_forces,
     driven_joints,
     link_ends,
+    loops,
     motor_bounds,
     muscle_paths,
     names,
@@ -68,6 +69,7 @@ def osim_losses(robot: Robot) -> list[Finding]:
     return [
         *renamed(robot),
         *driven_joints(robot, "OpenSim"),
+        *loops(robot, "OpenSim"),
         *coordinate_forces(robot, "OpenSim"),
         *chained_joints(robot, "OpenSim"),
         *_masses(robot),

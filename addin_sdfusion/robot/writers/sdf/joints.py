@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ...model.joint import Coordinate, Joint, Motion
+from ...model.joint import Coordinate, Joint, Motion, MotionKind
+from ...model.loop import LoopType
 from ...model.pose import IDENTITY, Pose
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
@@ -27,6 +28,7 @@ class SdfJoint:
         coordinates: One for each motion.
         T_parent_joint, T_child_joint: As of a `Joint`.
         between: Whether the child is a link without mass that the robot does not have.
+        closes_loop: Whether another joint carries the child; then it has no coordinates.
     """
 
     name: str
@@ -38,6 +40,7 @@ class SdfJoint:
     T_parent_joint: Pose
     T_child_joint: Pose
     between: bool = False
+    closes_loop: bool = False
 
 
 def sdf_joints(robot: Robot) -> dict[str, list[SdfJoint]]:
@@ -45,6 +48,25 @@ def sdf_joints(robot: Robot) -> dict[str, list[SdfJoint]]:
     joints = [joint.name for joint in robot.joints]
     names = Names([WORLD, *joints, *(link.name for link in robot.links)])
     return {joint.name: list(_split(joint, names)) for joint in robot.joints}
+
+
+def sdf_loops(robot: Robot) -> list[SdfJoint]:
+    """The loop joints that SDF has a type for."""
+    return [
+        SdfJoint(
+            loop.name,
+            loop.type,
+            loop.parent,
+            loop.child,
+            tuple(Motion(KINDS[loop.type], axis) for axis in loop.axes),
+            tuple(Coordinate("") for _ in loop.axes),
+            loop.T_parent_joint,
+            loop.T_child_joint,
+            closes_loop=True,
+        )
+        for loop in robot.loops
+        if loop.type in KINDS
+    ]
 
 
 def is_chained(joint: Joint) -> bool:
@@ -110,5 +132,14 @@ def _told(joint: Joint, place: int) -> Coordinate:
     tells = not joint.motions[place].is_fixed and home(joint, own) == place
     return joint.coordinates[own] if tells else Coordinate("")
 
+
+KINDS: dict[LoopType, MotionKind] = {
+    "fixed": "rotation",
+    "revolute": "rotation",
+    "prismatic": "translation",
+    "universal": "rotation",
+    "ball": "rotation",
+}
+"""The loop types of SDF, and the kind of their motions."""
 
 _TYPES = {"rotation": "revolute", "translation": "prismatic"}

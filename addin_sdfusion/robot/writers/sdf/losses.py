@@ -11,7 +11,8 @@ from ...finding import Finding, Subject, errors_first
 from ...finding_builders import error, warning
 from ...model.robot import WORLD, Robot
 from ..cardsflow_xml import wrap_losses
-from .joints import is_chained, sdf_joints
+from ..common_losses import loop_types
+from .joints import KINDS, is_chained, sdf_joints
 from .names import NO_LIMIT, joint_frame_name, needs_frame
 
 
@@ -26,6 +27,7 @@ def sdf_losses(robot: Robot) -> list[Finding]:
         *_mesh_texts(robot),
         *_limits(robot),
         *_chains(robot),
+        *loop_types(robot, "SDF", KINDS),
         *_inertias(robot),
         *wrap_losses(robot),
     ]
@@ -36,7 +38,9 @@ def _names(robot: Robot) -> Iterator[Finding]:
     """SDF keeps the names of links, joints and frames in one drawer and reserves some."""
     named = [Subject("link", link.name) for link in robot.links]
     named += [Subject("joint", joint.name) for joint in robot.joints]
+    named += [Subject("joint", loop.name) for loop in robot.loops]
     counts = Counter(subject.name for subject in named)
+    counts.update(joint_frame_name(loop.name, loop.child) for loop in robot.loops)
     for parts in sdf_joints(robot).values():
         counts.update(
             joint_frame_name(part.name, part.child)

@@ -1,8 +1,10 @@
 """Writer of SDF 1.7 model folders.
 
 Links and joints are placed so that both poses of a joint read back exactly: a joint relative to its
-parent link, a link relative to the joint that carries it. A joint with more motions than SDF has is
-a chain of single ones. What SDF has no word for is in the plugin element: see `plugin`.
+parent link, a link relative to the joint that carries it. Joints that close loops are last, each
+with a frame for its end on the child, which may be elsewhere in the drawn pose. A joint with more
+motions than SDF has is a chain of single ones. What SDF has no word for is in the plugin element:
+see `plugin`.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from ...model.rotations import inverse
 from ..cardsflow_xml import cardsflow_xml
 from ..common_losses import refuse
 from ..xml_text import document, element, numbers
-from .joints import SdfJoint, sdf_joints
+from .joints import SdfJoint, sdf_joints, sdf_loops
 from .losses import sdf_losses
 from .names import MODEL_FRAME, NO_LIMIT, joint_frame_name, mesh_names, needs_frame, shape_names
 from .plugin import content_beside, plugin_element
@@ -61,7 +63,7 @@ def _model_sdf(robot: Robot, plugin: bool) -> str:
     massless = [Link(joint.child, Inertia(0.0)) for joint in joints if joint.between]
     for link in (*robot.links, *massless):
         _link(model, link, carriers[link.name])
-    for joint in joints:
+    for joint in (*joints, *sdf_loops(robot)):
         _joint(model, joint)
     if plugin:
         plugin_element(model, robot)
@@ -108,6 +110,8 @@ def _joint(model: ElementTree.Element, joint: SdfJoint) -> None:
     ):
         axis = element(node, tag)
         element(axis, "xyz", numbers(motion.axis))
+        if joint.closes_loop:
+            continue
         limit = element(axis, "limit")
         element(limit, "lower", max(coordinate.lower, -NO_LIMIT))
         element(limit, "upper", min(coordinate.upper, NO_LIMIT))
@@ -115,7 +119,7 @@ def _joint(model: ElementTree.Element, joint: SdfJoint) -> None:
         if effort < NO_LIMIT:
             element(limit, "effort", effort)
         _dynamics(axis, coordinate)
-    if needs_frame(joint.T_child_joint):
+    if joint.closes_loop or needs_frame(joint.T_child_joint):
         name = joint_frame_name(joint.name, joint.child)
         _pose(element(model, "frame", name=name, attached_to=joint.child), joint.T_child_joint)
 

@@ -72,6 +72,7 @@ COVERED = {
     "WrapSurface": {"wrap-surfaces-left-out", "caspr-wrap", "sphere-turned-back",
                     "ellipsoid-left-out"},
     "Robot.wrap_surfaces": {"wrap-surfaces-left-out", "caspr-wrap"},
+    "Robot.loops": {"loop-left-out", "loop-type", "links-left-out"},
     "Robot.gravity": {"gravity-left-out", "links-left-out"},
 }  # fmt: skip
 """Findings that say of a field, or of all fields of a type, that a format does not hold it."""

@@ -1,0 +1,77 @@
+"""Checks of loop joints: ends that move against one another, a type with its axes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ..finding import Finding, Subject
+from ..finding_builders import error, finite, unknown
+from ..model.loop import AXES, LOOP_TYPES, LoopJoint
+from ..model.robot import WORLD, Robot
+from ..model.rotations import dot
+from .tree import AXIS_TOLERANCE
+
+
+def loop_ends(robot: Robot) -> Iterator[Finding]:
+    """Both links of every loop joint exist, and can move against one another."""
+    links, bodies = [link.name for link in robot.links], _rigid_bodies(robot)
+    children, parents = set(links), {WORLD, *links}
+    for loop in robot.loops:
+        subject = Subject("joint", loop.name)
+        if loop.parent not in parents:
+            problem = f"parent: {unknown('link', loop.parent, [WORLD, *links])}"
+            yield error(subject, "unknown-parent", problem)
+        elif loop.child not in children:
+            yield error(subject, "unknown-child", f"child: {unknown('link', loop.child, links)}")
+        elif _same(bodies, loop):
+            problem = (
+                f"closes a loop of no length: {loop.parent!r} and {loop.child!r} are one rigid "
+                "body; remove it"
+            )
+            yield error(subject, "loop-of-no-length", problem)
+
+
+def loop_axes(robot: Robot) -> Iterator[Finding]:
+    """The type is known, and has its axes: unit vectors, of a universal joint orthogonal ones."""
+    for loop in robot.loops:
+        subject = Subject("joint", loop.name)
+        if loop.type not in LOOP_TYPES:
+            problem = f"no joint of type {loop.type!r} closes a loop: {', '.join(LOOP_TYPES)} do"
+            yield error(subject, "unsupported-loop", problem)
+        elif len(loop.axes) != AXES[loop.type]:
+            problem = f"a {loop.type} loop joint has {AXES[loop.type]} axes, not {len(loop.axes)}"
+            yield error(subject, "wrong-axes", problem)
+        else:
+            yield from _axes(loop, subject)
+
+
+def _axes(loop: LoopJoint, subject: Subject) -> Iterator[Finding]:
+    for axis in loop.axes:
+        norm = math.hypot(*axis)
+        if not finite(axis):
+            yield error(subject, "not-finite", f"the axis {axis!r} is not finite")
+        elif norm == 0.0:
+            yield error(subject, "zero-axis", "the axis is zero; give it a direction")
+        elif not abs(norm - 1.0) <= AXIS_TOLERANCE:
+            problem = f"the axis has length {norm:g}; divide it by that"
+            yield error(subject, "axis-not-unit", problem)
+    if loop.type == "universal" and not abs(dot(*loop.axes)) <= AXIS_TOLERANCE:
+        problem = "the axes of a universal loop joint are not orthogonal"
+        yield error(subject, "axes-not-orthogonal", problem)
+    for pose in (loop.T_parent_joint, loop.T_child_joint):
+        if not finite((*pose.position, *pose.rpy)):
+            yield error(subject, "not-finite", "the pose of its frame is not finite")
+
+
+def _same(bodies: dict[str, str], loop: LoopJoint) -> bool:
+    """Whether a loop joint's links are one body; not where the tree itself is broken."""
+    return loop.parent in bodies and bodies[loop.parent] == bodies.get(loop.child)
+
+
+def _rigid_bodies(robot: Robot) -> dict[str, str]:
+    """For each link one that it is fixed to, the same for all that are fixed to one another."""
+    bodies = {WORLD: WORLD}
+    for joint in robot.joints:
+        bodies[joint.child] = joint.child if joint.motions else bodies.get(joint.parent, "")
+    return bodies

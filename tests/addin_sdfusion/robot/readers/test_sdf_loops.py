@@ -1,0 +1,107 @@
+"""Joints that close loops, in SDF: those to a link which another joint carries already."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from support.robots.loops import four_bar, with_loop
+
+from addin_sdfusion.robot import (
+    WORLD,
+    LoopJoint,
+    Pose,
+    Robot,
+    RobotError,
+    check,
+    merge_fixed_joints,
+    read_robot,
+    write_sdf,
+)
+from addin_sdfusion.robot.model.loop import AXES, LoopType
+from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.transforms.combine import Member, combine
+from addin_sdfusion.robot.writers.sdf.joints import KINDS
+
+AXIS = ((0.0, 0.6, 0.8), (1.0, 0.0, 0.0))
+TURNED = Pose((0.1, 0.2, 0.3), (0.4, -0.5, 0.6))
+
+
+def of_type(kind: LoopType) -> Robot:
+    return with_loop(four_bar(), type=kind, axes=AXIS[: AXES[kind]], T_child_joint=TURNED)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_loop_joint_comes_back_the_same(kind: LoopType, tmp_path: Path) -> None:
+    robot = of_type(kind)
+    write_sdf(robot, tmp_path)
+    reading = read(tmp_path)
+    assert reading.require() == robot
+    assert not {f.code for f in reading.findings} & {"loop-joint-held", "loop-joint-forces"}
+
+
+@pytest.mark.parametrize("kind", set(AXES) - set(KINDS))
+def test_types_that_sdf_lacks_are_refused(kind: LoopType, tmp_path: Path) -> None:
+    with pytest.raises(RobotError, match=f"SDF has no {kind} joint that closes a loop"):
+        write_sdf(of_type(kind), tmp_path)
+
+
+def test_prismatic_joints_of_the_range_0_are_fixed(shared: Path) -> None:
+    """The published biking_legs: a tree of 12 coordinates, each foot fixed to its pedal."""
+    reading = read(shared / "robots/cardsflow/biking_legs")
+    robot = reading.require()
+    assert len(robot.coordinates) == 12
+    assert [(loop.type, loop.parent, loop.child) for loop in robot.loops] == [
+        ("fixed", f"pedal_{side}", f"foot_{side}_tip") for side in ("left", "right")
+    ]
+    held = [f.line for f in reading.findings if f.code == "loop-joint-held"]
+    assert held == [1414, 1447]
+
+
+def test_limits_of_a_loop_joint_are_named(tmp_path: Path) -> None:
+    write_sdf(four_bar(), tmp_path)
+    file = tmp_path / "model.sdf"
+    before, _, after = file.read_text().partition('<joint name="closing"')
+    limits = "</xyz><limit><lower>-1</lower><upper>1</upper></limit>"
+    file.write_text(before + '<joint name="closing"' + after.replace("</xyz>", limits, 1))
+    (finding,) = [f for f in read(tmp_path).findings if f.code == "loop-joint-forces"]
+    assert "limits" in finding.message
+    assert finding.line == 1 + before.count("\n")
+
+
+@pytest.mark.parametrize(
+    ("changes", "code"),
+    [
+        ({"parent": "nobody"}, "unknown-parent"),
+        ({"child": WORLD}, "unknown-child"),
+        ({"parent": "rocker_bar"}, "loop-of-no-length"),
+        ({"type": "screw"}, "unsupported-loop"),
+        ({"axes": ()}, "wrong-axes"),
+        ({"axes": ((0.0, 0.0, 0.0),)}, "zero-axis"),
+        ({"axes": ((0.0, 2.0, 0.0),)}, "axis-not-unit"),
+        ({"type": "universal", "axes": (AXIS[0], AXIS[0])}, "axes-not-orthogonal"),
+        ({"T_child_joint": Pose((float("nan"), 0.0, 0.0))}, "not-finite"),
+        ({"name": "crank"}, "duplicate-joint"),
+    ],
+)
+def test_bad_loops_are_found(changes: dict[str, object], code: str) -> None:
+    assert [f.code for f in check(with_loop(four_bar(), **changes)) if f.is_error] == [code]
+
+
+def test_loops_go_with_their_robot() -> None:
+    robot = four_bar()
+    placed = Pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.5))
+    both = combine("both", [Member("a", robot), Member("b", robot, placed)])
+    assert [(loop.name, loop.parent, loop.child) for loop in both.loops] == [
+        (f"{name}_closing", f"{name}_coupler_bar", f"{name}_rocker_bar") for name in "ab"
+    ]
+    grounded = replace(robot, loops=(LoopJoint("pin", WORLD, "rocker_bar", "ball"),))
+    (_, loop) = combine("both", [Member("a", grounded), Member("b", grounded, placed)]).loops
+    assert (loop.parent, loop.T_parent_joint) == (WORLD, placed)
+
+
+def test_loops_follow_links_that_are_merged(shared: Path) -> None:
+    robot = merge_fixed_joints(read_robot(shared / "robots/cardsflow/biking_legs"))
+    assert [loop.child for loop in robot.loops] == ["foot_left", "foot_right"]
+    assert not [f for f in check(robot) if f.is_error]
