@@ -86,7 +86,7 @@ EXAMPLES = {
     "roboy_left_arm": {},
     "hill_arm": {},
     "pneumatic_elbow": {"plant.energy": True},
-    "pick_up": {"plant.wrenches": ["forearm"]},
+    "pick_up": {"plant.wrenches": ["forearm"], "world.friction_law": "cone"},
 }
 """Experiments that have all kinds of ports between them."""
 

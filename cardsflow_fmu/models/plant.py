@@ -150,4 +150,5 @@ class PlantModel(ExperimentModel):
             self._energies[:] = [*plant.energy, *linear, *angular]
         if self._world.size:
             world = plant.world
-            self._world[:] = [*world.contact_forces().flat, *world.object_poses().flat]
+            bodies = *world.contact_forces().flat, *world.object_poses().flat
+            self._world[:] = [*bodies, *world.take_friction_error()]

@@ -28,6 +28,7 @@ _KINDS: dict[str, tuple[type, ...]] = {
     "torques": _TABLE,
     "slack": _TABLE,
     "solve_time": _TABLE,
+    "contact_friction": _TABLE,
     "engine": _TABLE,
     "hardware": _TABLE,
     "real_time": _TABLE,
@@ -35,6 +36,9 @@ _KINDS: dict[str, tuple[type, ...]] = {
     "versions": _TABLE,
     "warnings": (list, type(None)),
 }
+
+_NUMBERS = ["tracking.rms", "tracking.max", "forces.min", "forces.max"]
+_NUMBERS += [f"contact_friction.{name}" for name in ("excess", "not_converged_steps", "error")]
 
 _INNER = {"hardware": "round_trip", "real_time": "lateness"}
 """Tables within tables."""
@@ -75,7 +79,7 @@ def require_summary(summary: Mapping[str, Any], file: Path) -> None:
     for key, (rows, columns) in _ROWS.items():
         if not _are_rows((summary.get(key) or {}).get(rows), columns):
             raise _malformed(file, f"{key}.{rows}")
-    for key in ("tracking.rms", "tracking.max", "forces.min", "forces.max"):
+    for key in _NUMBERS:
         group, name = key.split(".")
         if not isinstance((summary.get(group) or {}).get(name), _NUMBER):
             raise _malformed(file, key)

@@ -22,6 +22,7 @@ from cardsflow_fmu.signals.followed import (
 )
 from cardsflow_fmu.signals.muscles import tension_signals
 from cardsflow_fmu.signals.ports import TORQUE, force_unit, motor_signals, slack_signals
+from cardsflow_fmu.signals.world import FRICTION_ERROR, FRICTION_NOT_CONVERGED
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
@@ -76,9 +77,11 @@ def summarize(
         "control_period": experiment.controller.period,
         "engine": engines(experiment, through),
         "not_in_c": why_python(experiment) if through == "fmu" else {},
-        **_contacts(experiment),
         "master": MASTERS[through],
-        **(signals := _signals(recording, columns, followed, bounds, slack)),
+        **(
+            signals := _contacts(experiment, columns)
+            | _signals(recording, columns, followed, bounds, slack)
+        ),
         **_torques(motors, columns),
         **_speed(recording, speed),
         "warnings": [*problems(signals), *experiment.warnings(), *recording.warnings],
@@ -132,14 +135,20 @@ def summarize_system(
     }
 
 
-def _contacts(experiment: Experiment) -> dict[str, Any]:
+def _contacts(experiment: Experiment, columns: Columns) -> dict[str, Any]:
     """The law of friction between bodies, and how far it is from Coulomb's; nothing without any."""
     if experiment.scene is None or experiment.hardware.use or "plant" in experiment.fmus:
         return {}
     from sim_dart.scene import FRICTION_EXCESS
 
     law = experiment.scene.friction_law
-    return {"contact_friction": {"law": law, "excess": FRICTION_EXCESS[law]}}
+    friction: dict[str, Any] = {"law": law, "excess": FRICTION_EXCESS[law]}
+    if FRICTION_NOT_CONVERGED in columns:
+        raised = columns[FRICTION_NOT_CONVERGED] != 0
+        friction["not_converged_steps"] = int(np.count_nonzero(raised))
+        friction["steps"] = len(raised)
+        friction["error"] = float(columns[FRICTION_ERROR].max(initial=0.0))
+    return {"contact_friction": friction}
 
 
 def _course(recording: Recording, columns: Columns) -> dict[str, Any]:

@@ -19,7 +19,7 @@ def problems(summary: Mapping[str, Any]) -> list[str]:
     Args:
         summary: From `summarize` or `summarize_system`, or as a run has written it.
     """
-    return [*_infeasible(summary), *_undecided(summary), *_astray(summary)]
+    return [*_infeasible(summary), *_undecided(summary), *_slipping(summary), *_astray(summary)]
 
 
 def _infeasible(summary: Mapping[str, Any]) -> list[str]:
@@ -46,6 +46,17 @@ def _undecided(summary: Mapping[str, Any]) -> list[str]:
     if not count:
         return []
     return [f"{count} of {ticks} ticks not converged: forces that fit may exist, none were found"]
+
+
+def _slipping(summary: Mapping[str, Any]) -> list[str]:
+    """Contact forces that friction cones did not converge to."""
+    friction = summary.get("contact_friction") or {}
+    if not (count := friction.get("not_converged_steps")):
+        return []
+    return [
+        f"contact forces of {count} of {friction['steps']} steps not converged: contacts break "
+        f"Coulomb's law by up to {friction['error']:.3g} m/s"
+    ]
 
 
 def _astray(summary: Mapping[str, Any]) -> list[str]:

@@ -10,6 +10,7 @@ from .port import Causality, Port, signal_names
 if TYPE_CHECKING:
     from sim_dart.scene import Scene
 
+FRICTION_ERROR, FRICTION_NOT_CONVERGED = "friction_error", "friction_not_converged"
 _TURN = ("qw", "qx", "qy", "qz")
 
 
@@ -53,4 +54,16 @@ def world_ports(scene: Scene | None) -> list[Port]:
         turns = axis in _TURN
         what = f"{'Unit quaternion' if turns else 'Position'} of {thing}"
         ports.append(Port(name, "" if turns else "m", "output", "continuous", what))
-    return ports
+    return [*ports, *_friction_ports(scene)]
+
+
+def _friction_ports(scene: Scene) -> list[Port]:
+    """How well friction is solved for, where the solver tells it."""
+    if scene.friction_law != "cone":
+        return []
+    error = "Largest speed by which a contact breaks Coulomb's law since the last step"
+    undecided = "Contact forces of a step since the last one did not converge"
+    return [
+        Port(FRICTION_ERROR, "m/s", "output", "discrete", error),
+        Port(FRICTION_NOT_CONVERGED, "", "output", "discrete", undecided, boolean=True),
+    ]

@@ -35,6 +35,10 @@ class EmptyWorld:
         """None, shape (0, 7)."""
         return np.empty((0, 7))
 
+    def take_friction_error(self) -> FloatArray:
+        """None, shape (0,)."""
+        return np.empty(0)
+
     def get_state(self) -> FloatArray:
         """An empty state, shape (0,)."""
         return np.empty(0)

@@ -46,6 +46,22 @@ def test_the_box_is_lifted_as_far_as_the_hand_goes() -> None:
     assert result["object.box.qw"][-1] > 0.9999  # it stays upright
 
 
+def test_friction_cones_that_do_not_converge_are_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sim_dart.dart.world._SWEEPS", 1)
+    result = picked_up(world__friction_law="cone", run__duration=0.05)
+    friction = result.summary["contact_friction"]
+    assert friction["not_converged_steps"] == np.count_nonzero(result["friction_not_converged"])
+    assert 0 < friction["not_converged_steps"] <= friction["steps"] == len(result["time"])
+    assert friction["error"] == result["friction_error"].max() > 1e-6
+    said = f"contact forces of {friction['not_converged_steps']} of {friction['steps']} steps"
+    assert any(said in warning for warning in result.summary["warnings"])
+    assert any(said in line for line in describe_summary(result.summary))
+    monkeypatch.undo()
+    solved = picked_up(world__friction_law="cone", run__duration=0.04).summary  # none kept
+    assert solved["contact_friction"]["not_converged_steps"] == 0
+    assert not any("Coulomb" in warning for warning in solved["warnings"])
+
+
 def test_the_table_carries_the_box_until_the_fingers_do() -> None:
     result = picked_up()
     time, force = result["time"], result["contact.box.fz"]
