@@ -28,6 +28,7 @@ from .joints.edges import Edges, find_edges, grounded_links
 from .links.links import PREFIX, Links, find_links, is_link_group
 from .links.mass_properties import link_inertia
 from .links.masses import Masses, weigh
+from .overrides import with_joint_settings, with_masses
 from .robot_findings import with_check
 from .robot_muscles import CABLE_SET, TASK_SET, RobotMuscles, robot_muscles
 from .tree.link_frames import Frames, place_links
@@ -100,7 +101,10 @@ class _Building:
         edges = find_edges(snapshot, all_links)
         self.findings += edges.findings
         self._links = self._not_empty(all_links, edges)
-        self._masses: Masses = weigh(snapshot, self._links)
+        masses: Masses = weigh(snapshot, self._links)
+        parts, unset = with_masses(masses.parts, snapshot.settings)
+        self._masses = masses._replace(parts=parts)
+        self.findings += unset
         self._tree: Tree = self._find_tree(edges)
         self._frames: Frames = place_links(self._tree.branches)
 
@@ -115,10 +119,12 @@ class _Building:
         table, findings = read_table(snapshot, links.of_occurrence)
         muscles = self._muscles(table)
         joints, uncoupled = coupled(self._frames.joints, snapshot.couplings)
+        joints, unset = with_joint_settings(joints, snapshot.settings)
         robot = self._robot(muscles, joints)
         base = self._tree.branches[0].child if self._tree.branches else ""
         self.findings += [
             *uncoupled,
+            *unset,
             *masses.findings,
             *self._tree.findings,
             *body_findings(snapshot, links),

@@ -41,6 +41,7 @@ class Input:
         rows: Of a text: how many lines are shown; of a table: the most rows shown at once.
         value: What it is at first.
         read_only: Whether a string is shown only.
+        collapsed: Whether a group shows its name alone at first.
     """
 
     id: str
@@ -56,6 +57,7 @@ class Input:
     rows: int = 1
     value: str | float | bool = ""
     read_only: bool = False
+    collapsed: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -260,6 +260,12 @@ def _html(text: str) -> str:
     return text.replace("\n", "<br/>")
 
 
+def _group(inputs: Any, item: Input) -> Any:
+    made = inputs.addGroupCommandInput(item.id, item.label)
+    made.isExpanded = not item.collapsed
+    return made
+
+
 def _selection(inputs: Any, item: Input) -> Any:
     made = inputs.addSelectionInput(item.id, item.label, item.prompt)
     for name in item.filters:
@@ -316,7 +322,7 @@ def _table(inputs: Any, item: Input) -> Any:
 
 _MAKERS: dict[str, Callable[[Any, Input], Any]] = {
     "tab": lambda inputs, item: inputs.addTabCommandInput(item.id, item.label),
-    "group": lambda inputs, item: inputs.addGroupCommandInput(item.id, item.label),
+    "group": _group,
     "selection": _selection,
     "dropdown": _dropdown,
     "choices": _choices,

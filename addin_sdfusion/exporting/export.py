@@ -4,6 +4,7 @@
     meshes/visual, meshes/collision          STL, in metres, in the frames of the links
     experiment.toml                          with which `cardsflow run` simulates it
     caspr/, <name>.osim                      for CASPR and OpenSim
+    urdf/, mjcf/                             the same robot with its meshes for ROS and MuJoCo
     findings.txt, findings.json              what is doubtful, and what a format cannot hold
 
 Nothing in them depends on the day or the machine: the same design gives the same bytes.
@@ -27,15 +28,18 @@ from ..robot.finding_builders import warning
 from ..robot.model.pose import IDENTITY
 from ..robot.model.robot import Link, Robot
 from ..robot.model.rotations import inverse
+from ..robot.writers.carried_meshes import CarriedMeshes
 from ..robot.writers.caspr.model import losses as caspr_losses
 from ..robot.writers.caspr.model import write_caspr
-from ..robot.writers.convert import FORMATS, Format, convert_to
+from ..robot.writers.convert import FORMATS, Format, convert_to, format_of
 from ..robot.writers.opensim.model import write_osim
 from ..robot.writers.sdf.model import sdf_losses, write_sdf
 from ..settings import ExportSettings
 from ..snapshot import DesignSnapshot
+from .changes import changes, contents
 from .experiment_text import can_run, experiment_findings, experiment_text, gentle_motion
 from .link_meshes import link_meshes
+from .manifest import read_contents
 from .robot_folder import EXPERIMENT, Replacement, replacing
 from .safe_names import safe_name, safe_names
 
@@ -50,10 +54,13 @@ class Exported(NamedTuple):
         files: The export's files, in order.
         findings: What is doubtful, what a format cannot hold, and which of the user's files were
             kept.
+        changed: What is otherwise in the robot than in that of the export before; None if there
+            was none.
     """
 
     files: tuple[Path, ...]
     findings: tuple[Finding, ...]
+    changed: tuple[str, ...] | None = None
 
 
 def export_robot(
@@ -82,10 +89,13 @@ def export_built(
     progress: Progress | None = None,
 ) -> Exported:
     """As `export_robot`, with a robot that has been built already."""
+    after = contents(built.robot) if built.robot is not None else {}
     with replacing(folder) as replacement:
         findings = _Export(built, settings, replacement, progress or no_progress).write()
-        files, kept = replacement.commit()
-    return Exported(files, in_order([*findings, *kept]))
+        before = read_contents(replacement.folder)
+        files, kept = replacement.commit(after)
+    changed = None if before is None else tuple(changes(before, after))
+    return Exported(files, in_order([*findings, *kept]), changed)
 
 
 class _Export:
@@ -119,6 +129,12 @@ class _Export:
             self._write_caspr(robot, name)
         if self._settings.osim:
             self._write_osim(robot, name)
+        for program, format_, wanted in (
+            ("URDF", "urdf", self._settings.urdf),
+            ("MuJoCo", "mjcf", self._settings.mjcf),
+        ):
+            if wanted:
+                self._write_with_meshes(program, format_, robot)
         findings = in_order(self._findings)
         reports = {"findings.txt": report_text(findings), "findings.json": report_json(findings)}
         write_files(self._folder, reports)
@@ -156,7 +172,7 @@ class _Export:
             file.write_bytes(content)
         root = f"model://{self._model}"  # Gazebo finds a model by the name of its folder
         meshes = (replace(mesh, uri=f"{root}/{mesh.uri}") for mesh in made.meshes)
-        return replace(link, meshes=tuple(meshes))
+        return replace(link, meshes=tuple(meshes), shapes=made.shapes)
 
     def _write_experiment(self, robot: Robot) -> None:
         self._findings += experiment_findings(robot)
@@ -176,13 +192,23 @@ class _Export:
         self._write_as("CASPR", caspr, robot, CASPR)
 
     def _write_osim(self, robot: Robot, name: str) -> None:
-        meshes = {
-            mesh.uri: mesh.uri.removeprefix(f"model://{self._model}/")
-            for link in robot.links
-            for mesh in link.meshes
-        }
+        meshes = {mesh.uri: self._below(mesh.uri) for link in robot.links for mesh in link.meshes}
         write = partial(write_osim, name=name, meshes=meshes)
         self._write_as("OpenSim", FORMATS["osim"]._replace(write=write), robot, "")
+
+    def _write_with_meshes(self, program: str, format_: str, robot: Robot) -> None:
+        """Write a robot and its meshes into a folder of its own, which can be taken elsewhere."""
+        links = []
+        for link in robot.links:
+            meshes = (replace(m, uri=self._below(m.uri)) for m in link.meshes)
+            links.append(replace(link, meshes=tuple(meshes)))
+        robot = replace(robot, links=tuple(links))
+        carried = CarriedMeshes.of(robot, self._folder)
+        self._write_as(program, format_of(format_, meshes=carried), robot, format_)
+
+    def _below(self, uri: str) -> str:
+        """The file of a mesh below the robot's folder."""
+        return uri.removeprefix(f"model://{self._model}/")
 
     def _write_as(self, program: str, format_: Format, robot: Robot, folder: str) -> None:
         """Write the files of another program, or say why there are none."""

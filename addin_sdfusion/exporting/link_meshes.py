@@ -10,11 +10,12 @@ from typing import Literal, NamedTuple
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import listed, warning
 from ..robot.model.pose import Pose
-from ..robot.model.robot import Mesh, Rgba
+from ..robot.model.robot import Mesh, Rgba, Shape
 from ..robot.model.rotations import rotation
 from ..settings import ExportSettings
 from ..snapshot import BodySnapshot, MeshSnapshot
 from .convex_hull import convex_hull
+from .primitives import fitted
 from .stl import stl_bytes
 
 MOST_HULLS = 16
@@ -28,11 +29,13 @@ class LinkMeshes(NamedTuple):
 
     Attributes:
         meshes: Their role, path as uri, and name.
+        shapes: What it collides with in place of a mesh.
         files: The content of each file by its path below the robot's folder.
         findings: What is left out.
     """
 
     meshes: tuple[Mesh, ...]
+    shapes: tuple[Shape, ...]
     files: Mapping[str, bytes]
     findings: tuple[Finding, ...]
 
@@ -60,8 +63,9 @@ def link_meshes(
         T_link_world: Pose of the frame that the bodies' meshes are given in.
         settings: Which meshes to make.
     """
-    if not settings.visual and settings.collision == "none":
-        return LinkMeshes((), {}, ())
+    collision = settings.collision_of(link)
+    if not settings.visual and collision == "none":
+        return LinkMeshes((), (), {}, ())
     findings = list(_left_out(link, bodies))
     looks: dict[Rgba | None, list[_Triangles]] = {}
     for b in bodies:
@@ -74,12 +78,16 @@ def link_meshes(
         for name, (color, shapes) in zip(_names("visual", len(looks)), looks.items(), strict=True):
             named.append(("visual", name, _joined(shapes)))
             colors[name] = color
-    if shown and settings.collision == "mesh":
+    if shown and collision == "mesh":
         named.append(("collision", "collision", _joined(shown)))
-    if shown and settings.collision == "convex_hull":
+    simple: list[Shape] = []
+    if shown and collision != "none" and collision != "mesh":
         hulls = [hull for group in _groups(shown) if (hull := _hull(group)) is not None]
-        names = _names("collision", len(hulls))
-        named += [("collision", name, hull) for name, hull in zip(names, hulls, strict=True)]
+        if collision == "convex_hull":
+            names = _names("collision", len(hulls))
+            named += [("collision", name, hull) for name, hull in zip(names, hulls, strict=True)]
+        else:
+            simple = [fitted(collision, *hull) for hull in hulls]
         if len(hulls) < len(_groups(shown)):
             problem = "bodies without thickness have no convex hull; nothing collides with them"
             findings.append(warning(Subject("link", link), "flat-collision", problem))
@@ -89,6 +97,7 @@ def link_meshes(
             Mesh(role, path, name=name, color=colors.get(name))
             for (role, name, _), path in zip(named, paths, strict=True)
         ),
+        tuple(simple),
         {path: stl_bytes(*shape) for (_, _, shape), path in zip(named, paths, strict=True)},
         tuple(findings),
     )

@@ -23,13 +23,17 @@ def digest(content: bytes) -> str:
     return hashlib.sha256(content.replace(b"\r\n", b"\n")).hexdigest()
 
 
-def manifest_text(files: Mapping[str, str]) -> str:
+def manifest_text(
+    files: Mapping[str, str], contents: Mapping[str, tuple[str, str]] | None = None
+) -> str:
     """The text of a list.
 
     Args:
         files: The fingerprint of each file by its path below the folder.
+        contents: What the robot holds, for what is otherwise in the next one.
     """
-    plain = {"format": FORMAT, "files": dict(sorted(files.items()))}
+    robot = {"robot": dict(sorted(contents.items()))} if contents else {}
+    plain = {"format": FORMAT, "files": dict(sorted(files.items())), **robot}
     return json_text(plain, indent=1, ensure_ascii=False) + "\n"
 
 
@@ -49,6 +53,19 @@ def read_manifest(folder: Path) -> dict[str, str]:
     if not isinstance(files, dict) or not all(isinstance(mark, str) for mark in files.values()):
         raise damaged(file)
     return {require_inside(path, file): mark for path, mark in files.items()}
+
+
+def read_contents(folder: Path) -> dict[str, tuple[str, str]] | None:
+    """What the robot held that was exported into a folder before; None where that is not known."""
+    try:
+        plain = read_json(folder / MANIFEST)
+    except InputError:
+        return None
+    robot = plain.get("robot") if isinstance(plain, dict) else None
+    if not isinstance(robot, dict):
+        return None
+    pairs = {name: pair for name, pair in robot.items() if isinstance(pair, list)}
+    return {name: (str(pair[0]), str(pair[1])) for name, pair in pairs.items() if len(pair) == 2}
 
 
 def read_json(file: Path) -> Any:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -109,8 +109,13 @@ class Replacement:
         self._part = part
         self._findings: list[Finding] = []
 
-    def commit(self) -> tuple[tuple[Path, ...], list[Finding]]:
+    def commit(
+        self, contents: Mapping[str, tuple[str, str]] | None = None
+    ) -> tuple[tuple[Path, ...], list[Finding]]:
         """Put the new files in place of the old ones.
+
+        Args:
+            contents: What the robot holds, to be remembered.
 
         Returns:
             The export's files, also those that have not changed, and which files of the user were
@@ -129,7 +134,7 @@ class Replacement:
         if (self.folder / MANIFEST).exists():
             moves.append((MANIFEST, f"{PART}/old/{MANIFEST}"))
         moves += [(f"{PART}/new/{path}", path) for path in _files(self.new)]
-        text = manifest_text(marks | theirs)
+        text = manifest_text(marks | theirs, contents)
         (self.new / MANIFEST).write_text(text, encoding="utf-8", newline="\n")
         moves.append((f"{PART}/new/{MANIFEST}", MANIFEST))
         move_all(self.folder, self._part, moves)

@@ -14,6 +14,9 @@ UP: dict[str, UpAxis] = {"z": "z", "y": "y"}
 COLLISIONS: dict[str, Collision] = {
     "Convex hull": "convex_hull",
     "The visual mesh": "mesh",
+    "Box": "box",
+    "Sphere": "sphere",
+    "Cylinder": "cylinder",
     "None": "none",
 }
 QUALITIES: dict[str, MeshQuality] = {
@@ -23,6 +26,7 @@ QUALITIES: dict[str, MeshQuality] = {
     "Very high": "very_high",
 }
 FOUND = "Found by itself"
+AS_ALL = "As all"
 
 DIALOG = Dialog(
     id="cardsflowExport",
@@ -109,7 +113,7 @@ DIALOG = Dialog(
                     "collision",
                     "dropdown",
                     "Collision",
-                    "What links collide with.",
+                    "What links collide with: simple shapes are about each body.",
                     options=tuple(COLLISIONS),
                     value=next(iter(COLLISIONS)),
                 ),
@@ -125,6 +129,36 @@ DIALOG = Dialog(
                     "caspr", "check", "CASPR", "Bodies, cables and operational space.", value=True
                 ),
                 Input("osim", "check", "OpenSim", "An .osim model.", value=True),
+                Input("urdf", "check", "URDF", "In a folder of its own, with the meshes."),
+                Input("mjcf", "check", "MuJoCo", "MJCF in a folder of its own, with the meshes."),
+            ),
+        ),
+        Input(
+            "single_group",
+            "group",
+            "Single links and joints",
+            collapsed=True,
+            children=(
+                Input(
+                    "of_links",
+                    "table",
+                    "Links",
+                    "What is otherwise for one link. An empty mass is that of the design; another "
+                    "one scales its inertia.",
+                    columns=("Link", "Collision", "Mass [kg]"),
+                    widths=(3, 3, 2),
+                    rows=6,
+                ),
+                Input(
+                    "of_joints",
+                    "table",
+                    "Joints",
+                    "Largest torque or force of the joint's motor, viscous damping and friction, "
+                    "in SI units; those of the design where empty.",
+                    columns=("Joint", "Effort", "Damping", "Friction"),
+                    widths=(3, 2, 2, 2),
+                    rows=6,
+                ),
             ),
         ),
         Input("status", "text", "Findings", "Errors keep OK grey; Check lists all.", rows=6),
@@ -147,7 +181,14 @@ EXAMPLE = Example(
         "quality": "Normal",
         "caspr": True,
         "osim": True,
-        "status": "No errors, 1 warning: joint 'wrist_l' has limits 0 to 0 and cannot move.",
+        "urdf": True,
+        "status": "No errors, 1 warning: joint 'wrist_l' has limits 0 to 0 and cannot move.\n"
+        "Since the last export:\nlink forearm_l: 0.85 kg; before: 0.912 kg",
     },
+    cells={
+        "of_links": (("torso", AS_ALL, ""), ("forearm_l", "Cylinder", "0.85")),
+        "of_joints": (("shoulder_l", "25", "0.1", ""), ("elbow_l", "", "0.05", "0.02")),
+    },
+    choices={"of_links": (False, True, False)},
     hidden=("components",),
 )

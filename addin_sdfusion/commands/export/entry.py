@@ -1,31 +1,37 @@
-"""Export command: the settings, the findings, and the export itself."""
+"""Export command: the settings, the findings, what has changed, and the export itself."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, TypeVar
 
 import adsk.core
 
 from ...building.build_robot import BuiltRobot, build_robot
+from ...exporting.changes import Contents, changes, contents
 from ...exporting.export import export_robot
+from ...exporting.manifest import read_contents
 from ...muscles.attributes import GROUP, SETTINGS, settings_text
 from ...muscles.point_names import natural_key
 from ...progress import Cancelled
-from ...robot.errors import CardsflowError, RobotError
+from ...robot.errors import CardsflowError, InputError, RobotError
 from ...robot.finding import Finding, errors_first
 from ...settings import ExportSettings
 from ..check.entry import summary
 from ..command import Command, Window
 from ..guard import application, ask, message
-from ..inputs import Inputs
+from ..inputs import CellEdit, Inputs
 from ..progress_dialog import ProgressDialog
 from ..reading import read, with_meshes
 from .dialog import COLLISIONS, DIALOG, FOUND, LINKS, QUALITIES, UP
+from .singles import changed as changed_by
+from .singles import joint_rows, link_rows
 
 _SHOWN = 8
+_TICKS = ("fixed_base", "visual", "caspr", "osim", "urdf", "mjcf")
 Value = TypeVar("Value", bound=str)
 
 
@@ -38,6 +44,10 @@ class Export(Window):
         self.settings = self._reading.snapshot.settings
         self.findings: list[Finding] = []
         self._checked: ExportSettings | None = None
+        self._links: list[str] = []
+        self._joints: list[str] = []
+        self._contents: Contents = {}
+        self._problem = ""
 
     def opened(self) -> None:
         """Shows what was chosen the last time, and the findings."""
@@ -51,7 +61,7 @@ class Export(Window):
             ("quality", QUALITIES, chosen.quality),
         ):
             inputs.choose(name, tuple(words), _word(words, value))
-        for name in ("fixed_base", "visual", "caspr", "osim"):
+        for name in _TICKS:
             inputs.set(name, getattr(chosen, name))
         self._show()
 
@@ -62,6 +72,8 @@ class Export(Window):
             self._browse()
         elif name == "components":
             self._picked()
+        elif (edit := self.inputs.cell(changed)) is not None:
+            self._cell_changed(edit)
         self.settings = self._chosen()
         self._show()
 
@@ -85,7 +97,7 @@ class Export(Window):
         shown = ProgressDialog(DIALOG.name)
         try:
             snapshot = self._reading.snapshot
-            if self.settings.visual or self.settings.collision != "none":
+            if self.settings.needs_meshes:
                 snapshot = with_meshes(self._reading, self.design, shown)
             snapshot = replace(snapshot, settings=self.settings)
             done = export_robot(snapshot, self.settings.folder, progress=shown)
@@ -109,6 +121,9 @@ class Export(Window):
         ]
         if done.findings:
             lines.append(f"{summary(list(done.findings))} They are in findings.txt beside it.")
+        if done.changed is not None:
+            changed = _listed(list(done.changed)) or "nothing of the robot"
+            lines.append(f"Changed since the export before:\n{changed}")
         message("\n\n".join(lines), DIALOG.name)
 
     def _browse(self) -> None:
@@ -137,14 +152,11 @@ class Export(Window):
             folder=value("folder").strip(),
             links=LINKS[value("links")],
             base="" if base == FOUND else base,
-            fixed_base=value("fixed_base"),
             cut_joints=tuple(self.inputs.checked("cut_joints")),
             up_axis=UP[value("up_axis")],
-            visual=value("visual"),
             collision=COLLISIONS[value("collision")],
             quality=QUALITIES[value("quality")],
-            caspr=value("caspr"),
-            osim=value("osim"),
+            **{name: value(name) for name in _TICKS},
         )
 
     def _show(self) -> None:
@@ -166,9 +178,31 @@ class Export(Window):
         inputs.check("cut_joints", cuts, settings.cut_joints)
         inputs["cut_joints"].isVisible = bool(cuts)
         inputs["components"].isVisible = settings.links == "components"
+        self._links = sorted(links, key=natural_key)
+        if built.robot is not None:
+            self._joints = [c.name for c in built.robot.all_coordinates]
+            self._contents = contents(built.robot)
+        self.inputs.fill("of_links", link_rows(self.settings, self._links))
+        self.inputs.fill("of_joints", joint_rows(self.settings, self._joints))
+
+    def _cell_changed(self, edit: CellEdit) -> None:
+        """Another choice for one link or joint; what is no number is said, and not taken."""
+        try:
+            self.settings = changed_by(self.settings, edit, self._links, self._joints)
+            self._problem = ""
+        except InputError as error:
+            self._problem = str(error)
+
+    def _changes(self) -> list[str]:
+        """What is otherwise than in the export before."""
+        folder = self.settings.folder
+        before = read_contents(Path(folder)) if folder and Path(folder).is_dir() else None
+        return [] if before is None else list(changes(before, self._contents))
 
     def _lines(self) -> list[str]:
         lines = [] if self.settings.folder else ["Choose the folder."]
+        if self._problem:
+            lines.append(self._problem)
         if self._reading.note:
             lines.append(self._reading.note)
         if self.settings.links == "components" and self.settings.components:
@@ -178,7 +212,8 @@ class Export(Window):
         lines += [f"{f.severity}: {f.message}" for f in ordered[:_SHOWN]]
         if len(ordered) > _SHOWN:
             lines.append(f"and {len(ordered) - _SHOWN} more: see Check")
-        return lines
+        changed = self._changes()
+        return [*lines, "Since the last export:", _listed(changed)] if changed else lines
 
 
 def _word(words: Mapping[str, Value], value: str) -> str:

@@ -11,6 +11,8 @@ from fake_fusion import Builder, designs
 from fake_fusion.driver import Refused
 from support.designs.exported import failing
 
+from addin_sdfusion.robot.readers import read_robot
+
 CHECK, EXPORT = "cardsflowCheck", "cardsflowExport"
 
 
@@ -147,6 +149,50 @@ def test_choices_are_remembered(fusion: Any, tmp_path: Path) -> None:
     assert command["osim"].value is False
     assert command["folder"].value == str(tmp_path / "robot")
     command.cancel()
+
+
+def test_single_links_and_joints_have_choices_of_their_own(fusion: Any, tmp_path: Path) -> None:
+    designs.two_link_arm()
+    command = export_to(fusion, tmp_path / "robot")
+    links = [row[0] for row in command.table("of_links")[1:]]
+    joints = [row[0] for row in command.table("of_joints")[1:]]
+    command.set(command.cell("of_links", links.index("link_2") + 1, 1).id, "Box")
+    command.set(command.cell("of_links", links.index("link_2") + 1, 2).id, "0,75")
+    command.set(command.cell("of_joints", joints.index("joint_2") + 1, 2).id, "0.5")
+    command.set(command.cell("of_joints", joints.index("joint_2") + 1, 3).id, "much")
+    assert "'much' is not a number" in command["status"].text
+    command.ok()
+    robot = read_robot(tmp_path / "robot")
+    assert robot.link("link_2").inertia.mass == 0.75
+    assert {shape.kind for shape in robot.link("link_2").shapes} == {"box"}
+    assert [c.damping for c in robot.joint("joint_2").coordinates] == [0.5]
+    command = fusion.run_command(EXPORT)
+    assert command.table("of_links")[links.index("link_2") + 1][1:] == ["Box", "0.75"]
+    command.set(command.cell("of_links", links.index("link_2") + 1, 1).id, "As all")
+    command.set(command.cell("of_links", links.index("link_2") + 1, 2).id, "")
+    command.ok()
+    stored = json.loads(fusion.design.attributes.itemByName("CARDSFlow", "settings").value)
+    assert "of_links" not in stored
+
+
+def test_what_changed_since_the_last_export_is_said(fusion: Any, tmp_path: Path) -> None:
+    designs.two_link_arm()
+    folder = tmp_path / "robot"
+    command = export_to(fusion, folder)
+    assert "Since the last export" not in command["status"].text
+    command.ok()
+    assert "export before" not in fusion.messages[-1]
+    export_to(fusion, folder).ok()
+    assert "nothing of the robot" in fusion.messages[-1]
+    command = export_to(fusion, folder)
+    joints = [row[0] for row in command.table("of_joints")[1:]]
+    command.set(command.cell("of_joints", joints.index("joint_2") + 1, 1).id, "3")
+    links = [row[0] for row in command.table("of_links")[1:]]
+    command.set(command.cell("of_links", links.index("link_2") + 1, 2).id, "2.5")
+    for text in ("joint joint_2: other numbers than before", "link link_2: 2.5 kg; before: 0.1 kg"):
+        assert text in command["status"].text
+    command.ok()
+    assert "link link_2: 2.5 kg; before: 0.1 kg" in fusion.messages[-1]
 
 
 def test_without_a_folder_ok_is_grey(fusion: Any) -> None:

@@ -1,0 +1,91 @@
+"""What the user has chosen for single links and joints, in place of the design's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from ..robot.finding import Finding, Subject
+from ..robot.finding_builders import error, unknown, warning
+from ..robot.model.joint import Coordinate, Joint
+from ..settings import ExportSettings, JointSettings, LinkSettings
+from .links.mass_properties import Part
+
+
+def with_masses(
+    parts: Mapping[str, Part], settings: ExportSettings
+) -> tuple[dict[str, Part], list[Finding]]:
+    """The links with the masses that are chosen, their inertias in proportion."""
+    made, findings = dict(parts), list(_unfit("link", settings.of_links, parts))
+    for chosen in settings.of_links:
+        part = parts.get(chosen.link)
+        if part is None or chosen.mass is None or not 0.0 < chosen.mass < math.inf:
+            continue
+        if part.mass > 0.0:
+            made[chosen.link] = _scaled(part, chosen.mass)
+        else:
+            problem = (
+                f"weighs nothing in the design, so that its mass cannot be made {chosen.mass:g} kg:"
+                " nothing says where it is; give its bodies a material"
+            )
+            findings.append(warning(Subject("link", chosen.link), "mass-not-set", problem))
+    return made, findings
+
+
+def with_joint_settings(
+    joints: Sequence[Joint], settings: ExportSettings
+) -> tuple[tuple[Joint, ...], list[Finding]]:
+    """The joints with the effort, damping and friction that are chosen."""
+    chosen = {each.joint: each for each in settings.of_joints}
+    names = [c.name for joint in joints for c in joint.coordinates]
+    made = tuple(
+        replace(
+            joint, coordinates=tuple(_changed(c, chosen.get(c.name)) for c in joint.coordinates)
+        )
+        for joint in joints
+    )
+    return made, list(_unfit("joint", settings.of_joints, names))
+
+
+def _scaled(part: Part, mass: float) -> Part:
+    factor = mass / part.mass
+    (a, b, c), (d, e, f), (g, h, i) = part.inertia
+    rows = ((a, b, c), (d, e, f), (g, h, i))
+    x, y, z = ((factor * p, factor * q, factor * r) for p, q, r in rows)
+    return Part(mass, part.com, (x, y, z))
+
+
+def _changed(c: Coordinate, chosen: JointSettings | None) -> Coordinate:
+    if chosen is None:
+        return c
+    changes: dict[str, Any] = {}
+    if chosen.damping is not None:
+        changes["damping"] = chosen.damping
+    if chosen.friction is not None:
+        changes["friction"] = chosen.friction
+    if chosen.effort is not None:
+        changes |= {"tau_min": -chosen.effort, "tau_max": chosen.effort}
+    return replace(c, **changes)
+
+
+def _unfit(
+    kind: str, chosen: Sequence[LinkSettings | JointSettings], names: Collection[str]
+) -> Iterator[Finding]:
+    """Choices for what there is not, and numbers that none can have."""
+    for each in chosen:
+        name = each.link if isinstance(each, LinkSettings) else each.joint
+        if name not in names:
+            problem = f"{unknown(kind, name, sorted(names))}; what is chosen for it counts for none"
+            yield warning(Subject(kind, name), "setting-of-none", problem)
+        if isinstance(each, LinkSettings):
+            if each.mass is not None and not 0.0 < each.mass < math.inf:
+                problem = f"its mass must be above 0 kg, not {each.mass:g}; choose it in Export"
+                yield error(Subject(kind, name), "bad-setting", problem)
+            continue
+        for what in ("effort", "damping", "friction"):
+            value = getattr(each, what)
+            if value is not None and not 0.0 <= value < math.inf:
+                problem = f"its {what} must be 0 or above, not {value:g}; choose it in Export"
+                yield error(Subject(kind, name), "bad-setting", problem)

@@ -1,0 +1,75 @@
+"""Tables of what is chosen for single links and joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from ...robot.errors import InputError
+from ...settings import ExportSettings, JointSettings, LinkSettings
+from ..inputs import Cell, CellEdit
+from .dialog import AS_ALL, COLLISIONS
+
+_COLLISION = 1
+_OF_JOINTS = ("effort", "damping", "friction")
+
+
+def link_rows(settings: ExportSettings, links: Sequence[str]) -> list[tuple[Cell, ...]]:
+    """A row for each link."""
+    chosen = {each.link: each for each in settings.of_links}
+    words = {collision: word for word, collision in COLLISIONS.items()}
+    rows: list[tuple[Cell, ...]] = []
+    for name in links:
+        link = chosen.get(name, LinkSettings(name))
+        collision = AS_ALL if link.collision is None else words[link.collision]
+        rows.append((Cell(name), Cell(collision, (AS_ALL, *COLLISIONS)), _cell(link.mass)))
+    return rows
+
+
+def joint_rows(settings: ExportSettings, joints: Sequence[str]) -> list[tuple[Cell, ...]]:
+    """A row for each coordinate of a joint."""
+    chosen = {each.joint: each for each in settings.of_joints}
+    rows: list[tuple[Cell, ...]] = []
+    for name in joints:
+        joint = chosen.get(name, JointSettings(name))
+        rows.append((Cell(name), *(_cell(getattr(joint, what)) for what in _OF_JOINTS)))
+    return rows
+
+
+def changed(
+    settings: ExportSettings, edit: CellEdit, links: Sequence[str], joints: Sequence[str]
+) -> ExportSettings:
+    """The settings after an edit of one of the tables.
+
+    Raises:
+        InputError: What was typed is no number.
+    """
+    if edit.table == "of_links":
+        what: dict[str, Any] = {"collision": COLLISIONS.get(edit.value)}
+        if edit.column != _COLLISION:
+            what = {"mass": _number(edit.value)}
+        own = {each.link: each for each in settings.of_links}
+        name = links[edit.row]
+        own[name] = replace(own.get(name, LinkSettings(name)), **what)
+        kept = tuple(own[n] for n in sorted(own) if own[n] != LinkSettings(n))
+        return replace(settings, of_links=kept)
+    what = {_OF_JOINTS[edit.column - 1]: _number(edit.value)}
+    of = {each.joint: each for each in settings.of_joints}
+    name = joints[edit.row]
+    of[name] = replace(of.get(name, JointSettings(name)), **what)
+    of_joints = tuple(of[n] for n in sorted(of) if of[n] != JointSettings(n))
+    return replace(settings, of_joints=of_joints)
+
+
+def _cell(value: float | None) -> Cell:
+    return Cell("" if value is None else f"{value:g}", editable=True)
+
+
+def _number(text: str) -> float | None:
+    if not text.strip():
+        return None
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        raise InputError(f"{text!r} is not a number, and counts for nothing.") from None

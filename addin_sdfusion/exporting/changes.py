@@ -1,0 +1,61 @@
+"""What is otherwise in a robot than in the one that was exported before."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ..robot.model.joint import Joint
+from ..robot.model.robot import Robot
+from .manifest import digest
+
+Contents = Mapping[str, tuple[str, str]]
+"""For each `link arm`, `joint elbow` and so on what it is in words, and a fingerprint of all."""
+
+_NUMBERS = "other numbers than before"
+
+
+def contents(robot: Robot) -> Contents:
+    """The parts of a robot that people know by name."""
+    parts: dict[str, tuple[str, Any]] = {}
+    for link in robot.links:
+        parts[f"link {link.name}"] = f"{link.inertia.mass:.4g} kg", link
+    for joint in robot.joints:
+        parts[f"joint {joint.name}"] = _joint(joint), joint
+    for m in robot.muscles:
+        forces = f"{m.f_min:g} to {m.f_max:g} N"
+        text = f"{len(m.via_points)} points, {len(m.wraps)} wraps, {forces}, {m.model.kind}"
+        parts[f"muscle {m.name}"] = text, m
+    for surface in robot.wrap_surfaces:
+        text = f"{surface.shape} of {1000 * surface.radius:.4g} mm on {surface.link}"
+        parts[f"wrap surface {surface.name}"] = text, surface
+    for frame in robot.task_frames:
+        parts[f"task point {frame.name}"] = f"on {frame.link}", frame
+    return {name: (text, digest(repr(part).encode())) for name, (text, part) in parts.items()}
+
+
+def changes(before: Contents, after: Contents) -> Iterator[str]:
+    """What is new, gone, or otherwise, a line each."""
+    for name in sorted({*before, *after}):
+        if name not in before:
+            yield f"{name} is new: {after[name][0]}"
+        elif name not in after:
+            yield f"{name} is gone"
+        elif before[name] != after[name]:
+            old, new = before[name][0], after[name][0]
+            yield f"{name}: {_NUMBERS}" if old == new else f"{name}: {new}; before: {old}"
+
+
+def _joint(joint: Joint) -> str:
+    ranges = [
+        f", {c.name} {_value(c.lower, c.unit)} to {_value(c.upper, c.unit)}"
+        for c in joint.coordinates
+        if math.isfinite(c.lower) or math.isfinite(c.upper)
+    ]
+    return f"{joint.type} from {joint.parent} to {joint.child}{''.join(ranges)}"
+
+
+def _value(value: float, unit: str) -> str:
+    """In degrees or millimetres, as people read them."""
+    return f"{math.degrees(value):.4g}°" if unit == "rad" else f"{1000 * value:.4g} mm"
