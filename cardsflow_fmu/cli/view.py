@@ -118,8 +118,8 @@ def watched(
 
 @contextlib.contextmanager
 def _published(experiment: Experiment, uri: str) -> Iterator[Watch]:
-    from cardsflow_fmu.ros.live.address import node_address
-    from cardsflow_fmu.ros.live.publisher import published
+    from cardsflow_fmu.middleware.address import node_address
+    from cardsflow_fmu.ros.publisher import published
 
     address = node_address(uri)
     with published(experiment, address) as watch:

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from cardsflow_fmu.middleware import types
+from cardsflow_fmu.middleware.cdr import header, message_rows
+from cardsflow_fmu.middleware.node import Topic
 from cardsflow_fmu.results.run_data import RunData
 
-from . import types
-from .cdr import header, message_rows
-from .topics import Batch, Topic, nanoseconds
+from .topics import Batch, nanoseconds
 
 TOPIC = Topic("/diagnostics", types.DIAGNOSTICS)
 

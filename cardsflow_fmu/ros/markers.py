@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Robot
+from cardsflow_fmu.middleware.cdr import header
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.viewer.scene import colours
 from cardsflow_fmu.viewer.scene import shapes as s
@@ -18,7 +19,6 @@ from cardsflow_fmu.viewer.scene.motion import Motion, task_points
 from cardsflow_fmu.viewer.scene.muscle_paths import MusclePath
 from cardsflow_fmu.viewer.scene.stage import Stage
 
-from .cdr import header
 from .robot_frames import pose_values, position_values, urdf_frames
 
 Values = Mapping[str, Any]

@@ -8,10 +8,11 @@ from typing import BinaryIO, Self
 
 import numpy as np
 
+from cardsflow_fmu.middleware.node import Topic
+from cardsflow_fmu.middleware.types import definition, require_ros, type_hash
 from cardsflow_fmu.version import __version__
 
-from .topics import Batch, Topic
-from .types import definition, require_ros, type_hash
+from .topics import Batch
 
 _QOS = """- history: {history}
   depth: {depth}

@@ -13,6 +13,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import replaced_file
 from cardsflow_fmu.hardware.protocol.recording import HardwareRecording, read_recording
+from cardsflow_fmu.middleware.types import require_ros
 from cardsflow_fmu.results.files import EXPERIMENT
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import opened_run, read_any
@@ -23,7 +24,6 @@ from .diagnostics import run_diagnostics
 from .mcap_file import McapWriter
 from .scene_topics import SceneTopics
 from .topics import RowTopics, nanoseconds
-from .types import require_ros
 
 SUFFIX = ".mcap"
 

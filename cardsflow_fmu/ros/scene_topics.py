@@ -13,6 +13,9 @@ from addin_sdfusion.robot.writers.carried_meshes import CarriedMeshes
 from addin_sdfusion.robot.writers.common_losses import driven_joints
 from addin_sdfusion.robot.writers.urdf import urdf_text
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.middleware import types
+from cardsflow_fmu.middleware.cdr import Bytes, header, message_rows
+from cardsflow_fmu.middleware.node import Topic
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.signals.ports import coordinate_signals, identifier, muscle_signals
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -23,11 +26,9 @@ from cardsflow_fmu.viewer.scene.muscle_paths import MusclePath, muscle_paths
 from cardsflow_fmu.viewer.scene.stage import Stage
 from sim_dart import MusclePaths
 
-from . import types
-from .cdr import Bytes, header, message_rows
 from .markers import body_markers, cable_markers, point_markers
 from .robot_frames import frame_transforms, transform_values
-from .topics import Batch, Topic, nanoseconds
+from .topics import Batch, nanoseconds
 
 Rows = NDArray[np.int64]
 

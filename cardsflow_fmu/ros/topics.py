@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
+from cardsflow_fmu.middleware import types
+from cardsflow_fmu.middleware.cdr import Bytes, header, message_rows
+from cardsflow_fmu.middleware.node import Topic
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.signals.hardware import MEASURED_TORQUE
 from cardsflow_fmu.signals.muscles import command_ports
@@ -22,23 +25,6 @@ from cardsflow_fmu.signals.ports import (
     task_units,
 )
 from cardsflow_fmu.utils.arrays import FloatArray
-
-from . import types
-from .cdr import Bytes, header, message_rows
-
-
-class Topic(NamedTuple):
-    """A topic.
-
-    Attributes:
-        name: Such as `/joint_states`.
-        type: Such as `sensor_msgs/msg/JointState`.
-        latched: Whether its last message is for those who come later, too.
-    """
-
-    name: str
-    type: str
-    latched: bool = False
 
 
 class Batch(NamedTuple):

@@ -21,9 +21,9 @@ from support.robots.robots import PLANAR_2R, planar_2r
 from addin_sdfusion.robot import WORLD, InputError, Robot
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
+from cardsflow_fmu.middleware import types
+from cardsflow_fmu.middleware.cdr import message_rows
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
-from cardsflow_fmu.ros import types
-from cardsflow_fmu.ros.cdr import message_rows
 from cardsflow_fmu.ros.recording import convert_run, write_recording
 from cardsflow_fmu.signals.ports import coordinate_signals, motor_signals, muscle_signals
 from cardsflow_fmu.viewer.scene.link_poses import link_poses

@@ -6,36 +6,26 @@ import contextlib
 import sys
 import threading
 from collections.abc import Iterator
-from typing import Protocol
 
 import numpy as np
 
 from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.cosim.recording import Watch
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.middleware.address import NodeAddress
+from cardsflow_fmu.middleware.cdr import message_rows, stamp
+from cardsflow_fmu.middleware.node import Node, Topic
+from cardsflow_fmu.middleware.open_node import open_node
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from ..cdr import message_rows, stamp
-from ..scene_topics import RATE, SceneTopics
-from ..topics import Batch, RowTopics, Topic, nanoseconds
-from .address import NodeAddress
-from .zenoh_node import ZenohNode
+from .scene_topics import RATE, SceneTopics
+from .topics import Batch, RowTopics, nanoseconds
 
 CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock")
 
 _SWITCH_INTERVAL = 1e-4
 """Longest time that the run waits for the publisher to let Python go, in [s]."""
-
-
-class Node(Protocol):
-    """A node that publishes."""
-
-    def advertise(self, topic: Topic) -> None:
-        """Tell of a topic."""
-
-    def publish(self, topic: Topic, content: bytes) -> None:
-        """Send a message."""
 
 
 @contextlib.contextmanager
@@ -49,11 +39,11 @@ def published(experiment: Experiment, address: NodeAddress) -> Iterator[Watch]:
         address: The node.
 
     Raises:
-        InputError: A package of the extra `ros2-zenoh` is missing, or no router answers.
+        InputError: A package of its extra is missing, or its middleware cannot be reached.
         SimulationError: At the end: publishing ended before the run.
     """
     before = sys.getswitchinterval()
-    with ZenohNode(address) as node:
+    with open_node(address) as node:
         publisher = RunPublisher(experiment, node)
         thread = threading.Thread(target=publisher.run, name="ros2", daemon=True)
         sys.setswitchinterval(min(before, _SWITCH_INTERVAL))

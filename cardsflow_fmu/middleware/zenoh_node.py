@@ -7,26 +7,30 @@ their topics; beside each message are its number, its time and the identity of i
 from __future__ import annotations
 
 import struct
+import threading
 import time
-from types import TracebackType
+from collections import deque
 from typing import Any, Self
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.extras import require
 
-from ..topics import Topic
-from ..types import type_hash
 from .address import SCHEME, NodeAddress
+from .node import End, Message, Topic, dds_type, ros_type
+from .types import type_hash
 
 _ROUTER_ANSWERS_WITHIN = 3000  # [ms]
 _ATTACHMENT = struct.Struct("<qqB16s")
-_VOLATILE = "::,10:,:,:,,"
-_LATCHED = ":1:,1:,:,:,,"
+_ANY_HASH = "TypeHashNotSupported"  # of ROS 2 Humble
+_ENDS: dict[End, str] = {"publisher": "MP", "subscriber": "MS"}
+_TYPE = 10
+"""Part of a token that is its type: @ros2_lv, domain, session, node, entity, kind, enclave,
+namespace, name of the node, topic, type, hash, QoS."""
 
 
 class ZenohNode:
-    """A node, as a context that leaves the graph at its end.
+    """A node, as a context that leaves the graph at its end; see `Node`.
 
     Args:
         address: Where and who it is.
@@ -36,7 +40,7 @@ class ZenohNode:
     """
 
     def __init__(self, address: NodeAddress) -> None:
-        require("live topics of ROS 2", "ros2-zenoh", "zenoh", "xxhash", "rosbags.typesys")
+        require("topics of ROS 2 over zenoh", "ros2-zenoh", "zenoh", "xxhash", "rosbags.typesys")
         import zenoh
 
         self._address = address
@@ -47,36 +51,49 @@ class ZenohNode:
             raise InputError(what, key=SCHEME) from None
         self._tokens = [self._declare_token(0, "NN")]
         self._publishers: dict[Topic, _Publisher] = {}
+        self._subscribers: list[Any] = []
 
     def advertise(self, topic: Topic) -> None:
         """Tell the graph of a topic that will be published."""
         import xxhash
         import zenoh
 
-        name, kind = self._address.absolute(topic.name), dds_type(topic.type)
-        hashed, qos = type_hash(topic.type), _LATCHED if topic.latched else _VOLATILE
-        token = self._declare_token(
-            len(self._publishers) + 1, "MP", _mangled(name), kind, hashed, qos
-        )
-        self._tokens.append(token)
-        key = f"{self._address.domain}/{name.strip('/')}/{kind}/{hashed}"
+        token = self._declare_end(topic, "publisher")
         options: dict[str, Any] = {
             "congestion_control": zenoh.CongestionControl.DROP,
-            "express": topic.latched,
+            "express": True,
         }
         if topic.latched:
             cache = zenoh.ext.CacheConfig(1)
             publisher = zenoh.ext.declare_advanced_publisher(
-                self._session, key, cache=cache, publisher_detection=True, **options
+                self._session, self._key(topic), cache=cache, publisher_detection=True, **options
             )
         else:
-            publisher = self._session.declare_publisher(key, **options)
+            publisher = self._session.declare_publisher(self._key(topic), **options)
         digest = xxhash.xxh3_128_intdigest(token.text.encode())
         self._publishers[topic] = _Publisher(publisher, digest.to_bytes(16, "little"))
 
     def publish(self, topic: Topic, content: bytes) -> None:
         """Send a message of an advertised topic; where nobody takes it, it is gone."""
         self._publishers[topic].put(content)
+
+    def subscribe(self, topic: Topic) -> ZenohInbox:
+        """Take the messages of a topic from now on."""
+        self._declare_end(topic, "subscriber")
+        inbox = ZenohInbox(self._address.depth)
+        place, _, hashed = self._key(topic).rpartition("/")
+        for known in (hashed, _ANY_HASH):
+            declared = self._session.declare_subscriber(f"{place}/{known}", inbox.put)
+            self._subscribers.append(declared)
+        return inbox
+
+    def types(self, topic: Topic, end: End) -> list[str]:
+        """The types with which other nodes publish a topic or subscribe to it, one each."""
+        name, domain = _mangled(self._address.absolute(topic.name)), self._address.domain
+        there = f"@ros2_lv/{domain}/*/*/*/{_ENDS[end]}/*/*/*/{name}/**"
+        tokens = [str(a.ok.key_expr) for a in self._session.liveliness().get(there) if a.ok]
+        own = {token.text for token in self._tokens}
+        return [ros_type(token.split("/")[_TYPE]) for token in tokens if token not in own]
 
     def close(self) -> None:
         """Leave the graph."""
@@ -88,13 +105,30 @@ class ZenohNode:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self.close()
+
+    def _key(self, topic: Topic) -> str:
+        name = self._address.absolute(topic.name).strip("/")
+        return f"{self._address.domain}/{name}/{dds_type(topic.type)}/{type_hash(topic.type)}"
+
+    def _declare_end(self, topic: Topic, end: End) -> _Token:
+        token = self._declare_token(
+            len(self._tokens),
+            _ENDS[end],
+            _mangled(self._address.absolute(topic.name)),
+            dds_type(topic.type),
+            type_hash(topic.type),
+            self._qos(topic),
+        )
+        self._tokens.append(token)
+        return token
+
+    def _qos(self, topic: Topic) -> str:
+        """Reliability, durability, history and its depth; empty where they are ROS's default."""
+        if topic.latched:
+            return ":1:,1:,:,:,,"
+        return f"{'' if self._address.reliable else 2}::,{self._address.depth}:,:,:,,"
 
     def _declare_token(self, entity: int, kind: str, *about: str) -> _Token:
         """A liveliness token of the node, which is entity 0, or of one of its topics."""
@@ -102,6 +136,33 @@ class ZenohNode:
         place = f"@ros2_lv/{address.domain}/{self._session.zid()}/0/{entity}/{kind}"
         text = "/".join([place, "%", _mangled(address.namespace), address.node, *about])
         return _Token(text, self._session.liveliness().declare_token(text))
+
+
+class ZenohInbox:
+    """The messages of a topic; see `Inbox`."""
+
+    def __init__(self, depth: int) -> None:
+        self._messages: deque[Message] = deque(maxlen=depth)
+        self._there = threading.Event()
+
+    def put(self, sample: Any) -> None:
+        """Take a message, in a thread of zenoh's; one that does not say who sent it is dropped."""
+        attachment = bytes(sample.attachment) if sample.attachment is not None else b""
+        if len(attachment) != _ATTACHMENT.size:
+            return
+        self._messages.append(Message(bytes(sample.payload), attachment[-16:]))
+        self._there.set()
+
+    def receive(self, until: float) -> Message | None:
+        """The next message; see `Inbox.receive`."""
+        while True:
+            if self._messages:
+                return self._messages.popleft()
+            self._there.clear()
+            if self._messages:
+                continue
+            if not self._there.wait(max(until - time.monotonic(), 0.0)):
+                return None
 
 
 class _Token:
@@ -122,12 +183,6 @@ class _Publisher:
         self._count += 1
         attachment = _ATTACHMENT.pack(self._count, time.time_ns(), 16, self._identity)
         self._publisher.put(content, attachment=attachment)
-
-
-def dds_type(name: str) -> str:
-    """A type as DDS has it: `std_msgs/msg/String` -> `std_msgs::msg::dds_::String_`."""
-    package, kind, own = name.split("/")
-    return f"{package}::{kind}::dds_::{own}_"
 
 
 def _mangled(name: str) -> str:

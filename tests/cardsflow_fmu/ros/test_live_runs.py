@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import socket
 import struct
 import time
@@ -17,10 +16,10 @@ from support.command_line import CommandLine
 from support.recorded import waving, with_columns
 from support.robots.robots import PLANAR_2R
 
-from addin_sdfusion.robot import CardsflowError, InputError
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.ros.live.address import node_address
-from cardsflow_fmu.ros.live.publisher import RunPublisher, published
+from cardsflow_fmu.middleware.address import node_address
+from cardsflow_fmu.ros.publisher import RunPublisher, published
 from cardsflow_fmu.signals.ports import coordinate_signals
 
 pytestmark = pytest.mark.extra("ros2-zenoh")
@@ -163,26 +162,6 @@ def test_a_run_is_published_in_real_time(
     assert json.loads(out)["status"] == "complete"
     until(lambda: len(peer_.received["/clock"]) >= 3)
     assert json.loads(out)["real_time_factor"] < 1.1
-
-
-def test_addresses() -> None:
-    assert node_address("ros2://").router == "tcp/localhost:7447"
-    given = node_address("ros2://[::1]:7/a/b?domain=3&node=n")
-    assert (given.router, given.namespace, given.domain, given.node) == (
-        "tcp/[::1]:7",
-        "/a/b",
-        3,
-        "n",
-    )
-    for uri, what in (
-        ("ros1://a", "no address of ROS 2"),
-        ("ros2://a:x", "no address"),
-        ("ros2://a?domain=233", "0 to 232"),
-        ("ros2://a?quality=1", "no option 'quality'"),
-        ("ros2://a/b-c", "no name of ROS"),
-    ):
-        with pytest.raises(CardsflowError, match=re.escape(what)):
-            node_address(uri)
 
 
 def test_without_a_router_nothing_runs(cardsflow: CommandLine, tmp_path: Any) -> None:

@@ -1,1 +1,0 @@
-"""Nodes of ROS 2 without a ROS installation."""
