@@ -4,6 +4,7 @@ from .core.blob import compile_blob
 from .dynamics.core import CoreDynamics
 from .dynamics.dart import DartDynamics
 from .muscles.inverse_model import MuscleDrive
+from .muscles.own_laws import MuscleLaw
 from .muscles.paths import MusclePaths
 from .plant.plant import Plant
 from .scene import Scene
@@ -12,6 +13,7 @@ __all__ = [
     "CoreDynamics",
     "DartDynamics",
     "MuscleDrive",
+    "MuscleLaw",
     "MusclePaths",
     "Plant",
     "Scene",

@@ -83,6 +83,8 @@ def every_engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
     """The engine of plants that are made without one: a test that uses it holds for each."""
     engine = str(request.param)
     monkeypatch.setattr(
-        plant, "chosen_engine", lambda e, scene: chosen_engine(engine if e == "auto" else e, scene)
+        plant,
+        "chosen_engine",
+        lambda e, *parts: chosen_engine(engine if e == "auto" else e, *parts),
     )
     return engine

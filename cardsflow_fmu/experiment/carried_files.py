@@ -106,6 +106,10 @@ def _paths(data: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     yield "reference.file", _table(data, "reference").get("file")
     law = _table(data, "controller").get("type")
     yield "controller.type", law.rpartition(":")[0] if isinstance(law, str) else None
+    for name, muscle in _table(data, "muscles").items():
+        model = muscle.get("model") if isinstance(muscle, dict) else None
+        law = model.get("kind") if isinstance(model, dict) else model
+        yield f"muscles.{name}.model", law.rpartition(":")[0] if isinstance(law, str) else None
     yield "hardware.key_file", _table(data, "hardware").get("key_file")
     for role, fmu in _table(data, "fmus").items():
         yield f"fmus.{role}", fmu.get("path") if isinstance(fmu, dict) else fmu

@@ -19,12 +19,13 @@ from cardsflow_fmu.utils.multiples import whole_duration
 
 from .carried_files import mesh_roots, named_files, require_closed, require_own
 from .settings.controller import read_controller
-from .settings.controller_types import OwnLaw, control_type
+from .settings.controller_types import control_type
 from .settings.file import ExperimentTables
 from .settings.hardware import read_hardware
 from .settings.loads import complete_wiring, read_disturbance
 from .settings.muscles import with_muscle_settings
 from .settings.names import robot_names
+from .settings.own_law import OwnLaw
 from .settings.plant import PlantSettings
 from .settings.robots import combined, read_parts, read_robot
 from .settings.run import RunSettings

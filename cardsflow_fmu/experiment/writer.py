@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.json_text import json_text
 
 from .carried_files import Files, collision_meshes, require_own, robot_files, world_meshes
 from .experiment import EXPERIMENT_FILE, Experiment
 from .settings.hardware import hardware_data
 from .settings.muscles import muscle_data
+from .settings.own_law import OwnLaw
 from .settings.robots import part_data, robot_data
 
 
@@ -84,9 +85,26 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
         carried = f"controller/{law.file.name}"
         files[carried] = require_own(law.file, experiment.roots, "controller.type")
         data["controller"]["type"] = str(law._replace(file=Path(carried)))
+    files |= _own_muscle_laws(data["muscles"], experiment)
     if with_hardware:
         data["hardware"] = hardware_data(experiment.hardware, experiment.robot)
     files[EXPERIMENT_FILE] = json_text(data, indent=1, sort_keys=True).encode()
+    return files
+
+
+def _own_muscle_laws(muscles: dict[str, Any], experiment: Experiment) -> Files:
+    """The files of muscle laws of one's own; the muscles' kinds become their places."""
+    files: Files = {}
+    for name, row in muscles.items():
+        law = OwnLaw.of(row.get("model", {}).get("kind", ""))
+        if law is None:
+            continue
+        carried = f"muscles/{law.file.name}"
+        file = require_own(law.file, experiment.roots, f"muscles.{name}.model")
+        if files.setdefault(carried, file) != file:
+            what = "has the name of another muscle law's; give these files different names"
+            raise InputError(what, file=file, key=f"muscles.{name}.model")
+        row["model"]["kind"] = str(law._replace(file=Path(carried)))
     return files
 
 

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-import traceback
 from collections.abc import Callable
-from pathlib import Path
-from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import CardsflowError, InputError, SimulationError, UnknownNameError
+from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.model.trajectory import Space
-from cardsflow_fmu.experiment.settings.controller_types import OwnLaw
+from addin_sdfusion.robot.own_code import NoSubclassError, guarded, own_class
+from cardsflow_fmu.experiment.settings.own_law import OwnLaw
 from controllers import ForceSolution, JointSpaceController, OperationalSpaceController
 from controllers.dynamics import actuator_names
 
@@ -24,7 +20,6 @@ _BASES: dict[Space, type[Law]] = {
     "joint": JointSpaceController,
     "operational": OperationalSpaceController,
 }
-T = TypeVar("T")
 
 
 def own_law(own: OwnLaw, space: Space) -> Callable[..., Law]:
@@ -40,26 +35,24 @@ def own_law(own: OwnLaw, space: Space) -> Callable[..., Law]:
     Raises:
         InputError: The file cannot be run, or the class is none of a controller.
     """
-    found = getattr(_module(own.file), own.name, None)
-    base = _BASES[space]
-    if not isinstance(found, type):
-        raise UnknownNameError("class", own.name, [], file=own.file)
-    if not issubclass(found, base):
-        other = next((s for s, b in _BASES.items() if issubclass(found, b)), None)
-        what = f"{own.name} is no subclass of controllers.{base.__name__}"
-        if other is not None:
-            what += f'; it follows a reference in {other} space: say controller.space = "{other}"'
-        raise InputError(what, file=own.file)
+    try:
+        found = own_class(own.file, own.name, _BASES[space])
+    except NoSubclassError as error:
+        other = next((s for s, base in _BASES.items() if issubclass(error.found, base)), None)
+        if other is None:
+            raise
+        what = f'it follows a reference in {other} space: say controller.space = "{other}"'
+        raise InputError(f"{error.what}; {what}", file=own.file) from None
 
     class Checked(found):  # type: ignore[misc, valid-type]
         """The class, with checks of what it gives."""
 
         def __init__(self, *arguments: Any, **named: Any) -> None:
-            _guarded(own.file, lambda: super(Checked, self).__init__(*arguments, **named))
+            guarded(own.file, lambda: super(Checked, self).__init__(*arguments, **named))
 
         def solve(self, q: Any, qd: Any, *reference: Any, **loads: Any) -> ForceSolution:
             solve = super().solve
-            solution = _guarded(own.file, lambda: solve(q, qd, *reference, **loads))
+            solution = guarded(own.file, lambda: solve(q, qd, *reference, **loads))
             if not isinstance(solution, ForceSolution):
                 solution = self._as_solution(q, qd, solution)
             if not np.isfinite(solution.forces).all():
@@ -88,30 +81,3 @@ def own_law(own: OwnLaw, space: Space) -> Callable[..., Law]:
 
     Checked.__name__ = Checked.__qualname__ = own.name
     return Checked
-
-
-def _module(file: Path) -> ModuleType:
-    """The file as a module of its own, run anew."""
-    name = f"_controller_{file.stem}"
-    spec = importlib.util.spec_from_file_location(name, file.absolute())
-    if spec is None or spec.loader is None:
-        raise InputError("is no file of Python", file=file)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look there
-    loader = spec.loader
-    _guarded(file, lambda: loader.exec_module(module))
-    return module
-
-
-def _guarded(file: Path, call: Callable[[], T]) -> T:
-    """What a call into the file gives; its errors with the line that made them."""
-    try:
-        return call()
-    except CardsflowError:
-        raise
-    except Exception as error:
-        own = str(file.absolute())
-        rows = [r for r in traceback.extract_tb(error.__traceback__) if r.filename == own]
-        line = rows[-1].lineno if rows else getattr(error, "lineno", None)
-        what = " ".join(f"{type(error).__name__}: {error}".split())
-        raise InputError(what, file=file, line=line) from error

@@ -27,7 +27,7 @@ from sim_dart import compile_blob
 from sim_dart.core.blob import fixed_energy
 from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.core.wrench_points import wrench_points
-from sim_dart.plant.settings import core_lacks
+from sim_dart.plant.settings import core_lacks, python_laws
 
 from .fields import NATIVE_MODELS, Counts, Fields, encode
 from .reference import reference_fields
@@ -82,8 +82,10 @@ def missing_in_c(experiment: Experiment, model: str) -> str | None:
     if (experiment.plant if model == "plant" else experiment.controller).engine == "dart":
         return 'the engine "dart"'
     if model == "plant":
-        return core_lacks(experiment.scene)
+        return core_lacks(experiment.scene, experiment.plant_robot)
     controller = experiment.controller
+    if (laws := python_laws(experiment.robot)) is not None:
+        return laws
     if controller.type not in _LAWS:
         return f"the law {controller.type!r} (only {' and '.join(_LAWS)})"
     if controller.tasks is not None and len(set(controller.tasks.priorities)) > 1:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
+from cardsflow_fmu.experiment.settings.own_law import OwnLaw
 from cardsflow_fmu.native.model_file import NATIVE_FILE, missing_in_c
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import entry_bytes, opened_archive
@@ -32,7 +33,7 @@ def engines(experiment: Experiment, through: str) -> dict[str, str]:
         return {"plant": "native", "controller": "native"}
     from sim_dart.plant.settings import chosen_engine
 
-    plant = chosen_engine(experiment.plant.engine, experiment.scene)
+    plant = chosen_engine(experiment.plant.engine, experiment.scene, experiment.plant_robot)
     controller = "dart" if experiment.controller.engine == "dart" else "core"
     found = {"plant": str(plant), "controller": controller}
     if through == "fmu":
@@ -68,7 +69,9 @@ def _fmu_engine(role: str, file: Path) -> str:
         if model["class"].endswith("HardwareModel"):
             return HARDWARE
         has_world = role == "plant" and data.get("world") is not None
-        in_dart = has_world or data[role]["engine"] == "dart"
+        muscles = data["muscles"].values() if role == "plant" else ()
+        in_python = any(OwnLaw.of(muscle.get("model", {}).get("kind", "")) for muscle in muscles)
+        in_dart = has_world or in_python or data[role]["engine"] == "dart"
     except (InputError, KeyError, TypeError, ValueError, AttributeError, RecursionError):
         return file.name
     return "dart" if in_dart else "core"

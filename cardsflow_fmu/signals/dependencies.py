@@ -213,7 +213,7 @@ def _muscle_outputs(robot: Robot, names: Mapping[str, Sequence[str]]) -> list[tu
 
 def _letters(muscle: Muscle, what: str) -> str:
     """What an output of a muscle follows from at the start."""
-    kind, values = muscle.model.kind, law_parameters(muscle.model)
+    kind, values = law_of(muscle.model).kind, law_parameters(muscle.model)
     letters = _AT_START.get(kind, {}).get(what, _COMMAND + _LENGTH + _RATE)
     has_no_rate = (
         values.get("elastic_tendon", 0.0) != 0.0

@@ -12,6 +12,8 @@ from addin_sdfusion.robot.model.tension_laws import command_range, law_of, state
 from sim_dart.core.arrays import BoolArray, FloatArray, vector
 from sim_dart.core.library import Core
 
+from .own_laws import OwnLaws
+
 Curve = Literal[
     "active_force_length", "force_velocity", "passive_force_length", "tendon_force_length"
 ]
@@ -56,6 +58,7 @@ class MuscleLaws:
         command_units: Their units; empty for a passive muscle.
         command_low: Smallest commands, shape (m,).
         command_high: Largest commands, shape (m,); infinite for ideal cables.
+        own: Those of one's own, in Python.
         states: States of the laws, shape (S,): a view, which may be written.
         state_rates: Their time derivatives, from `update_state_rates`; a view.
         rates: l' = L qd, shape (m,), in [m/s]; a view.
@@ -87,6 +90,8 @@ class MuscleLaws:
         self._low, self._high = core.array("force_low", m), core.array("force_high", m)
         self._commands = core.array("commands", m)
         self._names = tuple(muscle.name for muscle in muscles)
+        self.own = OwnLaws(robot)
+        self._lengths = core.array("lengths", m)
         self._core, self._handle, self._m, self._n = core, core.handle, m, n
 
     def start(self, commands: ArrayLike) -> None:
@@ -111,8 +116,21 @@ class MuscleLaws:
         """Rates, tensions and torques; the tensions are returned."""
         u = self._vector("commands", commands)
         rates = vector("qd", qd, self._n).tobytes()
-        self._check(self._core.drive(self._handle, rates, u.tobytes()), "command", u)
+        inner = self.inner_commands(u, rates)
+        self._check(self._core.drive(self._handle, rates, inner.tobytes()), "command", u)
         return self.tensions
+
+    def inner_commands(self, commands: FloatArray, rates: bytes) -> FloatArray:
+        """The commands as the core takes them: tensions for laws of one's own.
+
+        Args:
+            commands: Shape (m,), each in the unit of its law.
+            rates: The joint velocities, shape (n,), as bytes.
+        """
+        if not self.own:
+            return commands
+        self._core.update_rates(self._handle, rates)
+        return self.own.forces(commands, self._lengths, self.rates)
 
     def update_state_rates(self, commands: ArrayLike) -> FloatArray:
         """Time derivatives of the states, at the last rates.
@@ -145,6 +163,7 @@ class MuscleLaws:
 
         """
         self._core.reach(self._handle, h)
+        self.own.reach(self._low, self._high, self._lengths, self.rates)
         return Reach(self._low.copy(), self._high.copy())
 
     def invert(self, forces: ArrayLike, h: float) -> FloatArray:
@@ -159,6 +178,7 @@ class MuscleLaws:
         """
         f = self._vector("forces", forces)
         self._check(self._core.invert(self._handle, f.tobytes(), h), "force", f)
+        self.own.invert(self._commands, f, self._lengths, self.rates)
         return self._commands
 
     def resting_commands(self, tensions: FloatArray) -> FloatArray:

@@ -57,7 +57,9 @@ class DartMechanism(Mechanism):
         if self.laws is None:
             bad = self._pull(self._handle, commands.tobytes())
         else:
-            bad = self.core.drive(self._handle, self.qd.tobytes(), commands.tobytes())
+            qd = self.qd.tobytes()
+            inner = self.laws.inner_commands(commands, qd)
+            bad = self.core.drive(self._handle, qd, inner.tobytes())
         if bad:
             self.refuse_command(bad - 1, commands)
         if external is None:

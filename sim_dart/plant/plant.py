@@ -84,7 +84,7 @@ class Plant:
         if integrator == "rk4":
             refuse_friction(robot)
         self._balance = EnergyBalance(robot) if energy else None
-        self.engine = chosen_engine(engine, scene)
+        self.engine = chosen_engine(engine, scene, robot)
         self._mechanism: Mechanism
         self._integrator: Integrator
         self.world: World | EmptyWorld

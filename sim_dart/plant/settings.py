@@ -10,6 +10,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, UnknownNameError
 
 if TYPE_CHECKING:
+    from addin_sdfusion.robot import Robot
     from sim_dart.scene import Scene
 
 Engine = Literal["auto", "core", "dart"]
@@ -48,12 +49,13 @@ def _is_number(value: object) -> bool:
         return False
 
 
-def chosen_engine(engine: str, scene: Scene | None) -> Literal["core", "dart"]:
+def chosen_engine(engine: str, scene: Scene | None, robot: Robot) -> Literal["core", "dart"]:
     """The engine that computes a plant.
 
     Args:
         engine: An engine, or `auto`.
         scene: The scene around the robot; None for none.
+        robot: The robot.
 
     Raises:
         InputError: The engine is `core`, and the core lacks something that the plant needs.
@@ -61,16 +63,23 @@ def chosen_engine(engine: str, scene: Scene | None) -> Literal["core", "dart"]:
     """
     if engine not in ENGINES:
         raise UnknownNameError("engine", engine, ENGINES)
-    lacking = core_lacks(scene)
+    lacking = core_lacks(scene, robot)
     if engine == "core" and lacking is not None:
         raise InputError(f'the engine "core" has no {lacking}; use engine = "dart"')
     return "dart" if engine == "dart" or lacking is not None else "core"
 
 
-def core_lacks(scene: Scene | None) -> str | None:
+def core_lacks(scene: Scene | None, robot: Robot) -> str | None:
     """A feature of the plant that the C core does not have, in words; None if it has all.
 
     Args:
         scene: The scene around the robot; None for none.
+        robot: The robot.
     """
-    return None if scene is None else "worlds with contacts"
+    return python_laws(robot) if scene is None else "worlds with contacts"
+
+
+def python_laws(robot: Robot) -> str | None:
+    """The muscles whose laws are in Python, in words; None if there are none."""
+    own = {m.model.own.name: m.name for m in robot.muscles if m.model.own is not None}
+    return next((f"muscle laws in Python ({law} of {name})" for law, name in own.items()), None)

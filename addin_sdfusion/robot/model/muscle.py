@@ -50,6 +50,21 @@ class ViaPoint:
 
 
 @dataclass(frozen=True, slots=True)
+class OwnTension:
+    """A tension law of one's own: a class in a file of Python.
+
+    Attributes:
+        file: The file.
+        name: The class.
+        command: What drives it: name, unit, least and greatest value; None for a passive one.
+    """
+
+    file: str
+    name: str
+    command: tuple[str, str, float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
 class CableModel:
     """How a muscle's tension follows from its command, length and speed.
 
@@ -59,10 +74,13 @@ class CableModel:
     Attributes:
         kind: `ideal` (force as commanded), another law, or one of CASPR's cables.
         parameters: Its numbers by name, in SI units; of CASPR's cables by the names of its files.
+        own: A law of one's own, in the kind's place; it comes from an experiment, no robot's file
+            has it.
     """
 
     kind: CableKind = "ideal"
     parameters: tuple[tuple[str, float], ...] = ()
+    own: OwnTension | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,8 @@ from cardsflow_fmu.config.table import (
 from controllers.laws.operational_space import LIMIT_BANDWIDTH
 from controllers.qp.solver import DEFAULT_SOLVER, require_solver
 
-from .controller_types import TYPES, ControlType, LawName, OwnLaw, control_type, require_law
+from .controller_types import TYPES, ControlType, LawName, control_type, require_law
+from .own_law import OwnLaw
 from .plant import Engine, StartSettings
 from .reference import ReferenceSettings
 from .run import RunSettings

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import ast
-import re
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Literal, NamedTuple, Self, get_args
+from typing import Literal, get_args
 
-from addin_sdfusion.robot import InputError, UnknownNameError, limits
-from addin_sdfusion.robot.files import read_file
+from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
 from controllers.laws.operational_space import FORCE_WEIGHT
 from controllers.laws.reactive_qp import TASK_WEIGHT
+
+from .own_law import OWN_LAW_FORM, OwnLaw
 
 LawName = Literal[
     "joint_space",
@@ -62,47 +60,6 @@ TYPES: dict[LawName, ControlType] = {
         task_weight=TASK_WEIGHT,
     ),
 }
-
-
-_OWN_LAW = re.compile(r"(?P<file>.+\.py):(?P<name>[^\W\d]\w*)", re.DOTALL)
-OWN_LAW_FORM = "<file>.py:<class>"
-
-
-class OwnLaw(NamedTuple):
-    """A controller of one's own: a class in a file of Python.
-
-    Attributes:
-        file: The file.
-        name: The class.
-    """
-
-    file: Path
-    name: str
-
-    @classmethod
-    def of(cls, law: str) -> Self | None:
-        """From the type of a controller; None where that is the name of one of ours."""
-        match = _OWN_LAW.fullmatch(law)
-        return None if match is None else cls(Path(match["file"]), match["name"])
-
-    def __str__(self) -> str:
-        return f"{self.file.as_posix()}:{self.name}"
-
-    def require(self) -> None:
-        """Refuse what is no class in a file of Python; nothing of the file is run.
-
-        Raises:
-            InputError: The file cannot be read, is not Python, or does not have the class.
-        """
-        try:
-            tree = ast.parse(read_file(self.file, limits.CODE))
-        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-            line = error.lineno if isinstance(error, SyntaxError) else None
-            what = f"cannot be read: {getattr(error, 'msg', error)}"
-            raise InputError(what, file=self.file, line=line) from None
-        classes = [node.name for node in tree.body if isinstance(node, ast.ClassDef)]
-        if self.name not in classes:
-            raise UnknownNameError("class", self.name, classes, file=self.file)
 
 
 def require_law(law: str) -> None:

@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
+import ast
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
 from pydantic import (
+    AfterValidator,
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
     ValidatorFunctionWrapHandler,
+    WithJsonSchema,
     create_model,
 )
 from pydantic_core import CoreSchema, core_schema
 
 from addin_sdfusion.robot import InputError, Muscle, Robot, UnknownNameError
 from addin_sdfusion.robot.checks.check import require_valid
-from addin_sdfusion.robot.model.muscle import CableKind, CableModel
+from addin_sdfusion.robot.model.muscle import CableKind, CableModel, OwnTension
 from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS
 from addin_sdfusion.robot.model.tension_parameters import Parameter
 from cardsflow_fmu.config.key_path import by_name
 from cardsflow_fmu.config.messages import SettingError, joined
 from cardsflow_fmu.config.table import Context, FromZero, Short, Table, setting
+from cardsflow_fmu.signals.units import SI_UNITS
+
+from .own_law import OWN_LAW_FORM, OwnLaw
 
 PATH, F_MAX = "path", "f_max"
 HILL_FROM_PATH = "hill_from_path"
@@ -101,13 +108,24 @@ def _written_out(model: Any) -> Any:
     """A law or a preset by its name alone."""
     if not isinstance(model, str) or not model:
         return model
-    if model not in _MODELS:
-        raise SettingError(UnknownNameError("muscle model", model, _MODELS))
-    return {"kind": model} if model in TENSION_LAWS else {"preset": model}
+    if model in PRESETS or model == HILL_FROM_PATH:
+        return {"preset": model}
+    return {"kind": _kind(model, _MODELS)}
 
 
+def _kind(kind: str, known: Iterable[str] = TENSION_LAWS) -> str:
+    if kind not in TENSION_LAWS and OwnLaw.of(kind) is None:
+        raise SettingError(UnknownNameError("muscle model", kind, [*known, OWN_LAW_FORM]))
+    return kind
+
+
+_OWN = {"type": "string", "pattern": r"\.py:\w+$"}
 _Preset: Any = Literal[(*PRESETS, HILL_FROM_PATH)]
-_Kind: Any = Literal[tuple(TENSION_LAWS)]
+_Kind: Any = Annotated[
+    str,
+    AfterValidator(_kind),
+    WithJsonSchema({"anyOf": [{"enum": list(TENSION_LAWS)}, _OWN]}),
+]
 LawSettings: Any = create_model(
     "LawSettings",
     __base__=Table,
@@ -115,10 +133,17 @@ LawSettings: Any = create_model(
     preset=(_Preset, setting("where the parameters come from", None)),
     kind=(
         _Kind,
-        setting("the law; that of the preset or of the robot", None, kind="muscle model"),
+        setting("the law, one's own as `file.py:Class`; that of the preset or of the robot", None),
+    ),
+    parameters=(
+        dict[str, float],
+        setting("what a law of one's own is made with, by name", None),
     ),
     **_parameters(),
 )
+
+
+_NAMES = {"anyOf": [{"enum": _MODELS}, _OWN]}
 
 
 class MuscleSettings(Table):
@@ -126,7 +151,7 @@ class MuscleSettings(Table):
 
     f_min: FromZero = setting("smallest force, in N", None)
     f_max: float = setting("largest force, in N", None)
-    model: Annotated[LawSettings, Short(_written_out, {"enum": _MODELS})] = setting(
+    model: Annotated[LawSettings, Short(_written_out, _NAMES)] = setting(
         "how it pulls: a law or a preset by its name, or a table with parameters", None
     )
     pose: dict[str, float] = setting(
@@ -154,9 +179,9 @@ def with_muscle_settings(
     lengths = _PathLengths(robot)
     for name, changes in together.items():
         try:
-            muscles[name] = _changed(muscles[name], changes, lengths)
+            muscles[name] = _changed(muscles[name], changes, lengths, context.file.parent)
         except InputError as error:
-            error.file, error.key = context.file, joined(keys[name], error.key)
+            error.file, error.key = error.file or context.file, joined(keys[name], error.key)
             raise
     changed = robot.with_muscles(list(muscles.values()))
     require_valid(changed)
@@ -198,20 +223,33 @@ def muscle_data(muscle: Muscle) -> dict[str, Any]:
     data: dict[str, Any] = {"f_min": muscle.f_min}
     if math.isfinite(muscle.f_max):
         data["f_max"] = muscle.f_max
-    if muscle.model.kind in TENSION_LAWS:
+    if (own := muscle.model.own) is not None:
+        law = str(OwnLaw(Path(own.file), own.name))
+        data["model"] = {"kind": law, "parameters": dict(muscle.model.parameters)}
+    elif muscle.model.kind in TENSION_LAWS:
         data["model"] = {"kind": muscle.model.kind, **dict(muscle.model.parameters)}
     return data
 
 
-def _changed(muscle: Muscle, changes: MuscleSettings, lengths: _PathLengths) -> Muscle:
+def _changed(
+    muscle: Muscle, changes: MuscleSettings, lengths: _PathLengths, folder: Path
+) -> Muscle:
     f_min = muscle.f_min if changes.f_min is None else changes.f_min
     f_max = muscle.f_max if changes.f_max is None else changes.f_max
     if f_min > f_max:
         raise InputError(f"f_min {f_min!r} N is above f_max {f_max!r} N")
     model = muscle.model
     if changes.model is not None:
-        given = _in_numbers(changes.model.data(), replace(muscle, f_max=f_max), changes, lengths)
-        model = _model(given, muscle.model)
+        given = changes.model.data()
+        own = OwnLaw.of(given.get("kind", ""))
+        if own is not None:
+            model = _own_model(own._replace(file=folder / own.file), given)
+        else:
+            if "parameters" in given:
+                what = f"is for laws of one's own ({OWN_LAW_FORM}); others have keys of their own"
+                raise InputError(what, key="model.parameters")
+            given = _in_numbers(given, replace(muscle, f_max=f_max), changes, lengths)
+            model = _model(given, muscle.model)
     return replace(muscle, f_min=f_min, f_max=f_max, model=model)
 
 
@@ -255,6 +293,54 @@ def _model(given: dict[str, Any], own: CableModel) -> CableModel:
     for parameter in TENSION_LAWS[kind].parameters:
         _check(parameter, parameters.get(parameter.name, parameter.default), kind)
     return CableModel(cast(CableKind, kind), tuple(parameters.items()))
+
+
+def _own_model(law: OwnLaw, given: Mapping[str, Any]) -> CableModel:
+    """A law of one's own; its file is read, and not run."""
+    for name in given:
+        if name not in ("kind", "parameters"):
+            what = "is not for laws of one's own; give it in parameters"
+            raise InputError(what, key=f"model.{name}")
+    parameters = tuple(given.get("parameters", {}).items())
+    return CableModel("ideal", parameters, OwnTension(str(law.file), law.name, _command(law)))
+
+
+def _command(law: OwnLaw) -> tuple[str, str, float, float] | None:
+    """What a law of one's own says of its command; None for a passive one.
+
+    Raises:
+        InputError: It is not written out, or is no name, unit and range.
+    """
+    lines = [
+        line
+        for line in law.require().body
+        if isinstance(line, ast.Assign | ast.AnnAssign)
+        and any(isinstance(t, ast.Name) and t.id == "command" for t in _targets(line))
+    ]
+    if not lines or lines[-1].value is None:
+        return None
+    try:
+        command = ast.literal_eval(lines[-1].value)
+        if command is None:
+            return None
+        name, unit, low, high = command
+        low, high = float(low), float(high)
+    except (ValueError, TypeError):
+        command = name = None
+    if not (isinstance(name, str) and name.isidentifier() and math.isfinite(high - low)):
+        what = 'must be written out as name, unit, least, greatest: ("rest_length", "m", 0.0, 2.0)'
+        raise InputError(f"{law.name}.command {what}", file=law.file, line=lines[-1].lineno)
+    if unit not in SI_UNITS:
+        error = UnknownNameError("unit", str(unit), SI_UNITS)
+        raise InputError(f"{law.name}.command: {error}", file=law.file, line=lines[-1].lineno)
+    if not low < high:
+        what = f"{law.name}.command: its least value {low!r} is not below its greatest {high!r}"
+        raise InputError(what, file=law.file, line=lines[-1].lineno)
+    return name, unit, low, high
+
+
+def _targets(line: ast.Assign | ast.AnnAssign) -> list[ast.expr]:
+    return line.targets if isinstance(line, ast.Assign) else [line.target]
 
 
 def _check(parameter: Parameter, value: float | None, kind: str) -> None:
