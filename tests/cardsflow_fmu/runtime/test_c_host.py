@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import subprocess
 from pathlib import Path
@@ -11,12 +12,13 @@ import numpy as np
 import pytest
 from support.fmu.fmu_host import OUTPUTS, STEP, plain_run, run
 from support.native.targets import PROGRAMS
-from support.robots.robots import PLANAR_2R
+from support.robots.robots import EXAMPLES, PLANAR_2R
 from toy_model import REFERENCES
 
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.simulation.run import simulate
 
 STEPS = 1000
 KEPT = ("LD_PRELOAD", "ASAN_OPTIONS")  # what sanitized builds need
@@ -82,3 +84,33 @@ def test_steps_the_plant(c_host: Path, tmp_path: Path) -> None:
         model.values[number] = start + swing(k)
         model.step(k * STEP, STEP)
         assert (found[k] == model.values[outputs]).all()
+
+
+def test_the_closed_loop_of_the_example_is_that_of_run(compiler: str, tmp_path: Path) -> None:
+    """examples/exchange/closed_loop.c: all real variables bit by bit, at every step."""
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.5, "controller.period": 0.002})
+    for name, archive in build(experiment, tmp_path / "fmus").items():
+        fmpy.extract(str(archive), str(tmp_path / name))
+    source, program = EXAMPLES / "exchange/closed_loop.c", tmp_path / "closed_loop"
+    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
+    run([compiler, *flags, str(source), "-o", str(program), "-ldl"])
+    done = subprocess.run(
+        [program, tmp_path],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={name: os.environ[name] for name in KEPT if name in os.environ},
+        cwd="/",
+    )
+    rows = list(csv.DictReader(done.stdout.splitlines()))
+    result = simulate(experiment)
+    assert len(rows) == len(result.rows)
+    common = set(rows[0]) & set(result.names)
+    assert {name.partition(".")[0] for name in common} >= {"time", "q", "qd", "f", "l", "q_d"}
+    for name in common:
+        np.testing.assert_array_equal([float(row[name]) for row in rows], result[name], name)
+    nothing = subprocess.run(
+        [program, tmp_path / "no"], capture_output=True, text=True, check=False
+    )
+    assert (nothing.returncode, nothing.stdout) == (1, "")
+    assert nothing.stderr.endswith("modelDescription.xml: cannot be read\n")
