@@ -24,7 +24,7 @@ RUNTIME = "cardsflow_fmu/runtime/csrc"
 FREESTANDING = "sim_dart/csrc/freestanding"
 """In the place of a C library, on machines without one."""
 TANGENT = "sim_dart/csrc/tangent"
-"""Derivatives, which only FMUs need."""
+"""Derivatives, which FMUs and estimators may need, and microcontrollers cannot have."""
 PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
 
 
@@ -74,7 +74,7 @@ def _found(
 
 
 _LIB = "cardsflow_fmu/runtime/lib"
-CORE = Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core", (FREESTANDING, TANGENT))
+CORE = Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core", (FREESTANDING,))
 CONTROL = Library(("controllers/csrc",), "controllers/lib/cardsflow_control", ())
 _ALL = (RUNTIME, *CORE.folders, *CONTROL.folders)
 _INSIDE = ("-DCARDSFLOW_INSIDE",)

@@ -1,7 +1,7 @@
 /* The loop around a computed-torque law. */
 #include "control_loop.h"
 
-#include "cholesky.h"
+#include "../../../sim_dart/csrc/math/cholesky.h"
 #include "state.h"
 
 #include <string.h>

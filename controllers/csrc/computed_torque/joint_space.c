@@ -9,7 +9,7 @@
    complements.                                                                                         */
 #include "joint_space.h"
 
-#include "cholesky.h"
+#include "../../../sim_dart/csrc/math/cholesky.h"
 #include "program.h"
 
 #include <math.h>

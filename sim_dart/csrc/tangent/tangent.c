@@ -213,6 +213,18 @@ int core_tangent_runge_kutta(core_tangent *t, double h, int32_t steps)
     return core_runge_kutta(t->core, t->core->commands, torques(t), h, steps);
 }
 
+int core_tangent_advance(core_tangent *t, double h)
+{
+    core *c = t->core;
+    const int bad = muscles_pull(c, c->commands);
+    if (bad) return -bad;
+    external_wrenches_add(c, torques(t));
+    accelerate(c, h);
+    if (speed_up(c, h) || c->has_friction) stay_within(c, h);
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) c->q[j] += h * c->qd[j];
+    return 0;
+}
+
 #if defined(__clang__)
 #pragma clang attribute pop
 #endif

@@ -64,4 +64,7 @@ void core_tangent_energies(core_tangent *a);
 int core_tangent_step(core_tangent *a, double h, int32_t steps);
 int core_tangent_runge_kutta(core_tangent *a, double h, int32_t steps);
 
+/* As one step of core_tangent_step at the last q, but q and qd alone: lengths and tasks stay those there. */
+int core_tangent_advance(core_tangent *a, double h);
+
 #endif

@@ -1,0 +1,128 @@
+/* A unit with the axes R on a frame that turns with w, at r from its origin, which is accelerated by a:
+     gyroscope       R'w + bias
+     accelerometer   R'(a + alpha x r + w x (w x r) - g) + bias
+   By q_j, which turns frames about a_j:  d(R'w) = R'(w_j x a_j),  d(R's) = R'(s x a_j), with w_j the angular velocity
+   of frame j. The acceleration of a point changes by J dqdd besides, and qdd with the state as the last step's
+   transition matrix has it, (A - I)/h; noise on accelerations is noise of the accelerometer, too. What
+   velocities do beyond that, to w x (w x r) and J' qd, is left out.                                       */
+#include "inertial.h"
+
+#include "../kinematics/bodies.h"
+#include "../kinematics/joint_variables.h"
+#include "../kinematics/points.h"
+#include "correct.h"
+
+#include <string.h>
+
+/* Accelerations of all frames' origins, in the core, with the qdd of its last step. */
+static void accelerate_frames(estimator *e)
+{
+    core *c = e->core;
+    real *rates = c->qdd;
+    if (c->is_driven) variables_follow(c, c->qdd, rates = e->rates);
+    for (int32_t f = 0; f < c->blob.counts.frames; f++) {
+        real *a = c->acceleration + 6 * f;
+        bodies_carry(c, f, c->acceleration, a);
+        for (int k = 0; k < 6; k++) a[k] += c->drift[6 * f + k];
+        const real rate = rates[c->blob.coordinate[f]];
+        for (int k = 0; k < 3; k++) a[(c->blob.motion[f] == ROTATION ? 0 : 3) + k] += rate * c->axis[3 * f + k];
+    }
+}
+
+/* Acceleration less gravity, in the world, of a point at r from a frame's origin. */
+static void specific_force(const core *c, int32_t frame, const real r[3], real s[3])
+{
+    const real *a = c->acceleration + 6 * frame;
+    for (int k = 0; k < 3; k++) s[k] = a[3 + k] - c->blob.gravity[k];
+    add_cross3(s, a, r);
+    add_centripetal(s, c->spin + 3 * frame, r);
+}
+
+/* By q and qd, what a gyroscope reads along an axis in the world. */
+static void fill_turning(estimator *e, int32_t frame, const real along[3])
+{
+    core *c = e->core;
+    real *by_q = e->wide_row, *by_qd = by_q + e->variables, turned[3];
+    memset(by_q, 0, 2 * e->variables * sizeof(real));
+    for (int32_t j = frame; j >= 0; j = c->blob.parent[j]) {
+        if (c->blob.motion[j] != ROTATION) continue;
+        cross3(turned, c->spin + 3 * j, c->axis + 3 * j);
+        by_q[c->blob.coordinate[j]] += dot3(turned, along);
+        by_qd[c->blob.coordinate[j]] += dot3(c->axis + 3 * j, along);
+    }
+    variables_fold(c, by_q, e->row);
+    variables_fold(c, by_qd, e->row + e->n);
+}
+
+/* By q, qd and w, what an accelerometer at a point reads along an axis; the variance that noise on qdd makes. */
+static real fill_force(estimator *e, int32_t frame, const real point[3], const real along[3], const real force[3])
+{
+    core *c = e->core;
+    const size_t n = e->n;
+    real *by_q = e->wide_row, *by_qdd = by_q + e->variables, *row = e->row, *J = row + 3 * n, found[3], noise = 0;
+    memset(by_q, 0, 2 * e->variables * sizeof(real));
+    for (int32_t j = frame; j >= 0; j = c->blob.parent[j]) {
+        const size_t x = (size_t)c->blob.coordinate[j];
+        tree_point_velocity(c, j, point, found);
+        by_qdd[x] += dot3(found, along);
+        if (c->blob.motion[j] != ROTATION) continue;
+        cross3(found, force, c->axis + 3 * j);
+        by_q[x] += dot3(found, along);
+    }
+    memset(row, 0, 3 * n * sizeof(real));
+    variables_fold(c, by_q, row);
+    variables_fold(c, by_qdd, J);
+    for (size_t i = 0; i < n; i++) {
+        const real share = J[i] / e->step, *A = e->transition + (n + i) * 3 * n, white = J[i] * e->acceleration_noise[i];
+        for (size_t k = 0; k < 3 * n; k++) row[k] += share * (A[k] - (k == n + i ? 1 : 0));
+        noise += white * white / e->step;
+    }
+    return noise;
+}
+
+static void take_gyroscope(estimator *e, size_t unit, const real axes[9], const real *spin)
+{
+    const real noise = e->gyroscope_noise[unit], *z = e->gyroscope + 3 * unit;
+    const size_t bias = 3 * e->n + 6 * unit;
+    for (size_t k = 0; k < 3 && is_measured(noise); k++) {
+        const real along[3] = {axes[k], axes[3 + k], axes[6 + k]};
+        if (!is_number(z[k])) continue;
+        fill_turning(e, e->imu_frame[unit], along);
+        estimator_correct(e, e->row, 2 * e->n, bias + k, z[k] - dot3(along, spin) - e->state[bias + k], noise * noise);
+    }
+}
+
+static void take_accelerometer(estimator *e, size_t unit, const real axes[9], const real r[3])
+{
+    core *c = e->core;
+    const int32_t frame = e->imu_frame[unit];
+    const real noise = e->accelerometer_noise[unit], *z = e->accelerometer + 3 * unit;
+    const size_t bias = 3 * e->n + 6 * unit + 3;
+    real point[3], force[3];
+    specific_force(c, frame, r, force);
+    for (int k = 0; k < 3; k++) point[k] = c->origin[3 * frame + k] + r[k];
+    for (size_t k = 0; k < 3 && is_measured(noise); k++) {
+        const real along[3] = {axes[k], axes[3 + k], axes[6 + k]};
+        if (!is_number(z[k])) continue;
+        const real white = fill_force(e, frame, point, along, force);
+        estimator_correct(e, e->row, 3 * e->n, bias + k, z[k] - dot3(along, force) - e->state[bias + k],
+                          noise * noise + white);
+    }
+}
+
+void estimator_take_inertial(estimator *e)
+{
+    core *c = e->core;
+    if (!e->i) return;
+    bodies_links(c);
+    bodies_velocities(c, e->state + e->n);
+    accelerate_frames(e);
+    for (size_t unit = 0; unit < e->i; unit++) {
+        const int32_t frame = e->imu_frame[unit];
+        real axes[9], r[3];
+        multiply3(axes, c->rotation + 9 * frame, e->imu_rotation + 9 * unit);
+        rotate3(r, c->rotation + 9 * frame, e->imu_position + 3 * unit);
+        take_gyroscope(e, unit, axes, c->spin + 3 * frame);
+        take_accelerometer(e, unit, axes, r);
+    }
+}

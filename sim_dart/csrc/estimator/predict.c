@@ -1,0 +1,103 @@
+/* x <- step(x, f), P <- A P A' + Q. */
+#include "predict.h"
+
+#include "../math/cholesky.h"
+
+#include <string.h>
+
+/* W = (M + h D + h^2 K)^-1, in `matrix`: what a load does to accelerations, as core_step has it. 0, or 1 where
+   the matrix has none.                                                                                    */
+static int invert_mass(estimator *e, real h)
+{
+    const size_t n = e->n;
+    core *c = e->core;
+    core_mass_matrix(c);
+    for (size_t j = 0; j < n; j++)
+        c->mass_matrix[j * n + j] += h * (c->blob.damping[j] + h * c->blob.stiffness[j]);
+    if (cholesky_factor(n, c->mass_matrix, e->factor)) return 1;
+    for (size_t j = 0; j < n; j++) {
+        memset(e->matrix + j * n, 0, n * sizeof(real));
+        e->matrix[j * n + j] = 1;
+        cholesky_solve(n, e->factor, e->matrix + j * n);
+    }
+    return 0;
+}
+
+/* The matrix of q+ and qd+ by q, qd and w, at the state before the step. */
+static int fill_transition(estimator *e, const real *q, const real *qd, const real *f, real h)
+{
+    const size_t n = e->n;
+    real *A = e->transition, *exact = e->differential;
+    if (invert_mass(e, h)) return 1;
+    if (!e->exact) {
+        memset(exact, 0, 4 * n * n * sizeof(real));
+        for (size_t j = 0; j < 2 * n; j++) exact[j * 2 * n + j] = 1;
+        for (size_t j = 0; j < n; j++) exact[j * 2 * n + n + j] = h;
+    } else if (e->exact(e->exact_self, q, qd, f, e->load, h, exact)) {
+        return 1;
+    }
+    for (size_t j = 0; j < 2 * n; j++) {
+        const real share = j < n ? h * h : h;
+        memcpy(A + j * 3 * n, exact + j * 2 * n, 2 * n * sizeof(real));
+        for (size_t k = 0; k < n; k++) A[j * 3 * n + 2 * n + k] = -share * e->matrix[(j % n) * n + k];
+    }
+    return 0;
+}
+
+/* P <- A P A', where A differs from the unit matrix in the rows of q and qd only. */
+static void carry_covariance(estimator *e)
+{
+    const size_t n = e->n, N = e->N, top = 2 * n, wide = 3 * n;
+    const real *A = e->transition;
+    real *P = e->covariance, *B = e->product;
+    memset(B, 0, top * N * sizeof(real));
+    for (size_t j = 0; j < top; j++)
+        for (size_t k = 0; k < wide; k++) {
+            const real a = A[j * wide + k], *from = P + k * N;
+            real *to = B + j * N;
+            if (a == 0) continue;
+            for (size_t l = 0; l < N; l++) to[l] += a * from[l];
+        }
+    for (size_t j = 0; j < top; j++) {
+        for (size_t k = 0; k <= j; k++)
+            P[j * N + k] = P[k * N + j] = cholesky_dot(wide, B + j * N, A + k * wide);
+        for (size_t l = top; l < N; l++) P[j * N + l] = P[l * N + j] = B[j * N + l];
+    }
+}
+
+/* White noise on accelerations, held within the step; on dw/dt and on the biases' rates. */
+static void add_noise(estimator *e, real h)
+{
+    const size_t n = e->n, N = e->N;
+    real *P = e->covariance;
+    for (size_t j = 0; j < n; j++) {
+        const real a = e->acceleration_noise[j], v = a * a * h, w = e->load_drift[j];
+        P[j * N + j] += h * h * v;
+        P[j * N + n + j] += h * v;
+        P[(n + j) * N + j] += h * v;
+        P[(n + j) * N + n + j] += v;
+        P[(2 * n + j) * N + 2 * n + j] += w * w * h;
+    }
+    for (size_t k = 3 * n; k < N; k++) {
+        const real drift = e->bias_drift[(k - 3 * n) % 6 / 3];
+        P[k * N + k] += drift * drift * h;
+    }
+}
+
+int estimator_predict(estimator *e, real h)
+{
+    core *c = e->core;
+    const size_t n = e->n;
+    real *q = e->state, *qd = q + n, *w = qd + n;
+    e->step = h;
+    for (size_t j = 0; j < n; j++) e->load[j] = (is_number(e->torques[j]) ? e->torques[j] : 0) - w[j];
+    if (core_move_checked(c, q, qd) || fill_transition(e, q, qd, e->last_tensions, h)) return 1;
+    memcpy(c->q, q, n * sizeof(real));
+    memcpy(c->qd, qd, n * sizeof(real));
+    if (core_step(c, e->last_tensions, e->load, h, 1)) return 1;
+    memcpy(q, c->q, n * sizeof(real));
+    memcpy(qd, c->qd, n * sizeof(real));
+    carry_covariance(e);
+    add_noise(e, h);
+    return 0;
+}

@@ -1,0 +1,86 @@
+/* A tick: predict, correct, judge. */
+#include "../math/elementary.h"
+#include "correct.h"
+#include "inertial.h"
+#include "predict.h"
+
+#include <string.h>
+
+static void take_tensions(estimator *e)
+{
+    for (size_t k = 0; k < e->m; k++)
+        if (is_number(e->tensions[k])) e->last_tensions[k] = larger(e->tensions[k], 0);
+}
+
+static void take_lengths(estimator *e)
+{
+    const core *c = e->core;
+    for (size_t k = 0; k < e->m; k++)
+        if (is_taut(e, k))
+            estimator_correct(e, c->jacobian + k * e->n, e->n, e->N, path_length(e, k) - c->lengths[k],
+                              e->length_noise[k] * e->length_noise[k]);
+}
+
+static void take_encoders(estimator *e)
+{
+    for (size_t j = 0; j < e->n; j++) {
+        if (!is_measured(e->encoder_noise[j]) || !is_number(e->encoders[j])) continue;
+        memset(e->row, 0, e->n * sizeof(real));
+        e->row[j] = 1;
+        estimator_correct(e, e->row, e->n, e->N, e->encoders[j] - e->state[j],
+                          e->encoder_noise[j] * e->encoder_noise[j]);
+    }
+}
+
+/* Standard deviations; 0, or 1 where something is no number or a variance is not positive. */
+static int update_sd(estimator *e)
+{
+    const size_t N = e->N;
+    int bad = 0;
+    for (size_t k = 0; k < N; k++) {
+        const real variance = e->covariance[k * N + k];
+        bad |= !is_number(e->state[k]) || !(variance >= 0 && is_number(variance));
+        e->sd[k] = variance > 0 ? sqrt(variance) : 0;
+    }
+    return bad;
+}
+
+/* An average that forgets: with time T, mean += (1 - exp(-h/T)) (now - mean). */
+static void judge(estimator *e, real time)
+{
+    if (e->seen) {
+        const real share = 1 - exponential(-time / e->innovation_time[0]);
+        e->mean_innovation[0] += share * (e->innovation[0] - e->mean_innovation[0]);
+    }
+    int valid = e->mean_innovation[0] <= e->largest_innovation[0];
+    for (size_t j = 0; j < e->n; j++) valid &= e->sd[j] <= e->largest_sd[j];
+    e->valid[0] = valid;
+}
+
+static int lose(estimator *e)
+{
+    e->valid[0] = 0;
+    return (int)(e->status[0] = ESTIMATOR_DIVERGED);
+}
+
+int estimator_tick(estimator *e, real h, int32_t steps)
+{
+    take_tensions(e);
+    if (e->status[0] == ESTIMATOR_DIVERGED) return ESTIMATOR_DIVERGED;
+    if (e->status[0] != ESTIMATOR_TRACKING && e->search[0] != 0) {
+        e->status[0] = (real)estimator_find(e);
+        if (update_sd(e)) return lose(e);
+        return (int)e->status[0];
+    }
+    e->status[0] = ESTIMATOR_TRACKING;
+    for (int32_t k = 0; k < steps; k++)
+        if (estimator_predict(e, h)) return lose(e);
+    estimator_begin(e);
+    take_lengths(e);
+    take_encoders(e);
+    estimator_take_inertial(e);
+    estimator_end(e);
+    if (update_sd(e)) return lose(e);
+    judge(e, h * (real)steps);
+    return ESTIMATOR_TRACKING;
+}

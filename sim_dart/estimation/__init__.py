@@ -1,0 +1,1 @@
+"""Estimation of a robot's state from its muscles."""

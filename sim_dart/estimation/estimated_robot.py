@@ -1,0 +1,53 @@
+"""The robot as an estimator knows it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from addin_sdfusion.robot import CableModel, Joint, Robot
+from addin_sdfusion.robot.model.tension_laws import law_of, law_parameters
+from sim_dart.core.arrays import BoolArray, FloatArray
+
+_ELASTIC = ("elastic_cable", "series_elastic_motor")
+
+
+def estimated_robot(robot: Robot) -> Robot:
+    """The robot with its driven muscles as ideal cables, and without joint limits.
+
+    Tensions are measured, so that laws of driven muscles are not needed; passive ones keep theirs.
+    An estimate that noise has put beyond a limit would be thrown back by it; what a limit pushes
+    with is a load to the estimator.
+    """
+    muscles = (
+        muscle if is_passive else replace(muscle, model=CableModel())
+        for muscle, is_passive in zip(robot.muscles, passive_muscles(robot), strict=True)
+    )
+    return replace(robot.with_muscles(muscles), joints=tuple(map(_unlimited, robot.joints)))
+
+
+def passive_muscles(robot: Robot) -> BoolArray:
+    """Which muscles have no command, and so no motor and no sensor, shape (m,)."""
+    return np.array([law_of(muscle.model).command is None for muscle in robot.muscles], dtype=bool)
+
+
+def cable_compliances(robot: Robot) -> FloatArray:
+    """1/k of elastic cables and 0 of all others, shape (m,), in [m/N].
+
+    The length that a motor has paid out is the path's less the stretch, f/k.
+    """
+    return np.array(
+        [
+            1.0 / law_parameters(muscle.model)["stiffness"]
+            if muscle.model.kind in _ELASTIC
+            else 0.0
+            for muscle in robot.muscles
+        ]
+    )
+
+
+def _unlimited(joint: Joint) -> Joint:
+    coordinates = tuple(replace(c, lower=-math.inf, upper=math.inf) for c in joint.coordinates)
+    return replace(joint, coordinates=coordinates)

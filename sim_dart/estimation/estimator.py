@@ -1,0 +1,258 @@
+"""The estimator of a robot's state from its muscles, in C."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from addin_sdfusion.robot import CardsflowError, InputError, Robot, UnknownNameError
+from addin_sdfusion.robot.checks.check import require_valid
+from sim_dart.core.arrays import FloatArray, vector
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.frames import moving_frames, transform
+from sim_dart.core.library import Core, library
+
+from .estimated_robot import cable_compliances, estimated_robot, passive_muscles
+from .settings import EstimatorSettings, InertialUnit, arrays
+
+STATUSES = ("waiting", "tracking", "ambiguous", "no pose fits", "unobservable", "diverged")
+"""What an estimator says of itself, by its number."""
+
+_RANGE = np.pi
+"""Where a coordinate without limits is searched, to both sides of its start."""
+
+
+@cache
+def _bound() -> Any:
+    core = library()
+    pointer, size, count = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int32
+    core.estimator_size.argtypes = [pointer, count]
+    core.estimator_size.restype = size
+    core.estimator_open.argtypes = [pointer, count, pointer, pointer]
+    core.estimator_open.restype = pointer
+    core.estimator_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
+    core.estimator_array.restype = ctypes.POINTER(ctypes.c_double)
+    core.estimator_reset.argtypes = [pointer]
+    core.estimator_reset.restype = None
+    core.estimator_tick.argtypes = [pointer, ctypes.c_double, count]
+    core.estimator_find.argtypes = [pointer]
+    core.estimator_use_transition.argtypes = [pointer, pointer, pointer]
+    core.estimator_use_transition.restype = None
+    core.core_transition_size.argtypes = [pointer]
+    core.core_transition_size.restype = size
+    core.core_transition_open.argtypes = [pointer, pointer]
+    core.core_transition_open.restype = pointer
+    return core
+
+
+class PoseEstimator:
+    """An extended Kalman filter for q, qd and unknown loads w, on the robot's own dynamics.
+
+    M qdd + C + G + w = -L'f, where w is a generalised load, as controllers take a known one. See
+    `sim_dart/csrc/estimator/estimator.h` for the equations.
+
+    Args:
+        robot: The robot as it is believed to be.
+        settings: Noises and limits.
+        start: Pose at the start, or the first one that a search begins from, shape (n,), in [rad]
+            or [m]; the robot's initial one when None.
+        units: Gyroscopes and accelerometers on links that move.
+
+    Raises:
+        RobotError: The robot is not valid.
+        InputError: A setting does not fit the robot.
+        UnknownNameError: There is no such link.
+
+    Attributes:
+        lengths: At the motors, shape (m,), in [m]; to be written before a tick, as the next ones
+            are; NaN for a reading that is missing.
+        tensions: Shape (m,), in [N].
+        torques: Of motors at joints, shape (n,), in [N·m] or [N].
+        encoders: Shape (n,), in [rad] or [m].
+        gyroscope, accelerometer: Shape (units, 3), in [rad/s] and [m/s²], in the units' own axes.
+        q, qd, w: The estimate, shape (n,) each. Views: a tick changes them.
+        biases: Of gyroscopes and accelerometers, shape (units, 2, 3).
+        sd: Standard deviations, first of q, qd and w, then of biases, shape (3 n + 6 units,).
+        covariance: Of all these, shape (3 n + 6 units, 3 n + 6 units).
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        settings: EstimatorSettings | None = None,
+        start: ArrayLike | None = None,
+        units: Sequence[InertialUnit] = (),
+    ) -> None:
+        require_valid(robot)
+        self.robot, self.settings = robot, settings or EstimatorSettings()
+        self._core = Core(compile_blob(estimated_robot(robot)))
+        n, m, i = len(robot.coordinates), len(robot.muscles), len(units)
+        c = self._c = _bound()
+        self._frames, rotations, positions = _places(robot, units)
+        self._memory = np.empty(-(-c.estimator_size(self._core.handle, i) // 8))
+        address = self._memory.ctypes.data
+        self._handle = ctypes.c_void_p(
+            c.estimator_open(self._core.handle, i, self._frames.ctypes.data, address)
+        )
+        if self.settings.exact:
+            self._use_exact_transition()
+        if start is None:
+            start = [coordinate.initial for coordinate in robot.coordinates]
+        self._write_settings(vector("start", start, n), rotations, positions)
+        self.lengths, self.tensions = self.array("lengths", m), self.array("tensions", m)
+        self.torques, self.encoders = self.array("torques", n), self.array("encoders", n)
+        self.gyroscope = self.array("gyroscope", i, 3)
+        self.accelerometer = self.array("accelerometer", i, 3)
+        state, size = self.array("state", 3 * n + 6 * i), 3 * n + 6 * i
+        self.q, self.qd, self.w = state[: 3 * n].reshape(3, n)
+        self.biases = state[3 * n :].reshape(i, 2, 3)
+        self.sd, self.covariance = self.array("sd", size), self.array("covariance", size, size)
+        self._innovation, self._used = self.array("innovation", 1), self.array("used", 1)
+        self._status, self._valid = self.array("status", 1), self.array("valid", 1)
+        self._remembered = self.array("remembered", -1)
+        self.reset()
+
+    def array(self, name: str, *shape: int) -> FloatArray:
+        """A view of an array of the C library, see estimator.h, of the given shape."""
+        length = ctypes.c_size_t()
+        pointer = self._c.estimator_array(self._handle, name.encode(), ctypes.byref(length))
+        assert pointer, name
+        address = ctypes.cast(pointer, ctypes.c_void_p).value or 0
+        first = (address - self._memory.ctypes.data) // 8
+        return self._memory[first : first + length.value].reshape(shape)
+
+    @property
+    def valid(self) -> bool:
+        """Whether the last estimate is one: it is tracking, within the settings' limits."""
+        return bool(self._valid[0])
+
+    @property
+    def status(self) -> str:
+        """One of `STATUSES`."""
+        return STATUSES[int(self._status[0])]
+
+    @property
+    def innovation(self) -> float:
+        """Mean square of the last readings' innovations over their variance; 1 is as expected."""
+        return float(self._innovation[0])
+
+    @property
+    def used(self) -> int:
+        """How many readings the last tick took."""
+        return int(self._used[0])
+
+    def reset(self) -> None:
+        """Back to the start."""
+        self._c.estimator_reset(self._handle)
+
+    def tick(self, h: float, steps: int = 1) -> bool:
+        """Advance by steps of h [s] and take the measurements that have been written.
+
+        Returns:
+            Whether the estimate is valid.
+        """
+        self._c.estimator_tick(self._handle, h, steps)
+        return self.valid
+
+    def find(self) -> str:
+        """Search the first pose from the measurements that have been written; the status."""
+        self._take_tensions()
+        return STATUSES[self._c.estimator_find(self._handle)]
+
+    def get_state(self) -> FloatArray:
+        """All that the estimator remembers, for `set_state`."""
+        return self._remembered.copy()
+
+    def set_state(self, state: FloatArray) -> None:
+        """Go back to a state from `get_state`."""
+        self._remembered[:] = state
+
+    def path_lengths(self, q: ArrayLike) -> FloatArray:
+        """l(q) of the model, shape (m,), in [m]."""
+        self._core.move(self._core.handle, vector("q", q, len(self.q)).tobytes())
+        return self._core.array("lengths", len(self.lengths)).copy()
+
+    def home(self, q: ArrayLike, lengths: ArrayLike, tensions: ArrayLike) -> FloatArray:
+        """Set the lengths' offsets by readings at a known pose; the pose's error goes into them.
+
+        Args:
+            q: The pose, shape (n,), in [rad] or [m].
+            lengths: At the motors, mean of some readings, shape (m,), in [m].
+            tensions: Shape (m,), in [N]. A muscle that is slack keeps its offset.
+
+        Returns:
+            The offsets, shape (m,), in [m].
+        """
+        m = len(self.lengths)
+        found, pulls = vector("lengths", lengths, m), vector("tensions", tensions, m)
+        offset, compliance = self.array("offset", m), self.array("compliance", m)
+        taut = pulls > self.settings.slack
+        offset[taut] = (found - self.path_lengths(q) + compliance * pulls)[taut]
+        return offset.copy()
+
+    def _take_tensions(self) -> None:
+        m = len(self.tensions)
+        self.array("last_tensions", m)[:] = np.maximum(np.nan_to_num(self.tensions), 0.0)
+
+    def _use_exact_transition(self) -> None:
+        size = self._c.core_transition_size(self._core.handle)
+        if not size:
+            raise CardsflowError("this C core has no derivatives: choose `exact = false`")
+        self._transition = np.empty(-(-size // 8))
+        handle = self._c.core_transition_open(self._core.handle, self._transition.ctypes.data)
+        function = ctypes.cast(self._c.core_transition_fill, ctypes.c_void_p)
+        self._c.estimator_use_transition(self._handle, function, handle)
+
+    def _write_settings(self, start: FloatArray, rotations: FloatArray, at: FloatArray) -> None:
+        settings, n = self.settings, len(self.robot.coordinates)
+        low = np.array([c.lower for c in self.robot.coordinates])
+        high = np.array([c.upper for c in self.robot.coordinates])
+        compliance = settings.compliance
+        values = dict(arrays(settings)) | {
+            "compliance": cable_compliances(self.robot) if compliance is None else compliance,
+            "start": start,
+            "start_low": np.where(np.isfinite(low), low, start - _RANGE),
+            "start_high": np.where(np.isfinite(high), high, start + _RANGE),
+            "imu_rotation": rotations.ravel(),
+            "imu_position": at.ravel(),
+        }
+        for name, value in values.items():
+            target = self.array(name, -1)
+            try:
+                target[:] = value
+            except (TypeError, ValueError):
+                what = f"{name} must be one number or {target.size}, not {value!r}"
+                raise InputError(what) from None
+        self.array("length_noise", -1)[passive_muscles(self.robot)] = 0.0
+        rest = self.array("start_sd", -1)
+        rest[: 3 * n].reshape(3, n)[:] = [
+            np.broadcast_to(np.asarray(sd, dtype=float), n)
+            for sd in (settings.start_sd, settings.start_speed_sd, settings.start_load_sd)
+        ]
+        rest[3 * n :] = settings.gyroscope_bias_sd, settings.accelerometer_bias_sd
+
+
+def _places(robot: Robot, units: Sequence[InertialUnit]) -> tuple[Any, FloatArray, FloatArray]:
+    """The frame of each unit, and its rotation and position there."""
+    _, places = moving_frames(robot)
+    frames, rotations, positions = [], [], []
+    for unit in units:
+        if unit.link not in places:
+            raise UnknownNameError("link", unit.link, list(places))
+        place = places[unit.link]
+        if place.frame < 0:
+            raise InputError(f"an inertial unit on {unit.link!r} tells nothing: it does not move")
+        T = place.T_frame_link @ transform(unit.pose)
+        frames.append(place.frame)
+        rotations.append(T[:3, :3])
+        positions.append(T[:3, 3])
+    return (
+        np.array(frames, dtype=np.int32),
+        np.array(rotations).reshape(-1, 9),
+        np.array(positions).reshape(-1, 3),
+    )

@@ -1,0 +1,103 @@
+"""What sensors tell of a robot's pose: the rank of their derivatives by q."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, Robot
+from sim_dart.core.arrays import FloatArray
+from sim_dart.muscles.paths import MusclePaths
+
+from .estimated_robot import passive_muscles
+from .settings import EstimatorSettings
+
+_RANK = 1e-6
+"""A singular value below that share of the largest one is none: no sensor is that good."""
+
+
+@dataclass(frozen=True)
+class Observability:
+    """How well one reading of lengths and encoders tells the pose, over K poses.
+
+    Attributes:
+        sd: Of each coordinate, from one reading of all, shape (K, n), in [rad] or [m]; infinite
+            where the readings leave it open.
+        rank: At each pose, shape (K,).
+        critical: Muscles that leave the rank below n at some pose when they are slack together,
+            as few as can be, one or two of them; empty where any two may be slack.
+    """
+
+    sd: FloatArray
+    rank: FloatArray
+    critical: tuple[str, ...]
+
+    @property
+    def is_observable(self) -> bool:
+        """Whether each pose is told while all muscles are taut."""
+        return bool((self.rank == self.sd.shape[1]).all())
+
+
+def observability(robot: Robot, poses: FloatArray, settings: EstimatorSettings) -> Observability:
+    """What lengths and encoders tell of some poses.
+
+    Inertial units are left out: of a pose at rest they tell the direction of gravity alone.
+
+    Args:
+        robot: The robot.
+        poses: Shape (K, n), in [rad] or [m].
+        settings: Noises of the sensors.
+
+    Raises:
+        InputError: There is no pose.
+    """
+    n, m = len(robot.coordinates), len(robot.muscles)
+    if not len(poses):
+        raise InputError("observability needs a pose at least")
+    weights = _weights(settings.length_noise, m)
+    weights[passive_muscles(robot)] = 0.0
+    encoders = np.diag(_weights(settings.encoder_noise, n))
+    paths = MusclePaths(robot)
+    rows = np.array([paths.evaluate(q).jacobian * weights[:, None] for q in poses])
+    found = [_told(np.vstack([of_pose, encoders])) for of_pose in rows]
+    return Observability(
+        np.array([sd for _, sd in found]),
+        np.array([rank for rank, _ in found]),
+        _critical(robot, rows, encoders, weights),
+    )
+
+
+def _weights(noise: object, size: int) -> FloatArray:
+    """1/noise; 0 where nothing is measured."""
+    sd = np.broadcast_to(np.asarray(noise, dtype=float), size)
+    measured = (sd > 0) & np.isfinite(sd)
+    weights = np.zeros(size)
+    weights[measured] = 1.0 / sd[measured]
+    return weights
+
+
+def _told(J: FloatArray) -> tuple[int, FloatArray]:
+    """The rank, and the standard deviation of each coordinate."""
+    _, s, V = np.linalg.svd(J, full_matrices=True)
+    n = J.shape[1]
+    s = np.concatenate([s, np.zeros(n - len(s))])
+    seen = s > _RANK * max(s[0], 1e-300)
+    open_to = (V[~seen] ** 2).sum(axis=0) > _RANK
+    sd = np.sqrt((V[seen] ** 2 / s[seen, None] ** 2).sum(axis=0))
+    return int(seen.sum()), np.where(open_to, np.inf, sd)
+
+
+def _critical(
+    robot: Robot, rows: FloatArray, encoders: FloatArray, weights: FloatArray
+) -> tuple[str, ...]:
+    measured = np.flatnonzero(weights)
+    n = encoders.shape[0]
+    for count in (1, 2):
+        for slack in combinations(measured, count):
+            left = np.delete(rows, slack, axis=1)
+            for of_pose in left:
+                if _told(np.vstack([of_pose, encoders]))[0] < n:
+                    return tuple(robot.muscles[k].name for k in slack)
+    return ()

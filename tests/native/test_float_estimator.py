@@ -1,0 +1,66 @@
+"""The estimator in single precision: what its digits leave."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.native.precision import Handle, Precision, open_robot, room
+from support.robots.estimated import STEP, Truth
+from support.robots.robots import EXAMPLES
+
+from addin_sdfusion.robot import read_robot
+from sim_dart.estimation.estimated_robot import estimated_robot
+from sim_dart.estimation.estimator import PoseEstimator
+from sim_dart.estimation.settings import EstimatorSettings
+
+TICKS = 400
+START = np.array([1.45, 0.1, -0.1, -1.2])
+COPIED = (
+    *("length_noise", "gate", "slack", "acceleration_noise", "load_drift"),
+    *("search", "starts", "start", "start_low", "start_high", "start_sd"),
+    *("largest_sd", "largest_innovation", "innovation_time"),
+)
+
+
+def open_estimator(precision: Precision, like: PoseEstimator) -> Handle:
+    """An estimator of that precision with the settings of another one."""
+    robot = open_robot(precision, estimated_robot(like.robot))
+    memory = room(precision.call("estimator_size", robot.pointer, 0))
+    pointer = precision.call("estimator_open", robot.pointer, 0, None, memory)
+    estimator = Handle(precision, "estimator", pointer)
+    estimator.memory = robot, memory  # type: ignore[attr-defined]
+    for name in COPIED:
+        estimator.array(name)[:] = like.array(name, -1)
+    estimator.call("reset")
+    return estimator
+
+
+@pytest.mark.slow
+def test_single_precision_estimates_as_well(tmp_path: Path) -> None:
+    """The arm swings, pulled by all its muscles: errors are those of double precision."""
+    arm = read_robot(EXAMPLES / "roboy_left_arm" / "robot")
+    settings = EstimatorSettings(exact=False, acceleration_noise=0.5, load_drift=0.5)
+    double = PoseEstimator(arm, settings, START)
+    precision = Precision(tmp_path, single=True)
+    precision.library.estimator_size.restype = precision.library.core_size.restype
+    for name in ("estimator_open", "estimator_array"):
+        getattr(precision.library, name).restype = precision.library.core_open.restype
+    single = open_estimator(precision, double)
+    truth, n, errors = Truth(arm, settings, START, 3), 4, []
+    f = np.full(11, 60.0)
+    for _ in range(TICKS):
+        truth.step(f)
+        truth.measure(double, f)
+        single.array("lengths")[:], single.array("tensions")[:] = double.lengths, f
+        assert double.tick(STEP)
+        assert single.call("tick", STEP, 1) == 1
+        errors.append((double.q - truth.q, single.array("state")[:n] - truth.q))
+    own, other = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert np.all(other < 1.1 * own)
+    assert np.allclose(single.array("sd")[:n], double.sd[:n], rtol=0.02)
+    single.array("lengths")[:] = double.path_lengths(START)
+    single.array("start")[:] = START + np.array([0.1, 1.5, 0.2, 0.8])
+    assert single.call("find") == 1
+    assert np.allclose(single.array("state")[:n], START, atol=0.01)

@@ -1,0 +1,307 @@
+"""The estimator: consistency, exact derivatives, what it leaves out, and what it refuses."""
+
+from __future__ import annotations
+
+import ctypes
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.robots.estimated import STEP, Truth, draw_flower
+from support.robots.inertial import UnitReadings
+from support.robots.robots import EXAMPLES, one_joint
+
+from addin_sdfusion.robot import (
+    WORLD,
+    CableModel,
+    CableSet,
+    Inertia,
+    InputError,
+    Muscle,
+    Pose,
+    Robot,
+    UnknownNameError,
+    ViaPoint,
+    read_robot,
+    revolute,
+)
+from sim_dart import CoreDynamics
+from sim_dart.core.arrays import FloatArray
+from sim_dart.estimation.estimator import PoseEstimator
+from sim_dart.estimation.observability import observability
+from sim_dart.estimation.settings import EstimatorSettings, InertialUnit
+
+SEEDS, TICKS = 50, 20
+START = np.array([1.45, 0.1, -0.1, -1.2])
+ELBOW = ("motor9", "motor10")
+UNITS = [
+    InertialUnit("upper_arm_left", Pose((0.01, 0.02, 0.03), (0.3, 0.2, 0.1))),
+    InertialUnit("lower_arm_left", Pose((0.05, 0.0, 0.1), (0.0, 1.0, 0.0))),
+]
+"""Of chi squared with 600 and more degrees of freedom, 95 % are within 1.96 times its deviation."""
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    return read_robot(EXAMPLES / "roboy_left_arm" / "robot")
+
+
+def holding(arm: Robot, q: FloatArray) -> FloatArray:
+    """Forces that about hold the arm."""
+    dynamics = CoreDynamics(arm)
+    L = dynamics.muscle_jacobian(q)
+    f = np.full(dynamics.m, 40.0)
+    return np.maximum(f - np.linalg.pinv(L.T) @ (dynamics.gravity(q) + L.T @ f), 5.0)
+
+
+def at_rest(arm: Robot, settings: EstimatorSettings) -> tuple[PoseEstimator, FloatArray]:
+    """An estimator at the start with readings of it, and the forces that hold it there."""
+    estimator, f = PoseEstimator(arm, settings, START), holding(arm, START)
+    estimator.lengths[:], estimator.tensions[:] = estimator.path_lengths(START), f
+    return estimator, f
+
+
+@pytest.mark.parametrize("exact", [True, False], ids=["exact", "simple"])
+def test_errors_are_as_large_as_their_deviations_say(arm: Robot, exact: bool) -> None:
+    """NEES over seeds, of q, qd and w; the simple matrix lacks what a short time does not show."""
+    settings = EstimatorSettings(exact=exact, acceleration_noise=0.5, load_drift=0.5)
+    f, squares = holding(arm, START), []
+    for seed in range(SEEDS):
+        truth, estimator = Truth(arm, settings, START, seed), PoseEstimator(arm, settings, START)
+        for _ in range(TICKS):
+            truth.step(f)
+            truth.measure(estimator, f)
+            assert estimator.tick(STEP)
+        error = truth.error(estimator)
+        squares.append(error @ np.linalg.solve(estimator.covariance, error))
+    size = len(error) * SEEDS
+    assert abs(sum(squares) - size) < 1.96 * np.sqrt(2 * size)
+
+
+@pytest.mark.slow
+def test_errors_with_inertial_units_are_as_large_as_their_deviations_say(arm: Robot) -> None:
+    settings = EstimatorSettings(acceleration_noise=0.05, load_drift=0.5)
+    f, squares = holding(arm, START), []
+    for seed in range(SEEDS):
+        truth = Truth(arm, settings, START, seed, UNITS)
+        estimator = PoseEstimator(arm, settings, START, UNITS)
+        for _ in range(TICKS):
+            truth.step(f)
+            truth.measure(estimator, f)
+            assert estimator.tick(STEP)
+        error = truth.error(estimator)
+        squares.append(error @ np.linalg.solve(estimator.covariance, error))
+    size = len(error) * SEEDS
+    assert abs(sum(squares) - size) < 1.96 * np.sqrt(2 * size)
+
+
+def test_readings_of_units_are_those_of_moving_links(arm: Robot) -> None:
+    """At a true state the innovations are zero, whatever moves."""
+    settings = EstimatorSettings(start_load_sd=0.0, load_drift=0.0, acceleration_noise=0.0)
+    settings = replace(settings, start_sd=1e-9, start_speed_sd=1e-9, gyroscope_noise=1e-4)
+    settings = replace(settings, accelerometer_noise=1e-2, length_noise=0.0)
+    settings = replace(settings, gyroscope_bias_sd=0.0, accelerometer_bias_sd=0.0)
+    estimator = PoseEstimator(arm, settings, START, UNITS)
+    estimator.qd[:] = before = np.array([0.5, -0.8, 1.1, 0.7])
+    estimator.tensions[:] = holding(arm, START)
+    state = estimator.get_state()
+    estimator.gyroscope[:] = estimator.accelerometer[:] = np.nan
+    estimator.tick(STEP)
+    readings = UnitReadings(arm, UNITS).read(
+        estimator.q.copy(), estimator.qd.copy(), (estimator.qd - before) / STEP
+    )
+    estimator.set_state(state)
+    estimator.gyroscope[:], estimator.accelerometer[:] = readings[:, 0], readings[:, 1]
+    estimator.tick(STEP)
+    assert estimator.used == 12
+    assert estimator.innovation < 1e-4  # hundredths of the noises: 1e-6 rad/s, 1e-4 m/s²
+
+
+def test_the_exact_matrix_is_that_of_differences(arm: Robot) -> None:
+    estimator, _ = at_rest(arm, EstimatorSettings())
+    estimator.qd[:] = qd = np.array([0.5, -0.8, 1.1, 0.7])
+    n, h, state = 4, 1e-3, estimator.get_state()
+    estimator.lengths[:] = np.nan
+
+    def after(change: FloatArray) -> FloatArray:
+        estimator.set_state(state)
+        x = np.concatenate([START, qd, np.zeros(n)]) + change
+        estimator.q[:], estimator.qd[:], estimator.w[:] = x.reshape(3, n)
+        estimator.tick(h)
+        return np.concatenate([estimator.q, estimator.qd])
+
+    A = np.array([(after(d) - after(-d)) / 2e-5 for d in 1e-5 * np.eye(3 * n)]).T
+    after(np.zeros(3 * n))
+    assert np.allclose(estimator.array("transition", 2 * n, 3 * n), A, atol=1e-7)
+
+
+def test_what_two_slack_elbow_muscles_leave_open_is_told(arm: Robot) -> None:
+    """Facts of this arm: 9, 20, 67 to 70, 32 to 40 mrad a mm; none of the elbow without both."""
+    told = observability(
+        arm, np.array([[1.45, 0.0, 0.0, -1.3]]), EstimatorSettings(length_noise=1e-3)
+    )
+    assert told.is_observable
+    assert np.allclose(told.sd[0], [9.1e-3, 20e-3, 69.6e-3, 32e-3], rtol=0.02)
+    assert set(told.critical) == set(ELBOW)
+    settings = EstimatorSettings(acceleration_noise=1.0)
+    estimator, _ = at_rest(arm, settings)
+    for _ in range(100):
+        assert estimator.tick(STEP)
+    slack = [muscle.name in ELBOW for muscle in arm.muscles]
+    estimator.tensions[slack] = 0.0
+    for _ in range(2000):
+        estimator.tick(STEP)
+    assert estimator.used == 9
+    assert not estimator.valid
+    assert estimator.sd[3] > 0.05 > 10 * estimator.sd[0]
+
+
+def test_random_poses_are_found(arm: Robot) -> None:
+    """With the default starts, 95 % of 200; what is not, is refused."""
+    low = np.array([c.lower for c in arm.coordinates])
+    high = np.array([c.upper for c in arm.coordinates])
+    random, said = np.random.default_rng(1), Counter[str]()
+    estimator = PoseEstimator(arm, EstimatorSettings(search=True, exact=False))
+    for _ in range(200):
+        q = random.uniform(low, high)
+        estimator.reset()
+        estimator.lengths[:] = estimator.path_lengths(q) + random.normal(0.0, 1e-4, 11)
+        estimator.tensions[:] = 50.0
+        status = estimator.find()
+        if status == "tracking":
+            error, P = estimator.q - q, estimator.covariance[:4, :4]
+            status = "right" if error @ np.linalg.solve(P, error) < 40.0 else "wrong"
+        said[status] += 1
+    assert said["right"] >= 190
+    assert not said["wrong"]
+
+
+def test_a_pose_that_is_not_told_is_refused() -> None:
+    """A cable from above a hanging link is as long on either side."""
+    hinge = one_joint(
+        "hinge",
+        revolute((1.0, 0.0, 0.0)),
+        Inertia(1.0, (0.0, 0.0, -0.2), 0.1, 0.1, 0.1),
+        lower=-1.0,
+        upper=1.0,
+    )
+    ends = (ViaPoint(WORLD, (0.0, 0.0, 0.5)), ViaPoint("hinge", (0.0, 0.0, -0.3)))
+    pendulum = replace(
+        hinge, cable_sets=(CableSet("all", (Muscle("cable", ends, 1.0, 100.0),)),), cable_set="all"
+    )
+    estimator = PoseEstimator(pendulum, EstimatorSettings(search=True, exact=False), [0.1])
+    estimator.tensions[:] = 50.0
+    estimator.lengths[:] = estimator.path_lengths([0.5])
+    assert estimator.find() == "ambiguous"
+    estimator.lengths[:] = 5.0
+    assert estimator.find() == "no pose fits"
+    estimator.tensions[:] = 0.0
+    assert estimator.find() == "unobservable"
+    assert not estimator.valid
+
+
+def test_a_wrong_reading_is_left_out(arm: Robot) -> None:
+    estimator, _ = at_rest(arm, EstimatorSettings())
+    for _ in range(50):
+        assert estimator.tick(STEP)
+    right, state = estimator.lengths.copy(), estimator.get_state()
+    estimator.tick(STEP)
+    q = estimator.q.copy()
+    estimator.set_state(state)
+    estimator.lengths[2] += 0.05
+    assert estimator.tick(STEP)
+    assert estimator.used == 10
+    assert np.allclose(estimator.q, q, atol=1e-4)
+    estimator.lengths[:] = right
+    estimator.lengths[4] = np.nan
+    estimator.tensions[5] = np.nan  # the last one that was a number counts
+    assert estimator.tick(STEP)
+    assert estimator.used == 10
+
+
+@pytest.mark.parametrize("offset", [5e-4, 2e-3, -0.02])
+def test_offsets_are_not_borne_silently(arm: Robot, offset: float) -> None:
+    estimator, _ = at_rest(arm, EstimatorSettings())
+    estimator.lengths[::2] += offset
+    assert not any([estimator.tick(STEP) for _ in range(300)][100:])
+
+
+def test_offsets_are_found_at_a_known_pose(arm: Robot) -> None:
+    stretched = replace(
+        CableModel("elastic_cable"), parameters=(("stiffness", 5e4), ("longest_rest_length", 2.0))
+    )
+    elastic = arm.with_muscles(replace(m, model=stretched) for m in arm.muscles)
+    estimator, f = at_rest(elastic, EstimatorSettings())
+    offset = np.random.default_rng(2).normal(0.0, 5e-3, 11)
+    lengths = estimator.path_lengths(START) - f / 5e4 + offset
+    assert np.allclose(estimator.home(START, lengths, f), offset, atol=1e-12)
+    estimator.lengths[:] = lengths
+    assert all(estimator.tick(STEP) for _ in range(50))
+    assert estimator.used == 11
+    assert np.allclose(
+        estimator.q, START, atol=1e-3
+    )  # it is let go, held by about the right forces
+
+
+def test_a_state_leads_back_bit_by_bit(arm: Robot) -> None:
+    estimator, _ = at_rest(arm, EstimatorSettings())
+    estimator.tick(STEP)
+    state = estimator.get_state()
+    estimator.tick(STEP)
+    after = estimator.get_state()
+    estimator.reset()
+    estimator.set_state(state)
+    estimator.tick(STEP)
+    assert np.array_equal(estimator.get_state(), after)
+
+
+def test_what_does_not_fit_is_refused(arm: Robot) -> None:
+    with pytest.raises(InputError, match="gate must be above 0"):
+        EstimatorSettings(gate=0.0)
+    with pytest.raises(InputError, match="slack must not be negative"):
+        EstimatorSettings(slack=-1.0)
+    with pytest.raises(InputError, match="length_noise must be one number or 11"):
+        PoseEstimator(arm, EstimatorSettings(length_noise=(1e-3, 2e-3)))
+    with pytest.raises(UnknownNameError, match="no link 'hand'"):
+        PoseEstimator(arm, units=[InertialUnit("hand")])
+    with pytest.raises(InputError, match="start must have shape"):
+        PoseEstimator(arm, start=[0.0])
+
+
+@pytest.mark.native
+def test_nothing_is_read_beyond_the_memory(arm: Robot) -> None:
+    """An array's end is the memory's end at most; unknown names are refused."""
+    estimator, _ = at_rest(arm, EstimatorSettings())
+    length = ctypes.c_size_t()
+    assert not estimator._c.estimator_array(estimator._handle, b"nothing", ctypes.byref(length))
+    assert not estimator._c.estimator_open(
+        estimator._core.handle, 1, np.array([99], np.int32).ctypes.data, 8
+    )
+
+
+FIGURES = {
+    "exact model, 0.1 mm": (1e-4, 1.0, {"load_drift": 0.0, "start_load_sd": 0.0}, 0.45e-3),
+    "exact model, 0.5 mm": (5e-4, 1.0, {"load_drift": 0.0, "start_load_sd": 0.0}, 0.75e-3),
+    "masses 10 % wrong, 0.1 mm": (1e-4, 1.1, {}, 0.75e-3),
+    "masses 10 % wrong, 0.5 mm": (5e-4, 1.1, {}, 2.7e-3),
+    "masses 10 % wrong, 0.5 mm, two units": (
+        5e-4,
+        1.1,
+        {"gyroscope_bias_sd": 0.0, "accelerometer_bias_sd": 0.0},
+        0.25e-3,
+    ),
+}
+"""Noise of lengths in [m], scale of the masses, settings; the hand's largest RMS error in [m]."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", FIGURES)
+def test_the_arm_draws_the_flower_without_joint_encoders(case: str) -> None:
+    """At 200 Hz with estimate and load in the loop; to the end with CARDSFLOW_LONG_LOOPS."""
+    noise, scale, changes, most = FIGURES[case]
+    settings = EstimatorSettings(length_noise=noise, **changes)
+    drawn = draw_flower(settings, UNITS if "units" in case else [], scale)
+    print(f"\n{case}: {1e3 * drawn.rms:.3f} mm")
+    assert drawn.rms <= most
+    assert drawn.was_valid
