@@ -13,6 +13,7 @@ from . import limits
 
 _BINARY_HEAD, _BINARY_FACET = 84, 50
 _STL_WORDS = rb"solid|facet|outer|vertex|endloop|endfacet|endsolid|color"
+_NO_NUMBER = "it has corners that are no finite numbers"
 _OBJ_WORDS = rb"v|vt|vn|vp|f|l|p|o|g|s|mg|usemtl|mtllib|usemap|maplib|cstype|deg|end|#.*"
 _COLLADA_FACES = ("triangles", "trifans", "tristrips", "polylist", "polygons")
 _GLB_HEAD, _GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
@@ -68,8 +69,24 @@ def _is_binary_stl(data: bytes) -> bool:
 
 def _stl(data: bytes) -> str | None:
     if _is_binary_stl(data):
-        return None
+        return _binary_corners(data)
+    if b"\0" in data[:_BINARY_HEAD] and data[80:_BINARY_HEAD].strip(b"\0"):
+        (facets,) = struct.unpack_from("<I", data, _BINARY_HEAD - 4)
+        there = (len(data) - _BINARY_HEAD) / _BINARY_FACET
+        return f"it is no mesh of type .stl: its head says {facets} facets, and {there:g} are there"
     return _lines(data, ".stl", _STL_WORDS, b"solid", b"vertex")
+
+
+def _binary_corners(data: bytes) -> str | None:
+    """Corners of a binary STL that are no numbers, or beyond 1.7e38, by their exponents.
+
+    Normals do not matter: programs compute them anew.
+    """
+    for last in range(_BINARY_HEAD + 15, _BINARY_HEAD + _BINARY_FACET - 2, 4):
+        exponents = data[last::_BINARY_FACET]
+        if b"\x7f" in exponents or b"\xff" in exponents:
+            return _NO_NUMBER
+    return None
 
 
 def _obj(data: bytes) -> str | None:
@@ -85,6 +102,8 @@ def _lines(data: bytes, kind: str, words: bytes, *needed: bytes) -> str | None:
     for word in needed:
         if not re.search(rb"(?im)^[ \t]*" + word + rb"\s", data):
             return f"it is no mesh of type {kind}: no line begins with {word.decode()}"
+    if re.search(rb"(?im)^[ \t]*v(?:ertex)?[ \t][^\n#]*\b(?:nan|inf(?:inity)?)\b", data):
+        return _NO_NUMBER
     return None
 
 

@@ -106,18 +106,23 @@ def add_verbose(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument("--verbose", action="store_true", help=what)
 
 
-def print_findings(findings: Iterable[Finding], verbose: bool = False) -> None:
+def print_findings(
+    findings: Iterable[Finding], verbose: bool = False, rest: str = "--verbose"
+) -> None:
     """Print findings to stderr; see `finding_lines`."""
-    for line in finding_lines(findings, verbose):
+    for line in finding_lines(findings, verbose, rest):
         print(line, file=sys.stderr)
 
 
-def finding_lines(findings: Iterable[Finding], verbose: bool = False) -> Iterator[str]:
+def finding_lines(
+    findings: Iterable[Finding], verbose: bool = False, rest: str = "--verbose"
+) -> Iterator[str]:
     """Findings as lines: one each, but where one kind repeats, the first and the others' names.
 
     Args:
         findings: In their order.
         verbose: Whether all have a line.
+        rest: What prints all.
     """
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
@@ -129,7 +134,7 @@ def finding_lines(findings: Iterable[Finding], verbose: bool = False) -> Iterato
             continue
         names = ", ".join(repr(finding.subject.name) for finding in kind[1 : 1 + _REPEATED])
         more = ", ..." if len(kind) > 1 + _REPEATED else ""
-        yield f"{kind[0]} and {len(kind) - 1} more such: {names}{more} (--verbose: all)"
+        yield f"{kind[0]} and {len(kind) - 1} more such: {names}{more} ({rest}: all)"
 
 
 def print_files(files: Iterable[Path], as_json: bool, **others: Any) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 from addin_sdfusion.robot.json_text import json_text
 
-from .common import GOOD, Commands, add_json, add_output, add_robot, print_files
+from .common import GOOD, Commands, add_json, add_output, add_robot, print_files, print_findings
 
 KINDS = ("experiment", "study", "snapshot")
 SHELLS = ("bash", "zsh", "fish")
@@ -59,9 +59,11 @@ def _init(options: argparse.Namespace) -> int:
 
     starter = init(options.robot, options.output, options.cable_set)
     if not options.json:
+        print_findings(starter.findings, rest="cardsflow check")
         for note in starter.notes:
             print(f"cardsflow: warning: {note}", file=sys.stderr)
-    print_files([starter.file], options.json, notes=starter.notes)
+    findings = [finding.as_dict() for finding in starter.findings]
+    print_files([starter.file], options.json, notes=starter.notes, findings=findings)
     if not options.json and starter.trial is not None and starter.trial.is_good:
         error, peak = starter.trial.error, starter.trial.peak
         forces = f", forces up to {peak:.4g} N" if math.isfinite(peak) else ""  # of muscles

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import CardsflowError, InputError, Robot, SimulationError
-from addin_sdfusion.robot.checks.not_simulated import not_simulated
+from addin_sdfusion.robot import CardsflowError, Finding, InputError, Robot, SimulationError
+from addin_sdfusion.robot.checks.not_simulated import NOT_SIMULATED, not_simulated
 from addin_sdfusion.robot.files import is_folder
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from addin_sdfusion.robot.readers import read
@@ -42,6 +42,8 @@ _GOOD_ERROR = 5e-4  # in [rad] or [m]: a motion that is followed this well is go
 _SCALES = (1.0, 0.5, 0.2)
 _MOST_LOCKED = 6  # coordinates that are locked as trials have failed
 _POSTURES = 33  # of a motion, at which muscles are looked at
+_REMARKED = ("no-force-limit", "initial-outside-limits", *NOT_SIMULATED)
+"""Findings that are remarks of an experiment."""
 _MOST_LINES, _SOME_LINES = 8, 5  # on what is locked: at most, and of more
 _STRONGER = 3.0  # f_max over the largest force of the motion
 
@@ -82,11 +84,13 @@ class Starter:
     Attributes:
         file: Where it is.
         notes: What was changed or left out so that the robot moves, a line each.
+        findings: What is doubtful in the robot's files.
         trial: What a run of it gave; None where it was not tried.
     """
 
     file: Path
     notes: tuple[str, ...]
+    findings: tuple[Finding, ...]
     trial: Trial | None
 
 
@@ -113,14 +117,16 @@ def init(
     if file.suffix != ".toml":
         raise InputError("an experiment is a .toml", file=file, key="-o")
     _require_new(file)
-    found = read(robot, cable_set).require()
+    reading = read(robot, cable_set)
+    found = reading.require()
     if not (found.coordinates and (found.muscles or found.motors)):
         lack = "no muscles and no motors" if found.coordinates else "no joints that move"
         raise InputError(f"robot {found.name!r} has {lack}: there is nothing to run", file=robot)
     path = _path_from(file.parent, Path(robot))
     beginning, trial = _Search(found, Path(robot), cable_set).best()
     _write_new(file, experiment_text(found, path, beginning, cable_set))
-    return Starter(file, beginning.remarks, trial)
+    findings = tuple(f for f in reading.findings if f.code not in _REMARKED)
+    return Starter(file, beginning.remarks, findings, trial)
 
 
 @dataclass(frozen=True)
@@ -209,7 +215,11 @@ class _Search:
         self, beginning: Beginning, motion: FirstMotion, trial: Trial | None
     ) -> Beginning:
         remarks = _locked(motion)
-        if motion.moved:
+        outside = [c.name for c in self.robot.coordinates if not c.lower <= c.initial <= c.upper]
+        if outside:
+            names = ", ".join([*outside[:_SOME_LINES], *(["..."] if outside[_SOME_LINES:] else [])])
+            remarks.append(f"the initial pose is outside the limits of {names}; the start is not")
+        elif motion.moved:
             remarks.append("the start is not the robot's initial pose, which muscles cannot hold")
         still = [
             c.name

@@ -5,7 +5,8 @@ from __future__ import annotations
 from ..model.robot import Robot
 from .muscles import cable_models
 
-_CODES = ("cable-model-not-simulated", "winch-travel-left-out")
+NOT_SIMULATED = ("cable-model-not-simulated", "winch-travel-left-out")
+"""Codes of these findings."""
 
 
 def not_simulated(robot: Robot) -> list[str]:
@@ -13,7 +14,7 @@ def not_simulated(robot: Robot) -> list[str]:
     first: dict[str, str] = {}
     names: dict[str, list[str]] = {}
     for finding in cable_models(robot):
-        if finding.code in _CODES:
+        if finding.code in NOT_SIMULATED:
             problem = finding.message.partition(": ")[2]
             first.setdefault(finding.code, problem)
             names.setdefault(finding.code, []).append(finding.subject.name)

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+import math
+import struct
 
 import pytest
 import trimesh
@@ -67,3 +69,42 @@ def test_a_mesh_that_needs_other_files_is_refused(part: str, uri: str) -> None:
 def test_xml_entities_are_refused(doctype: str) -> None:
     data = COLLADA.format(doctype, "<triangles/>").encode()
     assert "entities" in str(mesh_problem(".dae", data))
+
+
+def _binary_stl(*corners: float, facets: int = 1) -> bytes:
+    one = struct.pack("<12fH", math.nan, 0.0, 1.0, *corners, 0)  # a normal that is none is common
+    return b"\0" * 80 + struct.pack("<I", facets) + one
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("k", range(9))
+def test_corners_that_are_no_numbers_are_refused(bad: float, k: int) -> None:
+    corners = [1e30, 0.0, 0.0, -1.0, 2.0, 0.0, 1e-40, 1.0, -1e37]
+    assert mesh_problem(".stl", _binary_stl(*corners)) is None
+    corners[k] = bad
+    assert mesh_problem(".stl", _binary_stl(*corners)) == (
+        "it has corners that are no finite numbers"
+    )
+
+
+@pytest.mark.parametrize(
+    ("suffix", "text"),
+    [
+        (".obj", "o infinite_nanny\nv 0 {} 0\nv 1 0 0\nv 0 1 0\nvn nan 0 0\nf 1 2 3\n"),
+        (
+            ".stl",
+            "solid inf\nfacet normal nan 0 1\nouter loop\nvertex 0 0 {}\nvertex 1 0 0\n"
+            "vertex 0 1 0\nendloop\nendfacet\nendsolid inf\n",
+        ),
+    ],
+)
+def test_corners_that_are_no_numbers_are_refused_in_text(suffix: str, text: str) -> None:
+    assert mesh_problem(suffix, text.format("1e-3").encode()) is None
+    for bad in ("nan", "-inf", "NaN"):
+        problem = mesh_problem(suffix, text.format(bad).encode())
+        assert problem == "it has corners that are no finite numbers"
+
+
+def test_a_binary_stl_that_ends_early_says_how_much_is_there() -> None:
+    problem = mesh_problem(".stl", _binary_stl(*range(9), facets=100))
+    assert problem == "it is no mesh of type .stl: its head says 100 facets, and 1 are there"

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
+import shutil
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +14,7 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 from support.cases import few
+from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, RobotError, write_caspr, write_sdf
@@ -159,3 +162,20 @@ def test_a_robot_that_cannot_move_is_refused(what: str, tmp_path: Path) -> None:
     with pytest.raises((InputError, RobotError), match=what):
         init(tmp_path / "robot", tmp_path / "experiment.toml")
     assert not (tmp_path / "experiment.toml").exists()
+
+
+def test_what_is_doubtful_in_the_files_is_said(tmp_path: Path, cardsflow: CommandLine) -> None:
+    """With line and what was done about it; on the start, too, where the files' is no good one."""
+    shutil.copytree(PLANAR_2R / "robot", tmp_path / "robot")
+    cables, bodies = (tmp_path / f"robot/planar_2r_{name}.xml" for name in ("cables", "bodies"))
+    text = cables.read_text(encoding="utf-8")
+    cables.write_text(text.replace('name="cable_2"', 'name="cable_1"'), encoding="utf-8")
+    text = bodies.read_text(encoding="utf-8")
+    bodies.write_text(text.replace('q_initial="0.0"', 'q_initial="9.0"', 1), encoding="utf-8")
+    code, _, err = cardsflow("init", tmp_path / "robot", "-o", tmp_path)
+    assert code == 0
+    assert re.search(r"planar_2r_cables\.xml:\d+: warning: muscle 'cable_1_2': an earlier one", err)
+    assert "the initial pose is outside the limits of joint_1; the start is not" in err
+    assert "no-force-limit" not in err
+    code, out, _ = cardsflow("init", tmp_path / "robot", "-o", tmp_path / "again.toml", "--json")
+    assert "duplicate-muscle" in {finding["code"] for finding in json.loads(out)["findings"]}

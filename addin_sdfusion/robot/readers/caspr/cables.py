@@ -42,7 +42,11 @@ def read_cables(
         if unsupported is None:
             cable_sets.append(_cable_set(node, links, active))
         elif node.subject.name == active:
-            unsupported.error("unsupported-cable", _names_element(unsupported))
+            others = [other.subject.name for other in nodes if _unsupported(other) is None]
+            problem = _names_element(unsupported)
+            if others:
+                problem += f"; choose another cable set: {', '.join(map(repr, others))}"
+            unsupported.error("unsupported-cable", problem)
             cable_sets.append(CableSet(active, ()))
         else:
             problem = f"{_names_element(unsupported)}; the whole set is left out"

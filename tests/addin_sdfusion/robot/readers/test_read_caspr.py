@@ -188,7 +188,9 @@ def test_a_set_with_other_cables_is_left_out_unless_it_is_the_active_one(tmp_pat
     assert "basic" not in [group.name for group in reading.robot.cable_sets]
     reading = read(folder, cable_set="basic")
     assert reading.robot is None
-    assert [f.code for f in reading.findings if f.is_error] == ["unsupported-cable"]
+    (finding,) = [f for f in reading.findings if f.is_error]
+    assert finding.code == "unsupported-cable"
+    assert "; choose another cable set: 'basic_multi_segment', " in finding.message
 
 
 def test_cables_and_operational_spaces_may_be_missing(tmp_path):
