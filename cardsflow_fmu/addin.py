@@ -6,14 +6,18 @@ import json
 import os
 import shutil
 import sys
+import uuid
 import zipfile
+from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
+from xml.etree import ElementTree
 
 import addin_sdfusion
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file, write_files
 
+BUNDLE = "addin_sdfusion.bundle"
 NAME = "addin_sdfusion"
 """Fusion wants the folder, the program in it and its manifest to have the same name."""
 
@@ -69,13 +73,70 @@ def zip_addin(file: str | Path) -> Path:
     Raises:
         InputError: The file cannot be written.
     """
+    return _archive(file, {f"{NAME}/{path}": s.read_bytes() for path, s in _files().items()})
+
+
+def pack_addin(file: str | Path, company: str, url: str, email: str) -> Path:
+    """Pack the add-in as a bundle for Autodesk's App Store.
+
+    Args:
+        file: The archive, in which `addin_sdfusion.bundle` is.
+        company: Who publishes it.
+        url: Their page.
+        email: Whom the store writes to.
+
+    Raises:
+        InputError: One of them is empty, or the file cannot be written.
+    """
+    given = {"company": company, "url": url, "email": email}
+    for key, text in given.items():
+        if not text.strip():
+            raise InputError("must not be empty: the store asks for it", key=f"--{key}")
+    contents = {f"{BUNDLE}/Contents/{path}": s.read_bytes() for path, s in _files().items()}
+    contents[f"{BUNDLE}/PackageContents.xml"] = _package_contents(company, url, email).encode()
+    return _archive(file, contents)
+
+
+def _package_contents(company: str, url: str, email: str) -> str:
+    """The store's description of the bundle, by the add-in's manifest."""
+    manifest = json.loads((Path(addin_sdfusion.__file__).parent / f"{NAME}.manifest").read_text())
+    version, upgrade = manifest["version"], uuid.UUID(manifest["id"])
+    product = uuid.uuid5(upgrade, version)  # another one for each version
+    words = {
+        "SchemaVersion": "1.0",
+        "AutodeskProduct": manifest["autodeskProduct"],
+        "ProductType": "Application",
+        "Name": manifest["author"],
+        "Description": manifest["description"][""],
+        "AppVersion": version,
+        "Author": company,
+        "ProductCode": f"{{{product}}}".upper(),
+        "UpgradeCode": f"{{{upgrade}}}".upper(),
+    }
+    root = ElementTree.Element("ApplicationPackage", words)
+    details = {"Name": company, "Url": url, "Email": email}
+    ElementTree.SubElement(root, "CompanyDetails", details)
+    parts = ElementTree.SubElement(root, "Components")
+    systems = {"windows": "Win64", "mac": "Mac"}
+    supported = "|".join(systems[name] for name in manifest["supportedOS"].split("|"))
+    where = {"OS": supported, "Platform": manifest["autodeskProduct"]}
+    ElementTree.SubElement(parts, "RuntimeRequirements", where)
+    entry = {"AppName": NAME, "Version": version, "ModuleName": f"./Contents/{NAME}.py"}
+    ElementTree.SubElement(parts, "ComponentEntry", entry | {"AppType": manifest["type"]})
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n'
+
+
+def _archive(file: str | Path, contents: Mapping[str, bytes]) -> Path:
+    """Write an archive; the same contents make the same bytes."""
     packed = BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
-        for path, source in _files().items():
-            entry = zipfile.ZipInfo(f"{NAME}/{path}", _EPOCH)
+        for path, data in contents.items():
+            entry = zipfile.ZipInfo(path, _EPOCH)
             entry.create_system = 3  # as on Unix, wherever it is packed
             entry.external_attr = 0o644 << 16
-            archive.writestr(entry, source.read_bytes())  # stored: compressors differ
+            archive.writestr(entry, data)  # stored: compressors differ
     file = Path(file)
     return write_files(file.parent, {file.name: packed.getvalue()})[0]
 

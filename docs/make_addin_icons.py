@@ -22,13 +22,14 @@ SAMPLES = 4  # along each side of a pixel
 Color = tuple[int, int, int]
 Layer = tuple[Color, Callable[[float, float], bool]]
 RED, BLUE, GREY, WHITE, GREEN, AMBER = (
-    (204, 51, 51),
-    (40, 110, 180),
-    (90, 98, 108),
+    (224, 64, 64),
+    (56, 132, 206),
+    (122, 132, 144),
     (250, 250, 250),
     (46, 140, 70),
     (226, 152, 20),
 )
+"""Red, blue and grey are seen on the light and on the dark toolbar alike."""
 
 
 def line(*points: tuple[float, float], width: float) -> Callable[[float, float], bool]:

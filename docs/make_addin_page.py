@@ -1,7 +1,10 @@
 """Makes docs/addin.html, and its picture, from the dialogs of the add-in.
 
 python docs/make_addin_page.py            the page
-python docs/make_addin_page.py --png      and docs/images/addin_dialogs.png, with Chromium
+python docs/make_addin_page.py --png      and, with Chromium, docs/images/addin_dialogs.png and the
+                                          pictures that buttons of the add-in show
+
+The page is the help of the add-in's commands, too.
 """
 
 from __future__ import annotations
@@ -27,6 +30,7 @@ from addin_sdfusion.commands.export.dialog import DIALOG as EXPORT  # noqa: E402
 from addin_sdfusion.commands.export.dialog import EXAMPLE as EXPORT_EXAMPLE  # noqa: E402
 
 PAGE = ROOT / "docs" / "addin.html"
+HELP = ROOT / "addin_sdfusion" / "commands" / "help.html"
 PICTURE = ROOT / "docs" / "images" / "addin_dialogs.png"
 DIALOGS = ((DEFINE, DEFINE_EXAMPLE), (CHECK, CHECK_EXAMPLE), (EXPORT, EXPORT_EXAMPLE))
 
@@ -193,17 +197,30 @@ def picture() -> None:
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     if chromium is None:
         sys.exit("there is no Chromium on this machine")
+    PICTURE.parent.mkdir(exist_ok=True)
+    PICTURE.write_bytes(_shot(chromium, page(), (2400, 2060), 64))
+    for dialog, example in DIALOGS:
+        tab = next((item for item in dialog.inputs if item.kind == "tab"), None)
+        body = f"<style>body {{ margin: 6px; zoom: 0.75 }}</style>{_window(dialog, example, tab)}"
+        width = round(0.75 * dialog.size[0]) + 24
+        clip = ROOT / "addin_sdfusion/commands" / dialog.folder / "resources/toolclip.png"
+        clip.write_bytes(
+            _shot(chromium, f"<!DOCTYPE html><style>{STYLE}</style>{body}", (width, 900), 16, 6)
+        )
+
+
+def _shot(chromium: str, text: str, size: tuple[int, int], colors: int, margin: int = 24) -> bytes:
+    """A page as a picture of so many colours, without what is empty right and below."""
     with tempfile.TemporaryDirectory() as folder:
-        shot = Path(folder) / "page.png"
+        shot, html = Path(folder) / "page.png", Path(folder) / "page.html"
+        html.write_text(text, encoding="utf-8")
         command = [chromium, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars"]
-        command += [f"--screenshot={shot}", "--window-size=1960,2060", PAGE.as_uri()]
+        command += [f"--screenshot={shot}", f"--window-size={size[0]},{size[1]}", html.as_uri()]
         subprocess.run(command, check=True, capture_output=True, timeout=120)
-        PICTURE.parent.mkdir(exist_ok=True)
-        PICTURE.write_bytes(_small(shot))
+        return _small(shot, colors, margin)
 
 
-def _small(shot: Path) -> bytes:
-    """The same picture with 64 colours and without the margin below."""
+def _small(shot: Path, colors: int, margin: int) -> bytes:
     import io
 
     from PIL import Image, ImageChops
@@ -211,15 +228,17 @@ def _small(shot: Path) -> bytes:
     image = Image.open(shot).convert("RGB")
     ground = Image.new("RGB", image.size, image.getpixel((0, 0)))
     box = ImageChops.difference(image, ground).getbbox() or (0, 0, *image.size)
-    image = image.crop((0, 0, min(box[2] + 24, image.width), min(box[3] + 24, image.height)))
+    right, below = box[2] + margin, box[3] + margin
+    image = image.crop((0, 0, min(right, image.width), min(below, image.height)))
     out = io.BytesIO()
-    image.quantize(64, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
+    image.quantize(colors, dither=Image.Dither.NONE).save(out, "PNG", optimize=True)
     return out.getvalue()
 
 
 def main() -> None:
     """Write the page, and its picture if asked."""
-    PAGE.write_text(page(), encoding="utf-8", newline="\n")
+    for file in (PAGE, HELP):
+        file.write_text(page(), encoding="utf-8", newline="\n")
     if "--png" in sys.argv[1:]:
         picture()
 

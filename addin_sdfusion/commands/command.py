@@ -80,6 +80,9 @@ class Command:
         definition = ui.commandDefinitions.addButtonDefinition(
             self.dialog.id, self.dialog.name, tooltip, str(folder)
         )
+        clip = folder / "toolclip.png"
+        if clip.is_file():
+            definition.toolClipFilename = str(clip)
         opened = guarded(self._open, self.dialog.name)
         self._connect(definition, "commandCreated", opened, self._kept)
         panel = ui.allToolbarPanels.itemById(PANEL)
@@ -126,6 +129,7 @@ class Command:
         command = args.command
         inputs = Inputs(command, self.dialog)
         window = self._open_window(inputs, design)
+        command.helpFile = str(Path(__file__).parent / "help.html")
         command.isRepeatable = True
         command.isExecutedWhenPreEmpted = False  # another command must not press OK
         command.isOKButtonVisible = bool(self.dialog.ok)

@@ -135,7 +135,7 @@ class Inputs:
 
     def fill(self, name: str, rows: Sequence[Sequence[Cell]], selected: int | None = None) -> None:
         """The rows of a table; the same row stays selected if `selected` is None."""
-        self._tables[name].fill(rows, selected)
+        self._tables[name].fill(rows, selected, self.written)
 
     def select(self, name: str, entities: Sequence[Any]) -> None:
         """What a selection input holds, which Fusion highlights."""
@@ -181,7 +181,7 @@ class _Table:
         for column, title in enumerate(item.columns):
             self._put(0, column, f"{_HEAD}__{column}", Cell(title))
 
-    def fill(self, rows: Sequence[Sequence[Cell]], selected: int | None) -> None:
+    def fill(self, rows: Sequence[Sequence[Cell]], selected: int | None, written: str) -> None:
         cells = [list(row) for row in rows]
         keep = self.selected() if selected is None else selected
         same = 0  # rows that the inputs there can show
@@ -191,8 +191,13 @@ class _Table:
             same += 1
         for i in range(same):
             for j, (old_cell, cell) in enumerate(zip(self._rows[i], cells[i], strict=True)):
-                if old_cell != cell:
-                    self._show(self._table.getInputAtPosition(i + 1, j), cell)
+                if old_cell == cell:
+                    continue
+                item = self._table.getInputAtPosition(i + 1, j)
+                if cell.editable and item.id == written:
+                    cells[i][j] = old_cell  # what the user is writing in stays as it is
+                else:
+                    self._show(item, cell)
         for i in reversed(range(same, len(self._rows))):
             self._table.deleteRow(i + 1)
         for i in range(same, len(cells)):

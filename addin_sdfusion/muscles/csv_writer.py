@@ -14,10 +14,16 @@ from .csv_reader import COLUMNS
 from .rows import MuscleRow, MuscleTable
 
 
-def csv_text(table: MuscleTable) -> str:
-    """The text of a file with all muscles, task points and markers."""
+def csv_text(table: MuscleTable, delimiter: str = ",") -> str:
+    """The text of a file with all muscles, task points and markers.
+
+    Args:
+        table: The table.
+        delimiter: Between cells: a tab for the clipboard.
+    """
     stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\r\n")  # as RFC 4180 and spreadsheets have it
+    # lines end as RFC 4180 and spreadsheets have it
+    writer = csv.writer(stream, lineterminator="\r\n", delimiter=delimiter)
     writer.writerow(COLUMNS)
     for row in table.rows:
         points = table.points_of(row.name)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from ..robot.model.pose import Vector3
 from ..snapshot import WrapUse
 from .rows import COLORS, MuscleRow, MuscleTable, ViaPointRow, WrapRow
 
@@ -117,6 +118,14 @@ def set_link(table: MuscleTable, muscle: str, index: int, link: str) -> MuscleTa
     points[index] = replace(points[index], link=link)
     if points[index].made:
         points[index] = replace(points[index], entity="", occurrence="", name="", made=False)
+    return with_points(table, muscle, points)
+
+
+def set_position(table: MuscleTable, muscle: str, index: int, position: Vector3) -> MuscleTable:
+    """A point put to another place, in [m]; a construction point is made there."""
+    points = list(table.points_of(muscle))
+    free = replace(points[index], position=position, entity="", name="", made=False)
+    points[index] = free
     return with_points(table, muscle, points)
 
 

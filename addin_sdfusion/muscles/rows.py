@@ -16,18 +16,19 @@ from .point_names import natural_key
 
 _IDEAL = CableModel()
 
-COLORS = (
-    DEFAULT_COLOR,
-    "#1f77b4",
-    "#2ca02c",
-    "#ff7f0e",
-    "#9467bd",
-    "#17becf",
-    "#e377c2",
-    "#8c564b",
-    "#bcbd22",
-    "#7f7f7f",
-)
+NAMED_COLORS = {
+    "Red": DEFAULT_COLOR,
+    "Blue": "#1f77b4",
+    "Green": "#2ca02c",
+    "Orange": "#ff7f0e",
+    "Purple": "#9467bd",
+    "Cyan": "#17becf",
+    "Pink": "#e377c2",
+    "Brown": "#8c564b",
+    "Olive": "#bcbd22",
+    "Grey": "#7f7f7f",
+}
+COLORS = tuple(NAMED_COLORS.values())
 """Colours that muscles get in turn."""
 
 

@@ -67,6 +67,21 @@ def add_addin(commands: Commands) -> None:
     parser.add_argument("--folder", type=Path, help="Fusion's folder of add-ins, if it is another")
     add_json(parser, "the folder")
     parser = actions.add(
+        "pack",
+        _pack_addin,
+        "Pack the add-in as a bundle for Autodesk's App Store.",
+        "cardsflow addin pack -o bundle.zip --company Us --url https://example.org "
+        "--email us@example.org",
+    )
+    add_output(parser, "the archive", required=True)
+    for name, text in (
+        ("company", "who publishes it"),
+        ("url", "their page"),
+        ("email", "whom the store writes to"),
+    ):
+        parser.add_argument(f"--{name}", required=True, help=text)
+    add_json(parser, "the file")
+    parser = actions.add(
         "zip",
         _zip_addin,
         "Pack the add-in's folder, to be unpacked among Fusion's add-ins.",
@@ -74,6 +89,14 @@ def add_addin(commands: Commands) -> None:
     )
     add_output(parser, "the archive", required=True)
     add_json(parser, "the file")
+
+
+def _pack_addin(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.addin import pack_addin
+
+    file = pack_addin(options.output, options.company, options.url, options.email)
+    print_files([file], options.json)
+    return GOOD
 
 
 def _install_addin(options: argparse.Namespace) -> int:

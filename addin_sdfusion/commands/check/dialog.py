@@ -31,6 +31,7 @@ DIALOG = Dialog(
             rows=10,
             children=(
                 Input("again", "button", "Check again", "After the design has changed."),
+                Input("copy", "button", "Copy report", "All lines as text, to be sent to someone."),
                 Input(
                     "save",
                     "button",

@@ -7,9 +7,11 @@ from typing import Any
 from ...building.build_robot import check_design
 from ...fusion.design import read_design
 from ...progress import Cancelled
+from ...report import report_text
 from ...robot.errors import CardsflowError
 from ...robot.finding import Finding, errors_first
 from ...snapshot_file import write_snapshot
+from .. import clipboard
 from ..command import Command, Window
 from ..guard import application, chosen_file
 from ..inputs import Cell, Inputs
@@ -38,6 +40,8 @@ class Check(Window):
         name = str(changed.id)
         if name == "again":
             self._check()
+        elif name == "copy":
+            self._copy()
         elif name == "save":
             self._save()
         elif (pressed := self.inputs.cell(changed)) is not None and pressed.column == 0:
@@ -72,6 +76,19 @@ class Check(Window):
             finding = self.findings[self._shown]
             lines.append(f"{finding.subject.kind} {finding.subject.name}: {finding.message}")
         self.inputs.set("detail", "\n".join(lines))
+
+    def _copy(self) -> None:
+        """The report into the clipboard, with what the design was made by."""
+        if self._reading is None:
+            return
+        source = self._reading.snapshot.source
+        head = f"{self._reading.snapshot.name} in {source.program} {source.version}".rstrip()
+        try:
+            clipboard.copy(f"{head}\n{report_text(self.findings)}")
+        except CardsflowError as error:
+            self._hint = str(error)
+        else:
+            self._hint = "The report is copied; paste it where it is to go."
 
     def _save(self) -> None:
         """The design as a file, for a report of what went wrong."""

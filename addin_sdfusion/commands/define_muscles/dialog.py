@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Literal
 
-from ...robot.model.muscle import CableKind
+from ...muscles.rows import NAMED_COLORS
+from ...robot.model.tension_laws import TENSION_LAWS
 from ..dialogs import Dialog, Example, Input
 
 NEW_MUSCLE = "+ New muscle"
@@ -20,8 +21,10 @@ PICKED_PLANE = "A picked plane"
 SIDES: dict[str, Literal[-1, 0, 1]] = {"Shorter path": 0, "Turning +": 1, "Turning -": -1}
 INSIDE = "Inside"
 """Beside those: led through the surface."""
-MODELS: tuple[str, ...] = get_args(CableKind)
+MODELS = tuple(TENSION_LAWS)
+"""Those that are simulated; others come from a table."""
 NO_SURFACE = "(none yet)"
+OTHER_COLOR = "Another one"
 
 _POINTS = (
     "Vertices",
@@ -51,7 +54,14 @@ _PROPERTIES = Input(
     "Properties",
     children=(
         Input("muscle_name", "string", "Name", "How the muscle is called in every file."),
-        Input("color", "string", "Colour", "What it is drawn in, as #rrggbb."),
+        Input(
+            "palette",
+            "dropdown",
+            "Colour",
+            "What it is drawn in, and has in the files.",
+            options=(*NAMED_COLORS, OTHER_COLOR),
+        ),
+        Input("color", "string", "As #rrggbb", "Any other colour."),
         Input(
             "f_min",
             "number",
@@ -77,9 +87,12 @@ _PROPERTIES = Input(
         ),
         Input(
             "parameters",
-            "string",
+            "table",
             "Parameters",
-            "The model's numbers by name, in SI units, such as stiffness=5000 damping=20.",
+            "The model's numbers; where one is empty, the default behind its unit holds.",
+            columns=("Parameter", "Value", "Unit, default, meaning"),
+            widths=(4, 2, 5),
+            rows=6,
         ),
         Input("delete_muscle", "button", "Delete muscle", "With all of its points."),
     ),
@@ -113,7 +126,8 @@ _MUSCLES = Input(
             "points",
             "table",
             "Points",
-            "The muscle's points, in order, at the design's pose.",
+            "The muscle's points, in order, at the design's pose. Other coordinates that you type "
+            "put a point there.",
             columns=("No.", "Link", "x, y, z [mm]"),
             widths=(1, 3, 4),
             rows=8,
@@ -194,7 +208,7 @@ _OTHERS = Input(
 _TOOLS = Input(
     "tab_tools",
     "tab",
-    "Mirror, CSV",
+    "Mirror",
     children=(
         Input(
             "mirror_group",
@@ -233,19 +247,33 @@ _TOOLS = Input(
                 ),
             ),
         ),
+    ),
+)
+
+_ALL = Input(
+    "tab_all",
+    "tab",
+    "All",
+    children=(
         Input(
-            "csv_group",
-            "group",
-            "Table as CSV",
+            "all",
+            "table",
+            "Muscles",
+            "All muscles, in the order of their forces.",
+            columns=("Name", "Min. [N]", "Max. [N]", "Model", "Points, length"),
+            widths=(4, 2, 2, 4, 4),
+            rows=16,
             children=(
                 Input(
-                    "csv_import",
+                    "paste",
                     "button",
-                    "Import ...",
-                    "Reads muscles, task points and markers from a file; those of the same names "
-                    "are replaced.",
+                    "Paste",
+                    "Takes the cells that were copied in a spreadsheet, points included; muscles, "
+                    "task points and markers of the same names are replaced.",
                 ),
-                Input("csv_export", "button", "Export ...", "Writes the table into a file."),
+                Input("copy", "button", "Copy", "All points, to be put into a spreadsheet."),
+                Input("csv_import", "button", "Import ...", "As Paste, from a CSV file."),
+                Input("csv_export", "button", "Export ...", "Writes all points into a CSV file."),
             ),
         ),
     ),
@@ -262,6 +290,7 @@ DIALOG = Dialog(
     edits=True,
     inputs=(
         _MUSCLES,
+        _ALL,
         _WRAPS,
         _OTHERS,
         _TOOLS,
@@ -275,10 +304,11 @@ EXAMPLE = Example(
         "link": OF_PART,
         "length": "3 points, 411.7 mm",
         "muscle_name": "biceps_l",
+        "palette": "Red",
         "color": "#d62728",
         "f_min": 10.0,
         "f_max": 250.0,
-        "model": "ideal",
+        "model": "elastic_cable",
         "wrap": "elbow_l",
         "wrap_name": "elbow_l",
         "wrap_link": "upper_arm_l",
@@ -291,11 +321,21 @@ EXAMPLE = Example(
             ("1", "upper_arm_l", "-31.5, 205.0, 1096.5"),
             ("2", "forearm_l", "-22.0, 211.0, 910.0"),
         ),
+        "parameters": (
+            ("stiffness", "30000", "N/m: k"),
+            ("damping", "", "N.s/m, 0: d"),
+            ("longest_rest_length", "", "m, 1000: largest command"),
+        ),
+        "all": (
+            ("biceps_l", "10", "250", "elastic_cable", "3, 411.7 mm"),
+            ("triceps_l", "10", "250", "ideal", "4, 388.2 mm"),
+        ),
         "wrap_uses": (("biceps_l", "1", "Shorter path", "0"), ("triceps_l", "0", "Turning +", "0")),
         "others": ((TASK, "hand_l", "hand_l"), (MARKER, "elbow_led", "forearm_l")),
     },
     choices={
         "points": (False, True, False),
+        "all": (False, False, False, True, False),
         "wrap_uses": (True, False, True, False),
         "others": (False, False, True),
     },

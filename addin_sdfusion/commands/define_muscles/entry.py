@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from ...muscles.csv_import import imported
@@ -11,9 +13,13 @@ from ...muscles.csv_reader import read_csv
 from ...muscles.csv_writer import csv_text
 from ...muscles.edits import renumbered
 from ...muscles.mirror import Plane
+from ...muscles.rows import NAMED_COLORS, MuscleRow
 from ...robot.errors import CardsflowError, InputError
 from ...robot.files import read_file, write_files
 from ...robot.model.muscle import CableModel
+from ...robot.model.pose import Vector3
+from ...robot.model.tension_laws import law_of
+from .. import clipboard
 from ..command import Command, Window
 from ..guard import chosen_file
 from ..inputs import CellEdit, Inputs
@@ -34,7 +40,7 @@ from .pending import PendingTable
 from .picks import Picks, plane
 from .preview import draw
 from .problems import problems
-from .view import SHOWN, show
+from .view import SHOWN, parameter_names, position_text, show
 from .writing import Writer
 
 _LARGEST_CSV = 2**26
@@ -59,11 +65,11 @@ class DefineMuscles(Window):
             "muscle": self._chosen,
             "link": self._link,
             "muscle_name": lambda: self.pending.rename(inputs.value("muscle_name")),
+            "palette": self._palette,
             "color": self._color,
             "f_min": lambda: self._forces("f_min"),
             "f_max": lambda: self._forces("f_max"),
             "model": self._model,
-            "parameters": self._model,
             "delete_muscle": self.pending.delete,
             "wrap": self._chosen_wrap,
             "wrap_name": lambda: self.pending.rename_wrap(inputs.value("wrap_name")),
@@ -75,6 +81,8 @@ class DefineMuscles(Window):
             ),
             "other_delete": lambda: self.pending.delete_other(inputs.selected("others")),
             "mirror": self._mirror,
+            "paste": lambda: self._take(clipboard.paste().encode(), "The clipboard"),
+            "copy": self._copy,
             "csv_import": self._import,
             "csv_export": self._export,
         }
@@ -161,10 +169,25 @@ class DefineMuscles(Window):
         else:
             self.pending.change(lambda row: replace(row, f_max=value))
 
+    def _palette(self) -> None:
+        color = NAMED_COLORS.get(self.inputs.value("palette"))
+        if color is not None:
+            self.pending.change(lambda row: replace(row, color=color))
+
     def _model(self) -> None:
-        parameters = _parameters(self.inputs.value("parameters"))
-        model = CableModel(self.inputs.value("model"), parameters)
-        self.pending.change(lambda row: replace(row, model=model))
+        kind = self.inputs.value("model")
+        self.pending.change(lambda row: replace(row, model=_as_kind(row.model, kind)))
+
+    def _parameter(self, index: int, text: str) -> None:
+        def changed(row: MuscleRow) -> MuscleRow:
+            name = parameter_names(row.model)[index]
+            given = dict(row.model.parameters)
+            given.pop(name, None)
+            if text.strip():
+                given[name] = _number(text)
+            return replace(row, model=CableModel(row.model.kind, tuple(given.items())))
+
+        self.pending.change(changed)
 
     # Wrap surfaces
 
@@ -182,12 +205,28 @@ class DefineMuscles(Window):
         table, row, column, value = edit
         if table == "points" and column == 1:
             self.pending.point_link(row, value)
+        elif table == "points":
+            point = self.pending.table.points_of(self.pending.muscle)[row]
+            self.pending.point_position(row, _position(value, point.position))
+        elif table == "parameters":
+            self._parameter(row, value)
+        elif table == "all":
+            self._muscle_changed(self.pending.table.rows[row].name, column, value)
         elif table == "others" and column == 1:
             self.pending.change_other(row, name=value)
         elif table == "others" and column == 2:
             self.pending.change_other(row, link=value)
         elif table == "wrap_uses":
             self._use_changed(row, column, value)
+
+    def _muscle_changed(self, muscle: str, column: int, value: str) -> None:
+        if column == 0:
+            self.pending.rename(value, muscle)
+        elif column == 3:
+            self.pending.change(lambda row: replace(row, model=_as_kind(row.model, value)), muscle)
+        else:
+            force: dict[str, Any] = {"f_min" if column == 1 else "f_max": _number(value)}
+            self.pending.change(lambda row: replace(row, **force), muscle)
 
     def _use_changed(self, row: int, column: int, value: Any) -> None:
         if column == 0:
@@ -219,19 +258,27 @@ class DefineMuscles(Window):
         file = chosen_file("Import muscles", "Tables (*.csv;*.txt);;All files (*.*)")
         if file is None:
             return
-        table, findings = read_csv(read_file(file, _LARGEST_CSV), self.pending.links, file)
+        self._take(read_file(file, _LARGEST_CSV), file.name, file)
+
+    def _take(self, data: bytes, name: str, file: Path | None = None) -> None:
+        """Takes a table of points, if nothing is wrong with it."""
+        table, findings = read_csv(data, self.pending.links, file)
         lines = [f"line {f.line}: {f.message}" for f in findings[:SHOWN]]
         if len(findings) > SHOWN:
             lines.append(f"and {len(findings) - SHOWN} more")
         if any(f.is_error for f in findings):
-            lines.insert(0, f"{file.name} was not imported:")
+            lines.insert(0, f"{name} was not taken:")
         else:
             self.pending.table = renumbered(imported(self.pending.table, table))
             if table.rows:
                 self.pending.choose(table.rows[0].name)
             counts = f"{len(table.rows)} muscles with {len(table.points)} points"
-            lines.insert(0, f"{file.name}: {counts}.")
+            lines.insert(0, f"{name}: {counts}.")
         self.pending.message = "\n".join(lines)
+
+    def _copy(self) -> None:
+        clipboard.copy(csv_text(self.pending.table, "\t"))
+        self.pending.message = "All points are copied; paste them into a spreadsheet."
 
     def _export(self) -> None:
         file = chosen_file("Export muscles", "Tables (*.csv)", "muscles.csv")
@@ -251,15 +298,36 @@ _FOCUS = {
 _EDITS = ("up", "down", "insert", "duplicate", "delete")
 
 
-def _parameters(text: str) -> tuple[tuple[str, float], ...]:
-    pairs = []
-    for pair in text.split():
-        name, _, value = pair.partition("=")
-        try:
-            pairs.append((name, float(value)))
-        except ValueError:
-            raise InputError(f"Parameters: {pair!r} is not name=number.") from None
-    return tuple(pairs)
+def _as_kind(model: CableModel, kind: Any) -> CableModel:
+    """The model as another one, with the parameters that this has as well."""
+    new = CableModel(kind)
+    known = {p.name for p in law_of(new).parameters}
+    return CableModel(kind, tuple(pair for pair in model.parameters if pair[0] in known))
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text.strip().replace(",", "."))
+    except ValueError:
+        raise InputError(f"{text!r} is not a number.") from None
+
+
+def _position(text: str, before: Vector3) -> Vector3:
+    """Three numbers in [mm], between them commas or spaces, or semicolons.
+
+    Those that are as they were shown are what they were, with all digits.
+    """
+    parts = text.split(";") if ";" in text else text.replace(",", " ").split()
+    if len(parts) != 3:
+        raise InputError(f"{text!r} is not x, y, z in mm.")
+    shown = position_text(before).split(", ")
+    x, y, z = (
+        old if part.strip() == was else 0.001 * _number(part)
+        for part, was, old in zip(parts, shown, before, strict=True)
+    )
+    if not all(map(math.isfinite, (x, y, z))):
+        raise InputError(f"{text!r} is not x, y, z in mm.")
+    return x, y, z
 
 
 COMMAND = Command(DIALOG, DefineMuscles)

@@ -18,6 +18,7 @@ from ...muscles.edits import (
     rename_muscle,
     renumbered,
     set_link,
+    set_position,
     with_muscle,
 )
 from ...muscles.mirror import Plane, mirror_muscle, other_side
@@ -246,18 +247,18 @@ class PendingTable:
         self.muscle = muscle
         self.insert_at = None
 
-    def rename(self, name: str) -> None:
-        """Another name for the chosen muscle; a name that is taken or empty is refused."""
-        name = name.strip()
-        if not self.muscle or name == self.muscle:
+    def rename(self, name: str, muscle: str | None = None) -> None:
+        """Another name for a muscle, the chosen one if None; what is taken or empty is refused."""
+        name, old = name.strip(), self.muscle if muscle is None else muscle
+        if not old or name == old:
             return
         if not name or not name.isprintable():
             self.message = "A muscle needs a name of letters that can be seen."
         elif self.table.row(name) is not None:
             self.message = f"There is a muscle {name} already; choose another name."
         else:
-            self.table = rename_muscle(self.table, self.muscle, name)
-            self.muscle = name
+            self.table = rename_muscle(self.table, old, name)
+            self.muscle = name if old == self.muscle else self.muscle
 
     def delete(self) -> None:
         """The chosen muscle goes, with its points."""
@@ -267,9 +268,9 @@ class PendingTable:
             self.muscle = self.table.rows[0].name if self.table.rows else ""
             self.insert_at = None
 
-    def change(self, edit: Callable[[MuscleRow], MuscleRow]) -> None:
-        """Other properties of the chosen muscle."""
-        row = self.table.row(self.muscle)
+    def change(self, edit: Callable[[MuscleRow], MuscleRow], muscle: str | None = None) -> None:
+        """Other properties of a muscle, the chosen one if None."""
+        row = self.table.row(self.muscle if muscle is None else muscle)
         if row is not None:
             self.table = with_muscle(self.table, edit(row))
 
@@ -312,12 +313,18 @@ class PendingTable:
             self.table = set_link(self.table, self.muscle, index, link)
             self.message = f"Point {self._number(index)} of {self.muscle} is on link {link}."
 
+    def point_position(self, index: int, position: Vector3) -> None:
+        """A point of the chosen muscle put to another place, in [m]."""
+        self.table = set_position(self.table, self.muscle, index, position)
+        self.message = f"Point {self._number(index)} of {self.muscle} is put there."
+
     def _number(self, index: int) -> int:
         return self.table.points_of(self.muscle)[index].number
 
-    def length(self) -> float:
-        """Length of the chosen muscle at the pose of the design, in [m]."""
-        points = [point.position for point in self.table.points_of(self.muscle)]
+    def length(self, muscle: str | None = None) -> float:
+        """Length of a muscle, the chosen one if None, at the pose of the design, in [m]."""
+        name = self.muscle if muscle is None else muscle
+        points = [point.position for point in self.table.points_of(name)]
         return sum(map(math.dist, points, points[1:]))
 
     # Mirror and CSV

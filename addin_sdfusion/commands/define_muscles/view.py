@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
-from ...muscles.rows import TaskRow
+from ...muscles.rows import NAMED_COLORS, TaskRow
+from ...robot.model.muscle import CableModel
+from ...robot.model.pose import Vector3
 from ...robot.model.robot import WORLD
+from ...robot.model.tension_laws import law_of
+from ...robot.model.tension_parameters import Parameter
 from ..inputs import Cell, Inputs
-from .dialog import INSIDE, MARKER, MODELS, NEW_MUSCLE, NO_SURFACE, OF_PART, SIDES, TASK
+from .dialog import (
+    INSIDE,
+    MARKER,
+    MODELS,
+    NEW_MUSCLE,
+    NO_SURFACE,
+    OF_PART,
+    OTHER_COLOR,
+    SIDES,
+    TASK,
+)
 from .pending import PendingTable
 from .problems import hints, problems
 
@@ -16,6 +30,7 @@ SHOWN = 12
 def show(pending: PendingTable, inputs: Inputs, selected: int | None = None) -> None:
     """Let the inputs show the pending table; with None the same point stays selected."""
     _show_muscle(pending, inputs, selected)
+    _show_all(pending, inputs)
     _show_wrap(pending, inputs)
     _show_others(pending, inputs)
     wrong = problems(pending.table, pending.links)
@@ -36,7 +51,7 @@ def _show_muscle(pending: PendingTable, inputs: Inputs, selected: int | None) ->
         (
             Cell(str(p.number)),
             Cell(p.link, links if p.link in links else (*links, p.link)),
-            Cell(", ".join(f"{1000 * v:.1f}" for v in p.position)),
+            Cell(position_text(p.position), editable=True),
         )
         for p in points
     ]
@@ -46,11 +61,61 @@ def _show_muscle(pending: PendingTable, inputs: Inputs, selected: int | None) ->
     if row is None:
         return
     inputs.set("muscle_name", row.name)
+    palette = {color: name for name, color in NAMED_COLORS.items()}
+    inputs.choose("palette", (*NAMED_COLORS, OTHER_COLOR), palette.get(row.color, OTHER_COLOR))
     inputs.set("color", row.color)
     inputs.set("f_min", row.f_min)
     inputs.set("f_max", min(row.f_max, 1e9))
-    inputs.choose("model", MODELS, row.model.kind)
-    inputs.set("parameters", " ".join(f"{n}={v:g}" for n, v in row.model.parameters))
+    inputs.choose("model", _models(row.model), row.model.kind)
+    given = dict(row.model.parameters)
+    known = {p.name: p for p in law_of(row.model).parameters}
+    inputs.fill(
+        "parameters",
+        [
+            (
+                Cell(name),
+                Cell(f"{given[name]:g}" if name in given else "", editable=True),
+                Cell(_about(known[name]) if name in known else "unknown to this model"),
+            )
+            for name in parameter_names(row.model)
+        ],
+    )
+
+
+def _models(model: CableModel) -> tuple[str, ...]:
+    """What there is to choose from; also what the muscle has now."""
+    return MODELS if model.kind in MODELS else (*MODELS, model.kind)
+
+
+def parameter_names(model: CableModel) -> list[str]:
+    """The parameters of a muscle's model, then those that it does not know."""
+    names = [p.name for p in law_of(model).parameters]
+    return list(dict.fromkeys([*names, *(name for name, _ in model.parameters)]))
+
+
+def position_text(position: Vector3) -> str:
+    """A position as the table shows it, in [mm]."""
+    return ", ".join(f"{1000 * v:.1f}" for v in position)
+
+
+def _about(p: Parameter) -> str:
+    default = "" if p.default is None else f", {p.default:g}"
+    return f"{p.unit}{default}: {p.meaning}"
+
+
+def _show_all(pending: PendingTable, inputs: Inputs) -> None:
+    table = pending.table
+    cells = [
+        (
+            Cell(row.name, editable=True),
+            Cell(f"{row.f_min:g}", editable=True),
+            Cell(f"{row.f_max:g}", editable=True),
+            Cell(row.model.kind, _models(row.model)),
+            Cell(f"{len(table.points_of(row.name))}, {1000 * pending.length(row.name):.1f} mm"),
+        )
+        for row in table.rows
+    ]
+    inputs.fill("all", cells)
 
 
 def _show_wrap(pending: PendingTable, inputs: Inputs) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from support.designs.exported import addin_sdfusion, running
+from support.designs.user import User, build_arm
 
 
 @pytest.fixture
@@ -14,3 +15,10 @@ def addin(fusion: Any) -> Iterator[Any]:
     """The add-in, started before and stopped after the test."""
     with running():
         yield addin_sdfusion
+
+
+@pytest.fixture
+def user(fusion: Any, addin: Any) -> User:
+    """Someone who clicks, in a torso with an arm."""
+    build_arm()
+    return User(fusion)

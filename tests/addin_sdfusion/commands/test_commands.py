@@ -14,6 +14,7 @@ from fake_fusion.maths import rotation, translation
 from hypothesis import given
 from hypothesis import strategies as st
 from support.designs.exported import failing
+from support.designs.user import User, build_arm
 
 IDS = ("cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport")
 DEFINE, CHECK, EXPORT = IDS
@@ -30,108 +31,10 @@ def state(fusion: Any) -> tuple[Any, ...]:
     return definitions, panels, ui.palettes.count
 
 
-def build_arm(**more: Any) -> Any:
-    """A torso and an arm with a hand in it, turned and nested, every kind of thing to pick."""
-    build = Builder("robot", **more)
-    torso = build.place("torso", translation((1.0, 2.0, 3.0)), grounded=True)
-    holder = build.place("holder", rotation(0.7, (1.0, 2.0, 3.0)) @ translation((5.0, 0.0, 1.0)))
-    arm = build.place(
-        "arm", rotation(-1.1, (0.0, 1.0, 1.0)) @ translation((0.0, 4.0, 0.0)), above=holder
-    )
-    build.box(torso, (2.0, 3.0, 4.0))
-    build.cylinder(arm, 1.0, 6.0)
-    build.sphere(arm, 1.5, translation((0.0, 0.0, 5.0)))
-    build.torus(arm, 3.0, 0.5)
-    build.sketch(arm, points=[(1.0, 2.0, 0.0)])
-    build.point(arm, (0.0, 1.0, 2.0), "my own point")
-    build.joint(
-        "shoulder", "revolute", one=arm, two=torso, origin=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0)
-    )
-    build.rigid_group("EXPORT_torso", [torso])
-    build.rigid_group("EXPORT_arm", [holder])
-    build.done()
-    return build
-
-
 def done(command: Any) -> None:
     """Press OK, without an error."""
     command.ok()
     assert command.failed == ""
-
-
-class User:
-    """Finds what there is to click."""
-
-    def __init__(self, fusion: Any) -> None:
-        self.fusion = fusion
-        self.root = fusion.design.rootComponent
-
-    def define(self, *points: Any) -> Any:
-        """The open dialog of Define muscles, with these points picked."""
-        command = self.fusion.run_command(DEFINE)
-        for entity in points:
-            command.pick("pick", entity)
-            assert command["pick"].selectionCount == 0
-        return command
-
-    def occurrence(self, name: str) -> Any:
-        return next(o for o in self.root.allOccurrences if o.component.name == name)
-
-    def body(self, name: str, index: int = 0) -> Any:
-        return self.occurrence(name).bRepBodies.item(index)
-
-    def vertex(self, index: int = 0) -> Any:
-        return self.body("torso").vertices.item(index)
-
-    def vertices(self, count: int) -> list[Any]:
-        return [self.vertex(k) for k in range(count)]
-
-    def face(self, kind: str) -> Any:
-        bodies = self.occurrence("arm").bRepBodies
-        for i in range(bodies.count):
-            for j in range(bodies.item(i).faces.count):
-                face = bodies.item(i).faces.item(j)
-                if type(face.geometry).__name__ == kind:
-                    return face
-        raise AssertionError(kind)
-
-    def circle(self) -> Any:
-        return self.body("arm").edges.item(0)
-
-    def sketch_point(self) -> Any:
-        arm = self.occurrence("arm")
-        return arm.component.sketches.item(0).sketchPoints.item(0).createForAssemblyContext(arm)
-
-    def own_point(self) -> Any:
-        arm = self.occurrence("arm")
-        return arm.component.constructionPoints.itemByName("my own point").createForAssemblyContext(
-            arm
-        )
-
-    def points(self) -> dict[str, np.ndarray]:
-        """Construction points by name, in the root frame, in [cm]."""
-        found = {}
-        places = [(self.root, None)] + [(o.component, o) for o in self.root.allOccurrences]
-        for component, occurrence in places:
-            for i in range(component.constructionPoints.count):
-                point = component.constructionPoints.item(i)
-                seen = point.createForAssemblyContext(occurrence) if occurrence else point
-                found[point.name] = np.array(seen.geometry.asArray())
-        return found
-
-    def attribute(self, name: str) -> dict[str, Any]:
-        """What is stored on a construction point."""
-        for component in (self.root, *(o.component for o in self.root.allOccurrences)):
-            point = component.constructionPoints.itemByName(name)
-            if point is not None:
-                return json.loads(point.attributes.itemByName("CARDSFlow", "point").value)
-        raise KeyError(name)
-
-
-@pytest.fixture
-def user(fusion: Any, addin: Any) -> User:
-    build_arm()
-    return User(fusion)
 
 
 def position(entity: Any) -> np.ndarray:
@@ -218,8 +121,8 @@ def test_opening_again_shows_the_same_table(fusion: Any, user: User) -> None:
     command.set("muscle_name", "biceps")
     command.set("f_max", 123.0)
     command.set("color", "#00FF00")
-    command.set("model", "linear_spring")
-    command.set("parameters", "K=12.5")
+    command.set("model", "passive_spring")
+    command.set(command.cell("parameters", 1, 1).id, "12.5")
     table = command.table("points")
     command.ok()
     after = fusion.full_fingerprint()
@@ -228,7 +131,7 @@ def test_opening_again_shows_the_same_table(fusion: Any, user: User) -> None:
     assert command["muscle_name"].value == "biceps"
     assert command["f_max"].value == 123.0
     assert command["color"].value == "#00ff00"
-    assert command["parameters"].value == "K=12.5"
+    assert [row[:2] for row in command.table("parameters")[1:]] == [["K", "12.5"], ["l0", ""]]
     command.ok()
     assert fusion.full_fingerprint() == after
     assert "VP_motor0_EXPORT_arm_2" in user.points()
@@ -356,8 +259,9 @@ def test_why_ok_is_grey(fusion: Any, user: User) -> None:
     command.set("color", "red")
     assert not command.is_valid()
     command.set("color", "#ff0000")
-    command.set("parameters", "K")
-    assert "not name=number" in command["status"].text
+    command.set("model", "passive_spring")
+    command.set(command.cell("parameters", 1, 1).id, "K")
+    assert "'K' is not a number" in command["status"].text
 
 
 def test_a_part_without_a_link_is_reported(fusion: Any, addin: Any) -> None:
@@ -566,7 +470,7 @@ def test_exported_csv_is_imported_unchanged(fusion: Any, user: User, tmp_path: A
     command = user.define()
     fusion.world.file_answers.append(str(file))
     command.press("csv_import")
-    assert "was not imported" in command["status"].text
+    assert "was not taken" in command["status"].text
     assert "line 2: no link 'leg'" in command["status"].text
     assert len(command.table("points")) == 3
     assert fusion.messages == []
@@ -672,9 +576,11 @@ def test_writing_is_not_disturbed(fusion: Any, user: User) -> None:
     for text in ("m", "mo", "motor0", "motor0b"):
         command.set("muscle_name", text)
         assert command["muscle_name"].value == text
-    for text in ("K", "K=", "K=1"):
-        command.set("parameters", text)
-        assert command["parameters"].value == text
+    command.set("model", "passive_spring")
+    cell = command.cell("parameters", 1, 1).id
+    for text in ("0", "0.", "0.50"):
+        command.set(cell, text)
+        assert command[cell].value == text
     command.pick("other_pick", user.vertex(2))
     cell = command.cell("others", 1, 1).id
     for text in ("t", "ti", "tip"):

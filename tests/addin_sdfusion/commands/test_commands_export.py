@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 from pathlib import Path
 from typing import Any
@@ -79,6 +80,32 @@ def test_check_lists_everything_and_shows_where(fusion: Any) -> None:
     command.cancel()
     assert fusion.full_fingerprint() == before
     assert len(fusion.world.undo_steps) == 0
+
+
+def test_the_report_is_copied(fusion: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from addin_sdfusion.commands import clipboard
+
+    copied: list[str] = []
+    monkeypatch.setattr(clipboard, "copy", copied.append)
+    bad_design()
+    command = fusion.run_command(CHECK)
+    rows = command.table("findings")[1:]
+    command.press("copy")
+    assert "is copied" in command["detail"].text
+    assert copied[0].startswith("bad in Fusion")
+    for _, _, text in rows:
+        assert html.unescape(text) in copied[0]
+    command.cancel()
+
+
+def test_commands_have_help_and_a_picture(fusion: Any) -> None:
+    designs.two_link_arm()
+    for name in (CHECK, EXPORT):
+        definition = fusion.app.userInterface.commandDefinitions.itemById(name)
+        assert Path(definition.toolClipFilename).is_file()
+        command = fusion.run_command(name)
+        assert Path(command.data.fields["helpFile"]).is_file()
+        command.cancel()
 
 
 @pytest.mark.parametrize("intent", ["part", "assembly"])

@@ -7,6 +7,7 @@ import json
 import re
 import struct
 import uuid
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -32,9 +33,10 @@ def script(name: str) -> Any:
     return module
 
 
-def test_the_page_is_up_to_date() -> None:
+@pytest.mark.parametrize("file", ["docs/addin.html", "addin_sdfusion/commands/help.html"])
+def test_the_page_is_up_to_date(file: str) -> None:
     """If this fails: python docs/make_addin_page.py --png."""
-    page = (ROOT / "docs/addin.html").read_text(encoding="utf-8")
+    page = (ROOT / file).read_text(encoding="utf-8")
     assert page == script("make_addin_page").page()
 
 
@@ -44,7 +46,8 @@ def test_the_page_needs_no_network_and_shows_everything() -> None:
     assert "<script" not in page
     for dialog in DIALOGS:
         for item in dialog.all_inputs():
-            assert item.id == "components" or item.label.replace("'", "&#x27;") in page
+            shown = item.columns if item.kind == "table" else (item.label,)
+            assert item.id == "components" or all(escape(text) in page for text in shown)
 
 
 def test_the_picture_is_small() -> None:
@@ -75,6 +78,31 @@ def test_icons_have_every_size_of_fusion(dialog: Dialog) -> None:
         data = (folder / f"{name}.png").read_bytes()
         assert struct.unpack(">II", data[16:24]) == (size, size)
         assert len(data) < 10_000
+
+
+@dialogs
+def test_buttons_have_a_picture_of_their_dialog(dialog: Dialog) -> None:
+    file = ROOT / "addin_sdfusion/commands" / dialog.folder / "resources/toolclip.png"
+    data = file.read_bytes()
+    width, _ = struct.unpack(">II", data[16:24])
+    assert width < 600
+    assert len(data) < 30_000
+
+
+def luminance(color: tuple[int, ...]) -> float:
+    """Of WCAG 2."""
+    parts = [c / 255 for c in color]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("toolbar", [(245, 245, 245), (34, 41, 51)], ids=["light", "dark"])
+def test_icons_are_seen_on_light_and_dark_toolbars(toolbar: tuple[int, ...]) -> None:
+    """Contrast of 3 to 1, as WCAG 2 asks of what is no text."""
+    made = script("make_addin_icons")
+    for color in (made.RED, made.BLUE, made.GREY):
+        low, high = sorted((luminance(color), luminance(toolbar)))
+        assert (high + 0.05) / (low + 0.05) >= 3.0
 
 
 def test_icons_are_those_of_the_script() -> None:

@@ -8,6 +8,7 @@ import sys
 import zipfile
 from pathlib import Path
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
 import pytest
 from support.robots.robots import planar_2r
@@ -20,6 +21,7 @@ from addin_sdfusion.snapshot_file import write_snapshot
 from cardsflow_fmu import addin
 from cardsflow_fmu.cli.main import main
 
+PACKAGE = Path(addin_sdfusion.__file__).parent
 DOUBT = Finding("warning", "doubt", "joint 'a' is suppressed", Subject("joint", "a"))
 WRONG = Finding("error", "wrong", "joint 'a' is broken", Subject("joint", "a"))
 
@@ -264,3 +266,27 @@ def test_what_fusion_needs_is_installed_and_installed_again(tmp_path):
         target = addin.install(tmp_path)
         assert (target / f"{target.name}.py").is_file()
         assert json.loads((target / f"{target.name}.manifest").read_text())["type"] == "addin"
+
+
+def test_the_stores_bundle_holds_the_add_in_and_what_the_store_asks(tmp_path, capsys):
+    words = ["--company", "Us & Co", "--url", "https://example.org", "--email", "a@example.org"]
+    file = tmp_path / "bundle.zip"
+    assert main(["addin", "pack", "-o", str(file), *words]) == 0
+    assert capsys.readouterr().out.split() == [str(file)]
+    manifest = json.loads((PACKAGE / "addin_sdfusion.manifest").read_text())
+    with zipfile.ZipFile(file) as archive:
+        names = set(archive.namelist())
+        root = ElementTree.fromstring(archive.read("addin_sdfusion.bundle/PackageContents.xml"))
+        entry = root.find("Components/ComponentEntry")
+        program = f"addin_sdfusion.bundle/{entry.get('ModuleName').removeprefix('./')}"
+        assert archive.read(program) == (PACKAGE / "addin_sdfusion.py").read_bytes()
+    assert f"{program.removesuffix('.py')}.manifest" in names
+    assert root.get("AppVersion") == manifest["version"] == entry.get("Version")
+    assert root.get("UpgradeCode").strip("{}").lower() == manifest["id"]
+    assert root.get("ProductCode") != root.get("UpgradeCode")
+    assert root.find("CompanyDetails").get("Name") == "Us & Co"
+    assert root.find("Components/RuntimeRequirements").get("OS") == "Win64|Mac"
+    again = addin.pack_addin(tmp_path / "again.zip", "Us & Co", *words[3::2])
+    assert again.read_bytes() == file.read_bytes()
+    with pytest.raises(InputError, match="--email"):
+        addin.pack_addin(tmp_path / "b.zip", "Us", "https://example.org", " ")

@@ -1,0 +1,73 @@
+"""The system's clipboard, which Fusion's API does not reach: by programs that come with it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+
+from ..robot.errors import InputError
+
+_SHELL = (
+    os.environ.get("SYSTEMROOT", r"C:\Windows")
+    + r"\System32\WindowsPowerShell\v1.0\powershell.exe",
+    "-NoProfile",
+    "-NonInteractive",
+    "-Command",
+)
+PROGRAMS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
+    "win32": (
+        (
+            *_SHELL,
+            "[Console]::InputEncoding = [Text.Encoding]::UTF8; "
+            "Set-Clipboard -Value ([Console]::In.ReadToEnd())",
+        ),
+        (
+            *_SHELL,
+            "[Console]::OutputEncoding = [Text.Encoding]::UTF8; "
+            "[Console]::Out.Write((Get-Clipboard -Raw))",
+        ),
+    ),
+    "darwin": (("/usr/bin/pbcopy",), ("/usr/bin/pbpaste",)),
+}
+"""For each system what takes a text for the clipboard, and what gives the one in it."""
+
+_SECONDS = 20.0
+_NO_WINDOW = 0x08000000  # of Windows
+
+
+def copy(text: str) -> None:
+    """Put a text into the clipboard.
+
+    Raises:
+        InputError: The system has none, or refuses.
+    """
+    _run(0, text)
+
+
+def paste() -> str:
+    """The text in the clipboard; empty if there is something else in it.
+
+    Raises:
+        InputError: As for `copy`.
+    """
+    return _run(1, "")
+
+
+def _run(which: int, text: str) -> str:
+    system: str = sys.platform
+    if system not in PROGRAMS:
+        raise InputError("There is no clipboard on this system; use a file.")
+    try:
+        given = subprocess.check_output(
+            PROGRAMS[system][which],
+            input=text.encode(),
+            stderr=subprocess.DEVNULL,
+            timeout=_SECONDS,
+            env={**os.environ, "LC_CTYPE": "UTF-8"},
+            creationflags=_NO_WINDOW if system == "win32" else 0,
+        )
+    except (OSError, subprocess.SubprocessError) as error:
+        raise InputError(f"The clipboard cannot be used ({error}); use a file.") from None
+    return given.decode(errors="replace").removeprefix("\ufeff")
