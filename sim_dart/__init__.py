@@ -1,6 +1,7 @@
 """Physics: the plant on DART, dynamics for controllers, and a small C core below both."""
 
 from .core.blob import compile_blob
+from .core.close_loops import close_loops
 from .dynamics.core import CoreDynamics
 from .dynamics.dart import DartDynamics
 from .muscles.inverse_model import MuscleDrive
@@ -17,5 +18,6 @@ __all__ = [
     "MusclePaths",
     "Plant",
     "Scene",
+    "close_loops",
     "compile_blob",
 ]

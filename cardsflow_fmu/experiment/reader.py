@@ -89,6 +89,9 @@ def experiment_settings(
     tables = ExperimentTables.read(data, context)
     robots, in_file = _robots(tables, context, named)
     robot = with_muscle_settings(robots["robot"], tables.muscles, context)
+    for loop in robot.loops:
+        what = f"joint {loop.name!r} closes a loop, which controllers do not know of yet"
+        raise InputError(f"{what}; `sim_dart.Plant` simulates the robot", file=file)
     context = Context(file, robot_names(robot))
     mains = [robots["robot_path"], *(part.files[0] for part in robots.get("parts", ()))]
     roots = mesh_roots(file, mains, named)

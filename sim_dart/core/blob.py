@@ -13,6 +13,7 @@ from .arrays import FloatArray
 from .composite_inertia import CompositeInertia
 from .frames import MovingFrame, Place, moving_frames
 from .library import law_parameters, pack_blob
+from .loop_fields import closures, loop_fields
 from .path_fields import path_counts, path_fields
 from .refusals import refuse_uncomputed
 from .variables import robot_variables, variable_counts, variable_fields
@@ -110,6 +111,7 @@ def compile_blob(robot: Robot, *, single: bool = False) -> bytes:
             "frames": len(frames),
             "muscles": len(robot.muscles),
             "tasks": len(tasks),
+            "closures": len(closures(robot)),
             "law_parameters": sum(len(law_of(muscle.model).parameters) for muscle in robot.muscles),
             "robots": 1,
         }
@@ -119,6 +121,7 @@ def compile_blob(robot: Robot, *, single: bool = False) -> bytes:
         _tree_fields(frames)
         | _law_fields(robot)
         | path_fields(robot, places)
+        | loop_fields(robot, places)
         | variable_fields(variables)
         | _mass_fields(robot, frames, places)
         | {

@@ -50,12 +50,16 @@ def library() -> ctypes.PyDLL:
     core.core_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
     core.core_array.restype = ctypes.POINTER(ctypes.c_double)
     without_answer = "move task_jacobian task_bias mass_matrix coriolis gravity accelerate trace"
-    for name in f"{without_answer} count_turns rates reach energies".split():
+    without_answer += " closures close_rates count_turns rates reach energies"
+    for name in without_answer.split():
         getattr(core, f"core_{name}").restype = None  # an index would forget it
     text, double, count = ctypes.c_char_p, ctypes.c_double, ctypes.c_int32
     for name in ("step", "runge_kutta"):
         getattr(core, f"core_{name}").argtypes = [pointer, text, text, double, count]
     core.core_external_wrenches.argtypes = [pointer, count, pointer, pointer, pointer]
+    core.core_closures.argtypes = [pointer, text]
+    core.core_close.argtypes = [pointer, pointer, pointer]
+    core.core_close_rates.argtypes = [pointer, pointer]
     core.core_trace.argtypes = [pointer]
     core.core_count_turns.argtypes = [pointer, ctypes.c_int]
     core.core_reach.argtypes = [pointer, double]

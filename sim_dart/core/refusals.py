@@ -13,9 +13,6 @@ def refuse_uncomputed(robot: Robot) -> None:
     Raises:
         InputError: It names the first such muscle and what it has.
     """
-    for loop in robot.loops:
-        problem = "closes a loop of links, which cannot be simulated yet"
-        raise InputError(f"joint {loop.name!r}: {problem}")
     for c in robot.all_coordinates:
         if c.friction and c.coupling:
             problem = "friction of a coupled coordinate cannot be simulated; put it on another"

@@ -43,6 +43,9 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      task_values    task coordinates, tasks x 3: see enum task
      task_jacobian  their derivatives by q, tasks x 3 x dofs
      task_bias      J'(q, qd) qd, tasks x 3
+     closure_gap    of loop joints: what is to be zero, closures
+     closure_jacobian  its derivative J by q, closures x dofs
+     closure_bias   J'(q, qd) qd, closures
      mass_matrix    M(q), dofs x dofs
      coriolis       C(q, qd), dofs
      gravity        G(q), dofs
@@ -120,7 +123,18 @@ CORE_API void core_bias(core *c, const real *qd);
 /* energies and momenta at the last q. */
 CORE_API void core_energies(core *c, const real *qd);
 
-/* qdd of M qdd + C + G = tau at the last q, where G is the weight's alone, and M has these armatures, a number
+/* closure_gap and closure_jacobian, and closure_bias at qd, at the last q. */
+CORE_API void core_closures(core *c, const real *qd);
+
+/* Close the gaps of all loops: change q, dofs, but the coordinates whose `held` is not 0 (NULL: none), within
+   the limits. 0, and where there are loops the handle has moved there; or 1 + the index of the closure with the largest gap, where
+   q is as near as it gets. A q without gaps stays as it is.                                            */
+CORE_API int core_close(core *c, const real *held, real *q);
+
+/* Change qd, dofs, as little as the loops ask for, by impulses at the last q. */
+CORE_API void core_close_rates(core *c, real *qd);
+
+/* qdd of M qdd + C + G = tau + J'p at the last q, with p such that loops stay closed, where G is the weight's alone, and M has these armatures, a number
    for each variable, in the place of the robot's own.                                                  */
 CORE_API void core_accelerate(core *c, const real *qd, const real *tau, const real *armature);
 
@@ -129,7 +143,8 @@ CORE_API void core_accelerate(core *c, const real *qd, const real *tau, const re
    springs implicit:
      (M + h D + h^2 K) qdd + C + G = -L'f + extra - D qd - K (q + h qd - rest)
    (here G is the weight's alone), Coulomb friction of joints, which stops and holds them exactly, and joint
-   limits as inelastic stops that are met exactly; a coordinate
+   limits as inelastic stops that are met exactly, all in one problem with the loop joints, whose gaps phi
+   close within the step, J qd = -phi / h; a coordinate
    that starts beyond one comes back to it by 10 rad/s or m/s at most. 0; or 1 + the
    index of the first coordinate that has diverged, dofs + 1 for a muscle's state; or -1 - the index of the
    first command that is not finite, before anything moves.                                            */
@@ -138,7 +153,8 @@ CORE_API int core_step(core *c, const real *u, const real *extra, real h, int32_
 /* As core_step, by Runge and Kutta's rule of fourth order: damping, springs and the laws' states as well
    are explicit. Not for robots with Coulomb friction, of which it knows nothing: no explicit rule holds a
    stop. A coordinate that has passed a limit is put back to it at the end of the step, and stopped
-   by an impulse. After a failure the state is somewhere within the step.                               */
+   by an impulse. Loops stay closed by accelerations, and what is left of gaps is closed at the end of the step.
+   After a failure the state is somewhere within the step.                               */
 CORE_API int core_runge_kutta(core *c, const real *u, const real *extra, real h, int32_t steps);
 
 /* Wrenches that act from now on in every step: on the point `point` (3) of frame `frame`, -1 for the world,

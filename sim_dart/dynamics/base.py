@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray, finite
+from sim_dart.core.loop_fields import closures
 from sim_dart.core.tasks import task_rows
 from sim_dart.muscles.paths import MusclePaths
 
@@ -96,6 +97,21 @@ class RobotDynamics(ABC):
     @abstractmethod
     def _frame_biases(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """J' qd with three values a task frame."""
+
+    def loop_jacobian(self, q: ArrayLike) -> FloatArray:
+        """J(q) of the loop joints, which hold J qd = 0, shape (c, n): rows depend on each other."""
+        return self._closures(q, np.zeros(self.n))[0].copy()
+
+    def loop_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """J'(q, qd) qd of the loop joints, shape (c,): J qdd = -J' qd keeps them closed."""
+        return self._closures(q, finite("qd", qd, self.n))[1].copy()
+
+    def _closures(self, q: ArrayLike, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
+        core, count = self._paths.core, len(closures(self.robot))
+        core.move(core.handle, finite("q", q, self.n).tobytes())
+        core.closures(core.handle, qd.tobytes())
+        J = core.array("closure_jacobian", count, self.n)
+        return J, core.array("closure_bias", count)
 
     def muscle_lengths(self, q: ArrayLike) -> FloatArray:
         """l(q), shape (m,), in [m]."""

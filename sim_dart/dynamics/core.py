@@ -43,6 +43,8 @@ class CoreDynamics(RobotDynamics):
     def acceleration(self, q: ArrayLike, qd: ArrayLike, torques: ArrayLike) -> FloatArray:
         """Solve M qdd + C + G = tau for qdd, shape (n,), by articulated bodies where it can.
 
+        With loops M qdd + C + G = tau + J'p, p such that they stay closed: J qdd = -J' qd.
+
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
@@ -54,7 +56,13 @@ class CoreDynamics(RobotDynamics):
             self._core.move(self._handle, at.tobytes())
             self._core.update_bias(self._handle, rates.tobytes())
             load = tau - self._C
-            return np.asarray(np.linalg.solve(self._mass_matrix(at), load))
+            M, J = self._mass_matrix(at), self.loop_jacobian(at)
+            free = np.linalg.solve(M, load)
+            if not len(J):
+                return np.asarray(free)
+            response = np.linalg.solve(M, J.T)
+            p = np.linalg.lstsq(J @ response, -self.loop_bias(at, rates) - J @ free, rcond=1e-9)[0]
+            return np.asarray(free + response @ p)
         tau = tau - self._stiffness * (at - self._rest)
         self._core.move(self._handle, at.tobytes())
         self._core.accelerate(self._handle, rates.tobytes(), tau.tobytes(), self._armature)

@@ -10,6 +10,7 @@ import numpy as np
 from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import fixed_energy
+from sim_dart.core.close_loops import closed_pose, closed_rates
 from sim_dart.core.mass_check import require_inertia
 from sim_dart.core.wrench_points import wrench_points
 
@@ -50,6 +51,14 @@ class CoreMechanism(Mechanism):
         """Go to a state; see `Mechanism.set_state`."""
         self.update(q, qd)
         self._own_q[:], self._own_qd[:] = q, qd
+
+    def closed(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The state nearest to one in which the robot's loops are closed, and stay so.
+
+        Raises:
+            InputError: They cannot be closed.
+        """
+        return closed_pose(self.robot, self.core, q), closed_rates(self.core, qd)
 
     def set_external(self, external: ExternalForces | None) -> bytes | None:
         """Set loads and wrenches of the next steps; the torques as the core takes them."""

@@ -3,7 +3,7 @@
 M(q) qdd + C + G + D qd = -L(q)^T f + A tau + J_p(q)^T w, with the tensions f as the muscles' laws
 make them of commands, lengths, speeds and states of their own; by semi-implicit Euler steps, or of
 fourth order where there are no contacts: see `integrators`. L, J_p and f are evaluated anew at
-every step. Joint limits are inelastic stops.
+every step. Joint limits are inelastic stops. Joints that close loops hold exactly, in the core.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .dart_mechanism import DartMechanism
 from .energy import Energy, EnergyBalance
 from .integrators import Integrator, RungeKutta4, SemiImplicitEuler, refuse_friction
 from .mechanism import DivergedError, ExternalForces, Mechanism, Momentum
-from .settings import Engine, Rule, check_step, chosen_engine
+from .settings import Engine, Rule, check_step, chosen_engine, refuse_loops_in_dart
 
 
 class Plant:
@@ -93,6 +93,7 @@ class Plant:
             self._mechanism, self.world = mechanism, EmptyWorld()
             self._integrator = CoreSteps(mechanism, integrator, step, substeps, self._balance)
         else:
+            refuse_loops_in_dart(robot, scene)
             self._build_in_dart(integrator, substeps, scene, wrenched)
         self._laws = self._mechanism.laws
         self._task_rows = task_rows(robot)
@@ -195,7 +196,7 @@ class Plant:
         qd: ArrayLike | None = None,
         commands: ArrayLike | None = None,
     ) -> None:
-        """Go to time 0 and a state.
+        """Go to time 0 and a state, or to the one nearest to it in which all loops are closed.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m]; the robot's initial ones when None.
@@ -204,12 +205,14 @@ class Plant:
                 of its law; those that make f_min when None.
 
         Raises:
-            InputError: A value is not finite, or the shape is wrong.
+            InputError: A value is not finite, the shape is wrong, or loops cannot be closed.
         """
         initial = [c.initial for c in self.robot.coordinates]
         positions = vector("q", initial if q is None else q, self._n)
         velocities = vector("qd", np.zeros(self._n) if qd is None else qd, self._n)
         self._set_state(0, positions, velocities)
+        if isinstance(self._mechanism, CoreMechanism) and self.robot.loops:
+            self._set_state(0, *self._mechanism.closed(positions, velocities))
         self.world.reset()
         if self._balance is not None:
             self._balance.work[:] = 0.0

@@ -69,6 +69,23 @@ def chosen_engine(engine: str, scene: Scene | None, robot: Robot) -> Literal["co
     return "dart" if engine == "dart" or lacking is not None else "core"
 
 
+def refuse_loops_in_dart(robot: Robot, scene: Scene | None) -> None:
+    """Refuse a robot with loops where DART is to compute it.
+
+    Args:
+        robot: The robot.
+        scene: The scene around it; None for none.
+
+    Raises:
+        InputError: It has loops.
+    """
+    if robot.loops:
+        lacking = core_lacks(scene, robot)
+        why = 'not the engine "dart"' if lacking is None else f"which has no {lacking}"
+        problem = f'closes a loop, which the engine "core" alone computes, {why}'
+        raise InputError(f"joint {robot.loops[0].name!r}: {problem}")
+
+
 def core_lacks(scene: Scene | None, robot: Robot) -> str | None:
     """A feature of the plant that the C core does not have, in words; None if it has all.
 

@@ -32,6 +32,7 @@
     COUNT(limit_forces, 6144)                                                                          \
     COUNT(muscles, 65536)                                                                              \
     COUNT(points, 1048576)                                                                             \
+    COUNT(closures, 4096)                                                                              \
     COUNT(tasks, 4096)                                                                                 \
     COUNT(law_parameters, 4194304)                                                                     \
     COUNT(surfaces, 65536)                                                                             \
@@ -73,6 +74,11 @@
      muscle_points    via points of a muscle, at least 2
      point_frame      frame that a via point is fixed to, or -1
      point_position   in that frame, in [m]; muscle after muscle
+     closure_kind     enum closure: an equation of a loop joint
+     closure_frame    the frames of its two sides A and B, or -1
+     closure_along    u, unit vector in A
+     closure_at       of a point p_A; of a direction the one in A that v is to point along, or 0 for either way
+     closure_other    in B: of a point p_B, of a direction v, a unit vector
      task_kind        enum task: what of the frame counts
      task_frame       frame that a task is fixed to, or -1
      task_position    of a point in that frame, in [m]
@@ -140,6 +146,11 @@
     FIELD(int32_t, muscle_points, 1, muscles)                                                          \
     FIELD(int32_t, point_frame, 1, points)                                                             \
     FIELD(real, point_position, 3, points)                                                             \
+    FIELD(int32_t, closure_kind, 1, closures)                                                          \
+    FIELD(int32_t, closure_frame, 2, closures)                                                         \
+    FIELD(real, closure_along, 3, closures)                                                            \
+    FIELD(real, closure_at, 3, closures)                                                               \
+    FIELD(real, closure_other, 3, closures)                                                            \
     FIELD(int32_t, task_kind, 1, tasks)                                                                \
     FIELD(int32_t, task_frame, 1, tasks)                                                               \
     FIELD(real, task_position, 3, tasks)                                                               \
@@ -202,6 +213,9 @@ enum term { TERM_POLYNOMIAL = 0, TERM_PIECES = 1, TERMS };
 #define LIMIT_NUMBERS 6
 
 enum motion { ROTATION = 0, TRANSLATION = 1, MOTIONS };
+
+/* Equations of loop joints: u.(p_B - p_A) = 0, or u.v = 0; see loops/closures.c. */
+enum closure { CLOSURE_POINT = 0, CLOSURE_DIRECTION = 1, CLOSURES };
 
 /* Task coordinates are three a task: x, y, z of a point, or the angles alpha, beta, gamma of
    R = Rx(alpha) Ry(beta) Rz(gamma), which are singular at beta = +-pi/2.                              */

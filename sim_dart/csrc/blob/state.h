@@ -14,6 +14,7 @@
     const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;                             \
     const size_t pulleys = (size_t)n->pulleys, frames = (size_t)n->frames;                             \
     const size_t conditions = (size_t)n->conditions, moves = (size_t)n->moves;                         \
+    const size_t closures = (size_t)n->closures;                                                       \
     const size_t variables = (size_t)n->variables, terms = (size_t)n->terms;                           \
     const size_t wide = variables > dofs ? variables : 0; /* none where all variables are q */
 
@@ -74,6 +75,16 @@
     ARRAY(slides, dofs)       /* 0 if it is held; else -1 below 0, if it rubs, 1 above */              \
     ARRAY(sliding, dofs)      /* velocities found so far */                                            \
     ARRAY(side, dofs)         /* -1 at its lower limit, 1 at its upper one, 0 elsewhere */             \
+    ARRAY(closure_gap, closures)                                                                       \
+    ARRAY(closure_jacobian, closures *dofs)                                                            \
+    ARRAY(closure_response, closures *dofs) /* rows: M^-1 J' */                                        \
+    ARRAY(closure_factor, closures *closures)                                                          \
+    ARRAY(closure_order, closures) /* indices of closures in the order of the pivots */                \
+    ARRAY(closure_pivot, closures)                                                                     \
+    ARRAY(closure_force, closures)                                                                     \
+    ARRAY(closure_bias, closures)                                                                      \
+    ARRAY(yielding, closures ? dofs : 0) /* how far a coordinate that is met gives way to a unit impulse */ \
+    ARRAY(closing, closures ? dofs : 0) /* what closes gaps of q */                                    \
     ARRAY(task_bias, 3 * tasks)                                                                        \
     ARRAY(lengths, muscles)                                                                            \
     ARRAY(jacobian, muscles *dofs)                                                                     \
@@ -115,6 +126,7 @@ struct core {
     int32_t has_laws;    /* whether any muscle is more than an ideal cable */
     int32_t has_friction;
     int32_t is_driven;   /* whether there are variables beside q */
+    int32_t closure_rank; /* how many closures count, the first ones of closure_order */
     int32_t wrap_ends;   /* which directions any wrap is asked for */
     int32_t externals;   /* points that core_external_wrenches has given; the arrays are the caller's */
     const int32_t *external_frame;

@@ -185,7 +185,7 @@ static void forward(core *c)
     }
 }
 
-void core_accelerate(core *c, const real *qd, const real *tau, const real *armature)
+void dynamics_accelerate(core *c, const real *qd, const real *tau, const real *armature)
 {
     if (c->is_driven) {
         dense_accelerate(c, qd, tau, armature);

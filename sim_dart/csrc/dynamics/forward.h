@@ -6,6 +6,8 @@
 
 /* Factorise M with these armatures; links, inertias and velocities are those of the last q. */
 CORE_INSIDE void dynamics_factor(core *c, const real *armature);
+/* qdd of the tree alone, as core_accelerate; M is factorised then. */
+CORE_INSIDE void dynamics_accelerate(core *c, const real *qd, const real *tau, const real *armature);
 /* change = M^-1 impulse, with the articulated bodies of the last factorisation. */
 CORE_INSIDE void dynamics_respond(core *c, const real *impulse, real *change);
 

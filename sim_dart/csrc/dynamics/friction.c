@@ -14,6 +14,7 @@
    number is bounded all the same.                                                                        */
 #include "friction.h"
 
+#include "../loops/loops.h"
 #include "../math/elementary.h"
 #include "forward.h"
 #include "limits.h"
@@ -44,7 +45,7 @@ static void rub(core *c)
 {
     const int32_t dofs = c->blob.counts.dofs;
     for (int32_t j = 0; j < dofs; j++) c->impulse[j] = -c->grip[j] * c->slides[j];
-    dynamics_respond(c, c->impulse, c->free);
+    loops_respond(c, c->impulse, c->free);
     for (int32_t j = 0; j < dofs; j++) c->free[j] += c->unbraked[j];
 }
 
@@ -120,7 +121,7 @@ void friction_keep(core *c, real h)
     const int32_t dofs = c->blob.counts.dofs;
     for (int32_t j = 0; j < dofs; j++) c->grip[j] = h * c->blob.friction[j];
     memcpy(c->unbraked, c->qd, (size_t)dofs * sizeof(real));
-    dynamics_factor(c, c->blob.armature);
+    if (!c->blob.counts.closures) dynamics_factor(c, c->blob.armature); /* else that of the loops holds */
     int32_t count = guess(c), freed = -1;
     for (int32_t round = 0; count > 0 || freed >= 0; round++) {
         real corner = 0;

@@ -8,6 +8,7 @@
 #include "limits.h"
 
 #include "../numbers/real_functions.h"
+#include "../loops/loops.h"
 #include "forward.h"
 
 #include <math.h>
@@ -37,6 +38,10 @@ static int32_t furthest(const core *c)
     return found;
 }
 
+/* By which share of what the tree would a coordinate at a limit gives way where loops are: there several that
+   are met may hold the same motion, and then they share the impulse.                                   */
+static const real YIELDING = PRECISE(1e-9, 1e-5);
+
 /* Impulses of the coordinates met that bring each to its bound, by Cholesky's factors. */
 void limits_solve(core *c, int32_t count)
 {
@@ -45,6 +50,7 @@ void limits_solve(core *c, int32_t count)
         const int32_t i = (int32_t)c->met[a];
         for (int32_t b = 0; b <= a; b++) {
             real sum = *entry(c, c->response, i, (int32_t)c->met[b]);
+            if (a == b && c->blob.counts.closures) sum += c->yielding[i];
             for (int32_t k = 0; k < b; k++) sum -= *entry(c, c->factor, a, k) * *entry(c, c->factor, b, k);
             *entry(c, c->factor, a, b) = a == b ? sqrt(sum) : sum / *entry(c, c->factor, b, b);
         }
@@ -78,7 +84,11 @@ void limits_respond(core *c, int32_t j)
     real *unit = c->impulse;
     memset(unit, 0, (size_t)c->blob.counts.dofs * sizeof(real));
     unit[j] = 1;
-    dynamics_respond(c, unit, entry(c, c->response, j, 0));
+    real *change = entry(c, c->response, j, 0);
+    dynamics_respond(c, unit, change);
+    if (!c->blob.counts.closures) return;
+    c->yielding[j] = YIELDING * change[j];
+    loops_project(c, NULL, change);
 }
 
 static void meet(core *c, int32_t j, int32_t count)
@@ -99,6 +109,7 @@ void limits_apply(core *c, int32_t count)
         const real *row = entry(c, c->response, (int32_t)c->met[a], 0);
         for (int32_t j = 0; j < dofs; j++) c->qd[j] += c->impulse[a] * row[j];
     }
+    if (c->blob.counts.closures) return; /* they depend on each other */
     for (int32_t a = 0; a < count; a++) c->qd[(int32_t)c->met[a]] = c->target[(int32_t)c->met[a]];
 }
 
@@ -109,7 +120,7 @@ void limits_keep(core *c)
     int32_t count = 0, next = furthest(c);
     if (next < 0) return;
     memcpy(c->free, c->qd, dofs * sizeof(real));
-    dynamics_factor(c, c->blob.armature);
+    if (!c->blob.counts.closures) dynamics_factor(c, c->blob.armature); /* else that of the loops holds */
     for (int32_t round = 0; next >= 0 && round < 4 * c->blob.counts.dofs; round++) {
         meet(c, next, count++);
         for (int32_t left = -1; left != count;) {

@@ -6,6 +6,7 @@
 #include "../kinematics/bodies.h"
 #include "../kinematics/joint_variables.h"
 #include "../laws/laws.h"
+#include "../loops/loops.h"
 
 #include <math.h>
 #include <string.h>
@@ -95,8 +96,12 @@ static void stop_at_limits(core *c)
     }
     if (!any) return;
     core_move(c, c->q);
-    bodies_links(c);
-    bodies_inertias(c);
+    if (c->blob.counts.closures) {
+        loops_close(c);
+    } else {
+        bodies_links(c);
+        bodies_inertias(c);
+    }
     limits_keep(c);
 }
 
@@ -113,6 +118,7 @@ static int one_step(core *c, const real *u, const real *extra, real h)
                                   : go_to(c, h / 6, c->slopes, c->slopes + dofs, c->slopes + 2 * dofs);
         if (bad) return bad;
     }
+    if (c->blob.counts.closures) loops_close(c);
     stop_at_limits(c);
     return 0;
 }

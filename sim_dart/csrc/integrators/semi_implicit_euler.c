@@ -1,10 +1,12 @@
 /* Steps of the plant: muscles, forward dynamics, semi-implicit Euler, joint limits. */
 #include "../dynamics/external_wrenches.h"
+#include "../dynamics/forward.h"
 #include "../dynamics/friction.h"
 #include "../dynamics/limit_forces.h"
 #include "../dynamics/limits.h"
 #include "../kinematics/joint_variables.h"
 #include "../laws/laws.h"
+#include "../loops/loops.h"
 #include "../math/elementary.h"
 
 #include <string.h>
@@ -28,16 +30,19 @@ static void accelerate(core *c, real h)
         load[j] -= f.damping * rates[j] + f.stiffness * (f.beyond + h * rates[j]);
     }
     if (c->is_driven) variables_fold(c, load, c->load);
-    core_accelerate(c, c->qd, c->load, c->armature);
+    dynamics_accelerate(c, c->qd, c->load, c->armature);
 }
 
-/* qd += h qdd; whether q then passes a limit within h. */
+/* qd += h qdd, with loops closed; whether q then passes a limit within h. */
 static int speed_up(core *c, real h)
 {
     int passes = 0;
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         c->before[j] = c->qd[j];
         c->qd[j] += h * c->qdd[j];
+    }
+    if (c->blob.counts.closures) loops_keep(c, h);
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
         const real next = c->q[j] + h * c->qd[j];
         passes |= value_of(next) < value_of(c->blob.lower[j]) || value_of(next) > value_of(c->blob.upper[j]);
     }

@@ -52,6 +52,8 @@
 #include "../dynamics/inverse.c"
 #include "../dynamics/dense.c"
 #include "../dynamics/forward.c"
+#include "../loops/closures.c"
+#include "../loops/loops.c"
 #include "../dynamics/limits.c"
 #include "../dynamics/friction.c"
 #include "../integrators/move.c"
@@ -140,6 +142,7 @@ static real *array(const core_tangent *t, enum tangent_array which, size_t *leng
 {
     const core *c = t->core;
     STATE_LENGTHS(&c->blob)
+    (void)closures;
     (void)law_constants, (void)points, (void)surfaces, (void)wraps, (void)pulleys;
     (void)frames, (void)terms, (void)wide, (void)variables, (void)conditions, (void)moves;
     const struct {

@@ -26,6 +26,7 @@ from support.fmu.native_slopes import (
 )
 from support.robots.driven import leg
 from support.robots.every_joint import every_joint
+from support.robots.loops import four_bar
 from support.robots.random_robots import random_robot, random_tree
 from support.robots.robots import EXAMPLES, stopped, with_coordinates
 
@@ -37,7 +38,7 @@ from cardsflow_fmu.native.model_file import NativeModel, plant_fields
 from cardsflow_fmu.signals.groups import all_ports
 from cardsflow_fmu.signals.ports import Port, plant_groups
 from cardsflow_fmu.simulation.build import build
-from sim_dart import CoreDynamics, compile_blob
+from sim_dart import CoreDynamics, close_loops, compile_blob
 
 
 def check(
@@ -82,6 +83,30 @@ def test_joints_driven_by_functions(integrator: str, tmp_path: Path) -> None:
     """With couplings, springs and damping of what follows, a limit force, energies, a wrench."""
     free = with_coordinates(leg(), lower=-math.inf, upper=math.inf)
     check(free, tmp_path, 1, Options(1, integrator, energy=True, wrenches=("kneecap", "foot")))
+
+
+@pytest.mark.parametrize("integrator", ["euler", "rk4"])
+def test_closed_loops(integrator: str, tmp_path: Path) -> None:
+    """Along directions in which the loop stays closed: a start that opens it is closed."""
+    robot, rng = four_bar(), np.random.default_rng(0)
+    dynamics, q = CoreDynamics(robot), close_loops(robot, [-1.3, 0.5, -2.0])
+    J = dynamics.loop_jacobian(q)
+    (*_, tangent), back = np.linalg.svd(J)[2], np.linalg.pinv(J, rcond=1e-9)
+    qd = 1.5 * tangent
+    with started(robot, tmp_path, q, qd, Options(2, integrator, energy=True)) as slave:
+        inputs = slave.of["input"]
+        knowns = [*inputs, *slave.references("q"), *slave.references("qd")]
+        at = np.concatenate([rng.uniform(5, 50, len(inputs)), q, qd])
+        gamma = gamma_of(slave, knowns)
+        for _ in range(4):
+            dq, more = tangent * rng.normal(), tangent * rng.normal()
+            bends = [dynamics.loop_bias(q, qd + side * dq) for side in (1, -1)]
+            dqd = more - back @ (bends[0] - bends[1]) / 4.0  # d(J qd) = 0
+            direction = np.concatenate([rng.uniform(-1, 1, len(inputs)), dq, dqd])
+            expected = stretched(gamma, at, direction, 2e-3)
+            found = slave_at(slave, inputs, at).derivative(knowns, direction)
+            scale = np.abs(expected).max()
+            np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-8 * scale)
 
 
 def test_substeps(tmp_path: Path) -> None:

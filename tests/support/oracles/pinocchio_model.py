@@ -45,6 +45,25 @@ class PinocchioRobot:
         state = self._sorted(q), self._sorted(qd), self._sorted(tau)
         return np.array(pinocchio.aba(self.model, self.data, *state))[self._order]
 
+    def loop_acceleration(
+        self, robot: Robot, q: FloatArray, qd: FloatArray, tau: FloatArray
+    ) -> FloatArray:
+        """Qdd with loop joints that hold a point (ball) or all (fixed), shape (n,)."""
+        kind = {"ball": "CONTACT_3D", "fixed": "CONTACT_6D"}
+        models = pinocchio.StdVec_RigidConstraintModel()
+        datas = pinocchio.StdVec_RigidConstraintData()
+        for loop in robot.loops:
+            (A, T_A), (B, T_B) = self._places[loop.parent], self._places[loop.child]
+            ends = A, T_A * _pose(loop.T_parent_joint), B, T_B * _pose(loop.T_child_joint)
+            contact = getattr(pinocchio.ContactType, kind[loop.type])
+            models.append(pinocchio.RigidConstraintModel(contact, self.model, *ends))
+            datas.append(models[-1].createData())
+        pinocchio.initConstraintDynamics(self.model, self.data, models, datas)
+        state = self._sorted(q), self._sorted(qd), self._sorted(tau)
+        settings = pinocchio.ProximalSettings(1e-13, 1e-13, 1e-8, 1000)
+        found = pinocchio.constraintDynamics(self.model, self.data, *state, models, datas, settings)
+        return np.array(found)[self._order]
+
     def point_bias(self, q: FloatArray, qd: FloatArray, link: str, point: Any) -> FloatArray:
         """J' qd of a point of a link, in world axes, shape (3,)."""
         joint, T = self._places[link]

@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from support.oracles.loop_model import link_poses, pose_matrix, turned
 
 from addin_sdfusion.robot import (
     WORLD,
@@ -16,10 +21,17 @@ from addin_sdfusion.robot import (
     Muscle,
     Pose,
     Robot,
+    Vector3,
     ViaPoint,
+    check,
     prismatic,
     revolute,
 )
+from addin_sdfusion.robot.model.loop import AXES, LOOP_TYPES, LoopType
+from addin_sdfusion.robot.model.rotations import rpy
+
+from .random_robots import random_state, random_tree
+from .wrapped import vector
 
 Y = (0.0, 1.0, 0.0)
 
@@ -99,3 +111,59 @@ def slider_crank(crank: float = 0.2, rod: float = 0.5, angle: float = 1.0) -> Ro
 def with_loop(robot: Robot, **changes: object) -> Robot:
     """The robot with fields of its only loop joint changed."""
     return replace(robot, loops=(replace(robot.loops[0], **changes),))  # type: ignore[arg-type]
+
+
+def random_loops(
+    seed: int, kinds: Sequence[LoopType] = LOOP_TYPES
+) -> tuple[Robot, NDArray[np.float64]]:
+    """A random tree with up to three loops of some types, and a pose in which they are closed."""
+    rng = np.random.default_rng(seed)
+    while True:
+        tree = random_tree(int(rng.integers(1_000_000)))
+        q = random_state(tree, rng)[0]
+        poses = {name: T.real for name, T in link_poses(tree, q.astype(complex)).items()}
+        loops = []
+        for k in range(int(rng.integers(1, 4))):
+            parent, child = (str(name) for name in rng.choice(list(poses), 2, replace=False))
+            if child == WORLD:
+                parent, child = child, parent
+            kind = kinds[rng.integers(len(kinds))]
+            loops.append(_closed_loop(rng, f"loop_{k}", kind, parent, child, poses))
+        robot = replace(tree, loops=tuple(loops))
+        if not any(finding.is_error for finding in check(robot)):
+            return robot, q
+
+
+def _closed_loop(
+    rng: np.random.Generator,
+    name: str,
+    kind: LoopType,
+    parent: str,
+    child: str,
+    poses: dict[str, NDArray[np.float64]],
+) -> LoopJoint:
+    """A loop joint somewhere in its free motions."""
+    a, b, c = np.linalg.qr(rng.normal(size=(3, 3)))[0].T
+    way, turn = rng.normal(size=3), rng.uniform(-1.5, 1.5, 3)
+    free = np.eye(4)
+    if kind in ("revolute", "cylindrical", "planar", "universal", "ball"):
+        free[:3, :3] = turned(a, turn[0])
+    if kind in ("universal", "ball"):
+        free[:3, :3] = free[:3, :3] @ turned(b, turn[1])
+    if kind == "ball":
+        free[:3, :3] = free[:3, :3] @ turned(c, turn[2])
+    if kind in ("prismatic", "cylindrical"):
+        free[:3, 3] = way[0] * a
+    if kind == "planar":
+        free[:3, 3] = way[1] * b + way[2] * c
+    on_parent = Pose(vector(rng), vector(rng))
+    T = np.linalg.inv(poses[child]) @ poses[parent] @ pose_matrix(on_parent) @ free
+    x, y, z = (_three(row) for row in T[:3, :3])
+    on_child = Pose(_three(T[:3, 3]), rpy((x, y, z)))
+    axes = (_three(a), _three(b))[: AXES[kind]]
+    return LoopJoint(name, parent, child, kind, axes, on_parent, on_child)
+
+
+def _three(values: NDArray[np.float64]) -> Vector3:
+    x, y, z = values.tolist()
+    return x, y, z

@@ -78,6 +78,25 @@ static int check_frames(const blob_view *b, char *message, size_t capacity)
     return 0;
 }
 
+static int check_closures(const blob_view *b, char *message, size_t capacity)
+{
+    for (int k = 0; k < b->counts.closures; k++) {
+        if (b->closure_kind[k] < 0 || b->closure_kind[k] >= CLOSURES)
+            return refuse(message, capacity, "closure %d: unknown kind %d", k, (int)b->closure_kind[k]);
+        for (int side = 0; side < 2; side++)
+            if (b->closure_frame[2 * k + side] < -1 || b->closure_frame[2 * k + side] >= b->counts.frames)
+                return refuse(message, capacity, "closure %d: there is no frame %d", k,
+                              (int)b->closure_frame[2 * k + side]);
+        const real *u = b->closure_along + 3 * k, *v = b->closure_other + 3 * k;
+        if (!(fabs(dot3(u, u) - 1) < UNIT_TOLERANCE) ||
+            (b->closure_kind[k] == CLOSURE_DIRECTION && !(fabs(dot3(v, v) - 1) < UNIT_TOLERANCE)))
+            return refuse(message, capacity, "closure %d: its direction is no unit vector", k);
+        if (!all_finite(b->closure_at + 3 * k, 3) || !all_finite(v, 3))
+            return refuse(message, capacity, "closure %d: its position is not finite", k);
+    }
+    return 0;
+}
+
 static int check_tasks(const blob_view *b, char *message, size_t capacity)
 {
     for (int k = 0; k < b->counts.tasks; k++) {
@@ -110,5 +129,5 @@ int check_robot(const blob_view *b, char *message, size_t capacity)
            check_masses(b, message, capacity) || check_muscles(b, message, capacity) ||
            check_points("via point", b->point_frame, b->point_position, b->counts.points, b->counts.frames,
                         message, capacity) ||
-           check_tasks(b, message, capacity);
+           check_closures(b, message, capacity) || check_tasks(b, message, capacity);
 }

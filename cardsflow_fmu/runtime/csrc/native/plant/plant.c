@@ -105,8 +105,15 @@ static int initialize(struct model *model)
     memset(plant->work, 0, sizeof plant->work);
     memcpy(robot->q, plant->q_start, robot->n * sizeof(double));
     memcpy(robot->qd, plant->qd_start, robot->n * sizeof(double));
-    if (core_move_checked(robot->core, robot->q, robot->qd) == 0 && start_muscles(model))
-        return 1;
+    if (core_move_checked(robot->core, robot->q, robot->qd) == 0) {
+        if (core_close(robot->core, NULL, robot->q)) {
+            text_set(&model->error, "the robot's loops cannot be closed from where it starts");
+            return 1;
+        }
+        core_close_rates(robot->core, robot->qd);
+        if (start_muscles(model))
+            return 1;
+    }
     return go(model);
 }
 

@@ -1,0 +1,172 @@
+/* The closures of loop joints, scalar equations between two frames A and B:
+
+     CLOSURE_POINT      u.(p_B - p_A) = 0,   u and p_A fixed to A, p_B to B
+     CLOSURE_DIRECTION  u.v = 0,             u fixed to A, v to B
+
+   The derivative of either is a velocity of B against A: of the point of B against the point of A that is
+   there, along u; or the angular one, along v x u.                                                     */
+#include "closures.h"
+
+#include "../kinematics/bodies.h"
+#include "../kinematics/joint_variables.h"
+#include "../kinematics/points.h"
+#include "../kinematics/tree.h"
+#include "../math/elementary.h"
+
+#include <string.h>
+
+/* A closure in the world. */
+typedef struct {
+    int32_t A, B;
+    real u[3], at[3], other[3]; /* of a direction `at` is what v is to point along, `other` is v */
+} placed_closure;
+
+static placed_closure closure_at(const core *c, int32_t k)
+{
+    const blob_view *b = &c->blob;
+    placed_closure own = {b->closure_frame[2 * k], b->closure_frame[2 * k + 1], {0}, {0}, {0}};
+    const int is_point = b->closure_kind[k] == CLOSURE_POINT;
+    tree_direction(c, own.A, b->closure_along + 3 * k, own.u);
+    (is_point ? tree_point : tree_direction)(c, own.A, b->closure_at + 3 * k, own.at);
+    (is_point ? tree_point : tree_direction)(c, own.B, b->closure_other + 3 * k, own.other);
+    return own;
+}
+
+/* Add how fast B moves against A with each variable: along a force through a point, and about a moment. */
+static void add_rates(const core *c, const placed_closure *own, const real force[3], const real moment[3],
+                      real *row)
+{
+    int32_t A = own->A, B = own->B;
+    while (A != B) { /* parents come first: what both have in common is left out */
+        const int32_t j = B > A ? B : A;
+        const real *axis = c->axis + 3 * j, *origin = c->origin + 3 * j;
+        real about[3] = {moment[0], moment[1], moment[2]};
+        real arm[3] = {own->other[0] - origin[0], own->other[1] - origin[1], own->other[2] - origin[2]};
+        add_cross3(about, arm, force);
+        const real rate = dot3(axis, c->blob.motion[j] == ROTATION ? about : force);
+        row[c->blob.coordinate[j]] += j == B ? rate : -rate;
+        if (j == B) B = c->blob.parent[j];
+        else A = c->blob.parent[j];
+    }
+}
+
+static const real NONE[3] = {0, 0, 0};
+
+/* What is zero when a direction is right: u.v; or the angle between v and where it is to point, in the plane of
+   that and u, which does not vanish where v points the other way. The moment is the derivative's.       */
+static real direction_gap(const placed_closure *own, int as_angle, real moment[3])
+{
+    const real s = dot3(own->u, own->other), c = dot3(own->at, own->other), square = s * s + c * c;
+    cross3(moment, own->other, own->u);
+    if (!as_angle || value_of(square) < 1e-12) return s;
+    real across[3];
+    cross3(across, own->other, own->at);
+    for (int k = 0; k < 3; k++) moment[k] = (c * moment[k] - s * across[k]) / square;
+    return arc_tangent(s, c);
+}
+
+static int is_aligned(const core *c, int32_t k)
+{
+    const real *along = c->blob.closure_at + 3 * k;
+    return along[0] != 0 || along[1] != 0 || along[2] != 0;
+}
+
+static void move(core *c, int as_angles)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs;
+    const size_t width = c->is_driven ? (size_t)c->blob.counts.variables : dofs;
+    for (int32_t k = 0; k < c->blob.counts.closures; k++) {
+        const placed_closure own = closure_at(c, k);
+        real *row = c->closure_jacobian + (size_t)k * dofs, *wide = c->is_driven ? c->row : row, moment[3];
+        memset(wide, 0, width * sizeof(real));
+        if (c->blob.closure_kind[k] == CLOSURE_POINT) {
+            c->closure_gap[k] = dot3(own.u, own.other) - dot3(own.u, own.at);
+            add_rates(c, &own, own.u, NONE, wide);
+        } else {
+            c->closure_gap[k] = direction_gap(&own, as_angles && is_aligned(c, k), moment);
+            add_rates(c, &own, NONE, moment, wide);
+        }
+        if (c->is_driven) variables_fold(c, wide, row);
+    }
+}
+
+void closures_move(core *c)
+{
+    move(c, 0);
+}
+
+void closures_angles(core *c)
+{
+    move(c, 1);
+}
+
+/* Acceleration of a point of a frame at qdd = 0, and its velocity. */
+static void point_motion(const core *c, int32_t frame, const real point[3], real velocity[3], real acceleration[3])
+{
+    memset(velocity, 0, 3 * sizeof(real));
+    memset(acceleration, 0, 3 * sizeof(real));
+    if (frame < 0) return;
+    const real *origin = c->origin + 3 * frame, *spin = c->spin + 3 * frame, *own = c->acceleration + 6 * frame;
+    const real arm[3] = {point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]};
+    memcpy(velocity, c->velocity + 3 * frame, 3 * sizeof(real));
+    add_cross3(velocity, spin, arm);
+    memcpy(acceleration, own + 3, 3 * sizeof(real));
+    add_cross3(acceleration, own, arm);
+    add_centripetal(acceleration, spin, arm);
+}
+
+/* u.(a_B - a_A - 2 w_A x (v_B - v_A)), all at the point of B */
+static real point_bias(const core *c, const placed_closure *own)
+{
+    real vA[3], vB[3], aA[3], aB[3], coriolis[3];
+    point_motion(c, own->A, own->other, vA, aA);
+    point_motion(c, own->B, own->other, vB, aB);
+    for (int k = 0; k < 3; k++) vB[k] -= vA[k];
+    cross3(coriolis, own->A < 0 ? NONE : c->spin + 3 * own->A, vB);
+    return dot3(own->u, aB) - dot3(own->u, aA) - 2 * dot3(own->u, coriolis);
+}
+
+/* (alpha_B - alpha_A).(v x u) + (w_B - w_A).((w_B x v) x u + v x (w_A x u)) */
+static real direction_bias(const core *c, const placed_closure *own)
+{
+    const real *wA = own->A < 0 ? NONE : c->spin + 3 * own->A, *wB = own->B < 0 ? NONE : c->spin + 3 * own->B;
+    const real *aA = own->A < 0 ? NONE : c->acceleration + 6 * own->A;
+    const real *aB = own->B < 0 ? NONE : c->acceleration + 6 * own->B;
+    real across[3], v_rate[3], u_rate[3], change[3] = {0, 0, 0};
+    cross3(across, own->other, own->u);
+    cross3(v_rate, wB, own->other);
+    cross3(u_rate, wA, own->u);
+    add_cross3(change, v_rate, own->u);
+    add_cross3(change, own->other, u_rate);
+    return dot3(aB, across) - dot3(aA, across) + dot3(wB, change) - dot3(wA, change);
+}
+
+void closures_bias(core *c)
+{
+    for (int32_t i = 0; i < c->blob.counts.frames; i++) {
+        real *acceleration = c->acceleration + 6 * i;
+        bodies_carry(c, i, c->acceleration, acceleration);
+        for (int k = 0; k < 6; k++) acceleration[k] += c->drift[6 * i + k];
+    }
+    for (int32_t k = 0; k < c->blob.counts.closures; k++) {
+        const placed_closure own = closure_at(c, k);
+        const int is_point = c->blob.closure_kind[k] == CLOSURE_POINT;
+        c->closure_bias[k] = is_point ? point_bias(c, &own) : direction_bias(c, &own);
+    }
+}
+
+int32_t closures_worst(const core *c)
+{
+    int32_t worst = 0;
+    for (int32_t k = 1; k < c->blob.counts.closures; k++)
+        if (value_of(fabs(c->closure_gap[k])) > value_of(fabs(c->closure_gap[worst]))) worst = k;
+    return worst;
+}
+
+void core_closures(core *c, const real *qd)
+{
+    closures_move(c);
+    bodies_links(c);
+    bodies_velocities(c, qd);
+    closures_bias(c);
+}
