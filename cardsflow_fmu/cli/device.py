@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
 import os
 import sys
@@ -20,8 +21,12 @@ from .common import FAILED, GOOD, Commands, add_settings, settings_of
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.settings.hardware import HardwareSettings, SensorSettings
     from cardsflow_fmu.hardware.device.device import Device
+    from cardsflow_fmu.hardware.device.server import DeviceServer
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
     from cardsflow_fmu.hardware.emulator.faults import FaultyLine
+    from cardsflow_fmu.middleware.address import NodeAddress
+    from cardsflow_fmu.ros.device_node import DeviceNode
+    from cardsflow_fmu.ros.scene_topics import Shown
 
 DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
 
@@ -39,6 +44,19 @@ def add_device(commands: Commands) -> None:
     parser.add_argument("--cable-set", help="the robot's cable set; the file's own when left out")
     parser.add_argument(
         "--step", type=float, metavar="S", help="internal step of a robot, in s; 0.001"
+    )
+    beside = parser.add_argument_group("ROS 2, beside the hardware protocol")
+    group = beside.add_mutually_exclusive_group()
+    group.add_argument(
+        "--publish",
+        metavar="URI",
+        help="publish what the device measures: ros2://localhost:7447, or ros2://?rmw=dds",
+    )
+    group.add_argument(
+        "--ros2",
+        metavar="URI",
+        help="publish it, and take commands from the topic device_commands while no other run is "
+        "under way; without a command for the timeout forces are ramped down: ros2://?timeout=0.1",
     )
     _add_imperfections(parser)
     _add_serving(parser)
@@ -128,19 +146,54 @@ def _add_faults(parser: argparse.ArgumentParser) -> None:
 def _device(options: argparse.Namespace) -> int:
     from cardsflow_fmu.hardware.emulator.emulated_device import device_of
 
-    robot, settings = _emulated(options)
+    address = _node_address(options)
+    robot, settings, shown = _emulated(options)
     if options.watchdog is not None:
         settings = settings.replaced(watchdog=options.watchdog * 1e-3)
-    device = device_of(robot, settings, _key(options, settings.key_file))
-    _serve(device, options)
+    key = _key(options, settings.key_file)
+    device = device_of(robot, settings, key)
+
+    def beside(server: DeviceServer, report: Callable[[str], object]) -> DeviceNode | None:
+        if address is None:
+            return None
+        from cardsflow_fmu.ros.device_node import DeviceNode
+
+        takes_commands = options.ros2 is not None
+        node = DeviceNode(
+            device, shown, settings, server.own_uri, address, key, report, takes_commands
+        )
+        report(node.description)
+        return node
+
+    _serve(device, options, beside=beside)
     return FAILED if device.counters["faults"] else GOOD
 
 
-def _emulated(options: argparse.Namespace) -> tuple[EmulatedRobot, HardwareSettings]:
+def _node_address(options: argparse.Namespace) -> NodeAddress | None:
+    """The address of the node of ROS beside a device; None where none is asked for.
+
+    Raises:
+        InputError: It is none, or commands are to be taken and no timeout is stated.
+    """
+    from cardsflow_fmu.middleware.address import node_address
+
+    if options.ros2 is None:
+        return None if options.publish is None else node_address(options.publish)
+    address = node_address(options.ros2)
+    if address.timeout is None:
+        what = "commands by a topic need a stated timeout, such as ros2://?timeout=0.1"
+        raise InputError(what, key="--ros2")
+    return address
+
+
+def _emulated(
+    options: argparse.Namespace,
+) -> tuple[EmulatedRobot, HardwareSettings, Shown]:
     """The robot of an experiment or of a robot's files, and the settings of its hardware."""
     from cardsflow_fmu.experiment.experiment import Experiment
     from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
+    from cardsflow_fmu.ros.scene_topics import Shown
 
     thing, lag, sensors = options.thing, options.motor_lag * 1e-3, _sensors(options)
     if (thing / "experiment.toml").is_file() or thing.suffix in (".toml", ".json"):
@@ -150,14 +203,16 @@ def _emulated(options: argparse.Namespace) -> tuple[EmulatedRobot, HardwareSetti
                 raise InputError(what, key=f"--{option.replace('_', '-')}")
         experiment = Experiment.load(thing, settings_of(options.set))
         emulated = EmulatedRobot.of_experiment(experiment, motor_lag=lag, sensors=sensors)
-        return emulated, experiment.hardware
+        return emulated, experiment.hardware, Shown.of(experiment)
     from addin_sdfusion.robot.readers import read
+    from cardsflow_fmu.experiment.carried_files import mesh_roots
 
     if options.set:
         raise InputError("changes an experiment, and this is a robot", key="--set")
     robot = read(thing, options.cable_set).require()
     step = 1e-3 if options.step is None else options.step
-    return EmulatedRobot(robot, step, motor_lag=lag, sensors=sensors), HardwareSettings()
+    emulated = EmulatedRobot(robot, step, motor_lag=lag, sensors=sensors)
+    return emulated, HardwareSettings(), Shown(robot, thing.parent, mesh_roots(thing, [thing], ()))
 
 
 def _sensors(options: argparse.Namespace) -> SensorSettings:
@@ -213,7 +268,10 @@ def _key(options: argparse.Namespace, own: Path | None) -> bytes | None:
 
 
 def _serve(
-    device: Device, options: argparse.Namespace, report: Callable[[], dict[str, Any]] = dict
+    device: Device,
+    options: argparse.Namespace,
+    report: Callable[[], dict[str, Any]] = dict,
+    beside: Callable[[DeviceServer, Callable[[str], object]], DeviceNode | None] = lambda *_: None,
 ) -> None:
     """Serve a device until Ctrl-C, SIGTERM or the end of its duration; print its events."""
     from cardsflow_fmu.cosim.pacing import real_time_priority
@@ -236,17 +294,21 @@ def _serve(
             what = "has no key: whoever reaches it can command the robot; give it a --key-file"
             print(f"cardsflow: warning: {server.uri} {what}", file=sys.stderr)
         say(f"listening on {server.uri}", listening=server.uri)
+        node = beside(server, lambda line: say(line, ros2=line))
         end = time.monotonic() + duration
 
         def stop() -> bool:
             status.update()
+            if node is not None:
+                node.take_state()
             return bool(pressed) or time.monotonic() >= end
 
-        with real_time_priority():
+        with node or contextlib.nullcontext(), real_time_priority():
             server.run(stop)
         status.update()
         totals = {"device": dict(device.counters), "slipped": server.slipped, **report()}
         totals |= {} if line is None else {"faults": line.counters}
+        totals |= {} if node is None else node.totals
         say("\n".join(_lines(totals)), **totals)
 
 

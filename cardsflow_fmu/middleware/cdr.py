@@ -7,8 +7,10 @@ batch have one layout, each of their fields is a column of a table of bytes.
 
 from __future__ import annotations
 
+import functools
+import struct
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +33,13 @@ _NUMBERS = {
     "float32": "<f4",
     "float64": "<f8",
 }
+_STRUCTS = {
+    name: struct.Struct("<" + np.dtype(kind).char.replace("l", "q").replace("L", "Q"))
+    for name, kind in _NUMBERS.items()
+}
+_LENGTH = _STRUCTS["uint32"]
+_BASE, _NAME, _ARRAY = 1, 2, 3
+"""Nodes of a kind, as rosbags numbers them; what is left are sequences."""
 
 
 def message_rows(name: str, values: Mapping[str, Any], count: int) -> Bytes:
@@ -61,33 +70,33 @@ class _Layout:
 
     def rows(self) -> Bytes:
         """All of it behind the header, shape (count, 4 + size)."""
+        if not self._parts and self._count == 1:
+            return np.frombuffer(_HEADER + bytes(self._constant), np.uint8)[np.newaxis]
         self._flush()
         header = np.tile(np.frombuffer(_HEADER, np.uint8), (self._count, 1))
         return np.ascontiguousarray(np.hstack([header, *self._parts]))
 
     def message(self, name: str, values: Mapping[str, Any]) -> None:
         """Add a message's fields."""
-        for field, kind in type_store().get_msgdef(name).fields:
+        for field, kind in _fields(name):
             self._field(kind, values.get(field))
 
-    def _field(self, kind: Any, value: Any) -> None:
-        from rosbags.interfaces import Nodetype
-
-        node, details = kind
-        if node == Nodetype.BASE:
-            self._base(details[0], value)
-        elif node == Nodetype.NAME:
-            self.message(details, {} if value is None else value)
-        elif node == Nodetype.ARRAY:
-            self._items(details[0], [None] * details[1] if value is None else value)
+    def _field(self, kind: _Kind, value: Any) -> None:
+        if kind.node == _BASE:
+            self._base(kind.name, value)
+        elif kind.node == _NAME:
+            self.message(kind.name, {} if value is None else value)
+        elif kind.node == _ARRAY:
+            self._items(kind.element, [None] * kind.length if value is None else value)
         else:
             items: Any = () if value is None else value
             length = _length(items) if isinstance(items, np.ndarray) else len(items)
-            self._base("uint32", length)
+            self._number(_LENGTH, length)
             if length:
-                self._items(details[0], items)
+                self._items(kind.element, items)
 
-    def _items(self, kind: Any, items: Any) -> None:
+    def _items(self, kind: _Kind | None, items: Any) -> None:
+        assert kind is not None
         if isinstance(items, np.ndarray):
             self._numbers(items, _number_type(kind))
         else:
@@ -100,20 +109,22 @@ class _Layout:
         elif isinstance(value, np.ndarray):
             self._numbers(value[:, np.newaxis], _NUMBERS[kind])
         else:
-            number = np.dtype(_NUMBERS[kind]).type(0 if value is None else value)
-            self._align(number.itemsize)
-            self._add(number.tobytes())
+            self._number(_STRUCTS[kind], 0 if value is None else value)
+
+    def _number(self, kind: struct.Struct, value: Any) -> None:
+        self._align(kind.size)
+        self._add(kind.pack(value))
 
     def _text(self, text: str) -> None:
         encoded = text.encode() + b"\0"
-        self._base("uint32", len(encoded))
+        self._number(_LENGTH, len(encoded))
         self._add(encoded)
 
     def _numbers(self, values: NDArray[Any], kind: str) -> None:
         """Numbers of one type without gaps, shape (n,) or (count, ...)."""
         numbers = np.ascontiguousarray(values, dtype=kind)
         self._align(numbers.itemsize)
-        if numbers.ndim == 1:
+        if numbers.ndim == 1 or self._count == 1:
             self._add(numbers.tobytes())
             return
         self._flush()
@@ -122,7 +133,8 @@ class _Layout:
         self._size += block.shape[1]
 
     def _align(self, size: int) -> None:
-        self._add(bytes(-self._size % size))
+        if self._size % size:
+            self._add(bytes(-self._size % size))
 
     def _add(self, constant: bytes) -> None:
         self._constant += constant
@@ -135,19 +147,41 @@ class _Layout:
             self._constant.clear()
 
 
+class _Kind(NamedTuple):
+    """The kind of a field: a number or text, a message, or many of an element."""
+
+    node: int
+    name: str = ""
+    element: Any = None
+    length: int = 0
+
+
+@functools.cache
+def _fields(name: str) -> tuple[tuple[str, _Kind], ...]:
+    """The fields of a message by their names."""
+    return tuple((field, _kind(kind)) for field, kind in type_store().get_msgdef(name).fields)
+
+
+def _kind(kind: Any) -> _Kind:
+    """A kind of rosbags as one of ours, whose nodes are whole numbers."""
+    node, details = int(kind[0]), kind[1]
+    if node == _BASE:
+        return _Kind(node, details[0])
+    if node == _NAME:
+        return _Kind(node, details)
+    return _Kind(node, "", _kind(details[0]), details[1])
+
+
 def _length(items: NDArray[Any]) -> int:
     """Number of elements of a sequence given as an array."""
     return int(items.shape[0 if items.ndim == 1 else 1])
 
 
-def _number_type(kind: Any) -> str:
+def _number_type(kind: _Kind) -> str:
     """The one type of the numbers in an element."""
-    from rosbags.interfaces import Nodetype
-
-    node, details = kind
-    if node == Nodetype.BASE:
-        return _NUMBERS[details[0]]
-    kinds = {_number_type(field) for _, field in type_store().get_msgdef(details).fields}
+    if kind.node == _BASE:
+        return _NUMBERS[kind.name]
+    kinds = {_number_type(field) for _, field in _fields(kind.name)}
     assert len(kinds) == 1, "elements of several types have gaps"
     return kinds.pop()
 

@@ -25,6 +25,7 @@ _GRAPH = Topic("ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitiesInfo
 _LOOPBACK = ("localhost", "127.0.0.1", "::1")
 _LONGEST_BLOCK = 1_000_000
 """Longest time that publishing waits for slow subscribers, in [ns]."""
+_LONGEST_WAIT = 1e6  # [s]
 _MOST_ENDPOINTS = 10_000
 
 
@@ -168,8 +169,8 @@ class DdsInbox:
                 if sample.sample_info.valid_data:
                     publisher = sample.sample_info.publication_handle
                     return Message(sample.content, publisher)
-            left = int(1e9 * (until - time.monotonic()))
-            if left <= 0 or not self._waits.wait(left):
+            left = until - time.monotonic()
+            if left <= 0.0 or not self._waits.wait(int(1e9 * min(left, _LONGEST_WAIT))):
                 return None
 
     def close(self) -> None:

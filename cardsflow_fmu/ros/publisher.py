@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import sys
 import threading
 from collections.abc import Iterator
@@ -19,7 +20,7 @@ from cardsflow_fmu.middleware.open_node import open_node
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .scene_topics import RATE, SceneTopics
+from .scene_topics import RATE, SceneTopics, Shown
 from .topics import Batch, RowTopics, nanoseconds
 
 CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock")
@@ -42,44 +43,53 @@ def published(experiment: Experiment, address: NodeAddress) -> Iterator[Watch]:
         InputError: A package of its extra is missing, or its middleware cannot be reached.
         SimulationError: At the end: publishing ended before the run.
     """
-    before = sys.getswitchinterval()
-    with open_node(address) as node:
-        publisher = RunPublisher(experiment, node)
+    with open_node(address) as node, quick_switches():
+        publisher = RunPublisher(Shown.of(experiment), node)
         thread = threading.Thread(target=publisher.run, name="ros2", daemon=True)
-        sys.setswitchinterval(min(before, _SWITCH_INTERVAL))
         thread.start()
         try:
             yield publisher.watch
         finally:
             publisher.stop()
             thread.join()
-            sys.setswitchinterval(before)
     if publisher.failure is not None:
         reason = " ".join(str(publisher.failure).split()) or type(publisher.failure).__name__
         raise SimulationError(f"publishing ended early, the run did not: {reason}")
+
+
+@contextlib.contextmanager
+def quick_switches() -> Iterator[None]:
+    """Threads let each other go on sooner than Python has it by default."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(min(before, _SWITCH_INTERVAL))
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
 
 
 class RunPublisher:
     """Publishes the newest row of a run.
 
     Args:
-        experiment: The experiment of the run.
+        shown: The robot of the run.
         node: The node.
+        has_clock: Whether the time of the run is published as that of ROS.
 
     Attributes:
         failure: What ended publishing; None while all is well.
     """
 
-    def __init__(self, experiment: Experiment, node: Node) -> None:
+    def __init__(self, shown: Shown, node: Node, *, has_clock: bool = True) -> None:
         self.failure: Exception | None = None
-        self._node, self._scene = node, SceneTopics(experiment)
-        self._robot = experiment.robot
+        self._node, self._scene = node, SceneTopics(shown)
+        self._robot, self._has_clock = shown.robot, has_clock
         self._newest: RunData | None = None
-        self._sent = 0
+        self._sent = -math.inf
         self._highest = 0.0
         self._rows: RowTopics | None = None
         self._stop = threading.Event()
-        for topic in (CLOCK, *self._scene.topics):
+        for topic in (*([CLOCK] if has_clock else []), *self._scene.topics):
             node.advertise(topic)
         self._send(self._scene.first(0))
 
@@ -103,17 +113,20 @@ class RunPublisher:
     def send_newest(self) -> None:
         """Publish the newest row, unless that is done."""
         run = self._newest
-        if run is None or len(run.rows) == self._sent:
+        if run is None or not len(run.rows):
             return
-        self._sent = len(run.rows)
         last = RunData(run.names, run.rows[-1:], run.units, run.summary)
+        if last["time"][0] == self._sent:
+            return
+        self._sent = last["time"][0]
         if self._rows is None:
             self._rows = RowTopics(last, self._robot)
             for topic in self._rows.topics:
                 self._node.advertise(topic)
         time_ns = nanoseconds(last["time"])
-        clock = message_rows(CLOCK.type, {"clock": stamp(time_ns)}, 1)
-        self._send([Batch(CLOCK, time_ns, clock)])
+        if self._has_clock:
+            clock = message_rows(CLOCK.type, {"clock": stamp(time_ns)}, 1)
+            self._send([Batch(CLOCK, time_ns, clock)])
         self._rows.replace(last)
         self._send(self._rows.batches(0, 1))
         frame = self._scene.frame_rows(last)

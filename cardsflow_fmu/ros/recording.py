@@ -22,7 +22,7 @@ from cardsflow_fmu.utils.overwrite import own_place
 from .diagnostics import TOPIC as DIAGNOSTICS
 from .diagnostics import run_diagnostics
 from .mcap_file import McapWriter
-from .scene_topics import SceneTopics
+from .scene_topics import SceneTopics, Shown
 from .topics import RowTopics, nanoseconds
 
 SUFFIX = ".mcap"
@@ -80,7 +80,7 @@ def write_recording(run: RunData, file: Path) -> Recorded:
         raise InputError("the run gave no rows: there is nothing to record")
     robot = run.experiment.robot if isinstance(run, ExperimentRunData) else None
     rows = RowTopics(run, robot)
-    scene = SceneTopics(run.experiment) if isinstance(run, ExperimentRunData) else None
+    scene = SceneTopics(Shown.of(run.experiment)) if isinstance(run, ExperimentRunData) else None
     frames = scene.frame_rows(run) if scene else np.zeros(0, dtype=np.int64)
     highest = scene.highest(run, frames) if scene else 0.0
     topics = (*(scene.topics if scene else ()), *rows.topics, DIAGNOSTICS)

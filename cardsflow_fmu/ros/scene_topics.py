@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,7 @@ from cardsflow_fmu.viewer.scene.motion import Motion, frame_rows, motion_of
 from cardsflow_fmu.viewer.scene.muscle_paths import MusclePath, muscle_paths
 from cardsflow_fmu.viewer.scene.stage import Stage
 from sim_dart import MusclePaths
+from sim_dart.scene import Scene
 
 from .markers import body_markers, cable_markers, point_markers
 from .robot_frames import frame_transforms, transform_values
@@ -42,11 +45,32 @@ CABLES = Topic("/cables", types.MARKERS)
 TENDONS = Topic("/tendons", types.ROBOY_TENDON)
 
 
+class Shown(NamedTuple):
+    """A robot that is looked at.
+
+    Attributes:
+        robot: The robot.
+        folder: Folder of its files.
+        roots: Folders whose files may be read; see `carried_files`.
+        scene: What is around it; None for nothing.
+    """
+
+    robot: Robot
+    folder: Path
+    roots: tuple[Path, ...]
+    scene: Scene | None = None
+
+    @classmethod
+    def of(cls, experiment: Experiment) -> Self:
+        """That of an experiment, with its robot's files there."""
+        return cls(experiment.robot, experiment.folder, experiment.roots, experiment.scene)
+
+
 class SceneTopics:
     """The topics of a robot that is looked at.
 
     Args:
-        experiment: The experiment, with its robot's files there.
+        shown: The robot.
 
     Attributes:
         topics: Its topics.
@@ -56,13 +80,13 @@ class SceneTopics:
 
     topics = (DESCRIPTION, BODIES, FRAMES, CABLES, TENDONS)
 
-    def __init__(self, experiment: Experiment) -> None:
-        self._robot = robot = experiment.robot
-        self._world = experiment.scene
+    def __init__(self, shown: Shown) -> None:
+        self._robot = robot = shown.robot
+        self._world = shown.scene
         self._core = MusclePaths(robot)
-        self._link_meshes = link_meshes(robot, experiment.folder, experiment.roots)
+        self._link_meshes = link_meshes(robot, shown.folder, shown.roots)
         self._stage = Stage(robot, Motion.still(_initial(robot)), self._link_meshes)
-        carried = CarriedMeshes.of(robot, experiment.folder)
+        carried = CarriedMeshes.of(robot, shown.folder)
         self.meshes = {
             name: mesh_bytes(file, [carried.folder]) for name, file in carried.files.items()
         }

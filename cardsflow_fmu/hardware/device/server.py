@@ -58,6 +58,7 @@ class DeviceServer:
     Attributes:
         device: The device.
         uri: Its address, with the port that was taken.
+        own_uri: The same for programs on this machine.
         is_open: Whether other machines can reach it.
         slipped: Time that was left out because the machine was too slow, in [s].
     """
@@ -77,9 +78,9 @@ class DeviceServer:
                 remedy = "listen at an address of this machine; 0.0.0.0 is all of them"
             what = f"cannot listen at {uri}: {error.strerror or error}"
             raise HardwareError(f"{what}; {remedy}") from error
-        shown = f"[{host}]" if ":" in host else host
         address, port, *_ = self._socket.getsockname()
-        self.uri = f"udp://{shown}:{port}"
+        self.uri = f"udp://{_shown(host)}:{port}"
+        self.own_uri = f"udp://{_shown(_reached(address))}:{port}"
         self.is_open = not ipaddress.ip_address(address.partition("%")[0]).is_loopback
         self.slipped = 0.0
         self._receiver = AdaptiveReceiver(
@@ -167,6 +168,15 @@ class DeviceServer:
             self._socket.sendto(data, peer)
         except OSError:  # no route, no buffer: as good as lost
             self.device.counters["not sent"] += 1
+
+
+def _shown(host: str) -> str:
+    return f"[{host}]" if ":" in host else host
+
+
+def _reached(address: str) -> str:
+    """The address at which this machine reaches what listens at one."""
+    return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(address, address)
 
 
 def serve(

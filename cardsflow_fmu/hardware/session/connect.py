@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +14,8 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.links.link import HardwareLink
+from cardsflow_fmu.hardware.links.ros_link import RosLink
+from cardsflow_fmu.hardware.protocol.device_topics import DeviceTopics
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
 from cardsflow_fmu.hardware.protocol.signals import (
@@ -100,16 +103,7 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
     settings = with_link(experiment.hardware, experiment.file, connection.link)
     robot = experiment.robot
     require_forces(robot, experiment.file)
-    n, m, motors = len(robot.coordinates), len(robot.muscles), len(robot.motors)
-    handshake = Handshake(
-        signature=hardware_signature(robot, settings),
-        step=experiment.run.step,
-        scale=settings.scale,
-        watchdog=settings.watchdog,
-        commands=m + motors,
-        states=settings.states(n, m, motors),
-        lockstep=not settings.is_paced,
-    )
+    handshake = handshake_of(robot, settings, experiment.run.step)
     key_file = settings.key_file or connection.key_file or os.environ.get(KEY_FILE)
     key = read_key(key_file) if key_file else None
     link = open_link(
@@ -118,10 +112,28 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
         bind=settings.bind,
         make_device=lambda: emulated_device(experiment, settings, key),
         faults=settings.emulator.faults,
+        make_topics=lambda: DeviceTopics(robot, settings),
     )
+    if isinstance(link, RosLink):  # the time that it states counts, not a number of steps
+        most = math.ceil(link.silence / handshake.step)
+        settings = settings.replaced(max_missed=max(most, settings.max_missed))
     file = connection.recording
     make_recorder = (lambda: Recorder(file, _header(robot, settings, link))) if file else None
     return HardwareSession(robot, settings, link, handshake, make_recorder, link.clock)
+
+
+def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Handshake:
+    """The handshake for a robot, with a step in [s]."""
+    n, m, motors = len(robot.coordinates), len(robot.muscles), len(robot.motors)
+    return Handshake(
+        signature=hardware_signature(robot, settings),
+        step=step,
+        scale=settings.scale,
+        watchdog=settings.watchdog,
+        commands=m + motors,
+        states=settings.states(n, m, motors),
+        lockstep=not settings.is_paced,
+    )
 
 
 def measured_positions(experiment: Experiment) -> tuple[float, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import socket
 import struct
 import time
 from collections import defaultdict
@@ -15,11 +14,13 @@ import pytest
 from support.command_line import CommandLine
 from support.recorded import waving, with_columns
 from support.robots.robots import PLANAR_2R
+from support.ros.router import router_on_loopback
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.middleware.address import node_address
 from cardsflow_fmu.ros.publisher import RunPublisher, published
+from cardsflow_fmu.ros.scene_topics import Shown
 from cardsflow_fmu.signals.ports import coordinate_signals
 
 pytestmark = pytest.mark.extra("ros2-zenoh")
@@ -27,18 +28,6 @@ pytestmark = pytest.mark.extra("ros2-zenoh")
 JOINT_STATE = "sensor_msgs/msg/JointState"
 LONGEST = 20.0
 """Time to wait for a condition, in [s]."""
-
-
-def peer(mode: str, **endpoints: list[str]) -> Any:
-    """A session of zenoh that finds others by addresses alone."""
-    import zenoh
-
-    config = zenoh.Config()
-    config.insert_json5("mode", json.dumps(mode))
-    config.insert_json5("scouting/multicast/enabled", "false")
-    for name in ("connect", "listen"):
-        config.insert_json5(f"{name}/endpoints", json.dumps(endpoints.get(name, [])))
-    return zenoh.open(config)
 
 
 def until(condition: Callable[[], Any]) -> Any:
@@ -53,12 +42,8 @@ def until(condition: Callable[[], Any]) -> Any:
 @pytest.fixture(scope="module")
 def router() -> Iterator[tuple[Any, int]]:
     """A router as rmw_zenoh's, and its port."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    session = peer("router", listen=[f"tcp/127.0.0.1:{port}"])
-    yield session, port
-    session.close()
+    with router_on_loopback() as there:
+        yield there
 
 
 def experiment() -> Experiment:
@@ -181,7 +166,7 @@ def test_what_goes_wrong_in_publishing_ends_no_run() -> None:
                 raise InputError("gone")
 
     run = rows_of(experiment())
-    publisher = RunPublisher(experiment(), Broken())
+    publisher = RunPublisher(Shown.of(experiment()), Broken())
     publisher.watch(run.names, run.rows)
     publisher.stop()
     publisher.run()

@@ -1,0 +1,267 @@
+"""Commands by topics: what reaches a device, when they end, and what a link makes of states."""
+
+from __future__ import annotations
+
+import re
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from support.robots.robots import PLANAR_2R
+from support.ros.bus import Bus, BusNode
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings, MotorSettings
+from cardsflow_fmu.hardware.device.device import Device
+from cardsflow_fmu.hardware.emulator.emulated_device import device_of
+from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
+from cardsflow_fmu.hardware.emulator.loopback_link import LoopbackLink
+from cardsflow_fmu.hardware.links import ros_link
+from cardsflow_fmu.hardware.links.ros_link import RosLink
+from cardsflow_fmu.hardware.protocol.device_topics import COMMANDS, SAFE, STATES, DeviceTopics
+from cardsflow_fmu.hardware.protocol.errors import HardwareError
+from cardsflow_fmu.hardware.protocol.topic_reader import TopicReader
+from cardsflow_fmu.hardware.session.connect import handshake_of
+from cardsflow_fmu.hardware.session.open_link import open_link
+from cardsflow_fmu.hardware.session.session import HardwareSession
+from cardsflow_fmu.hardware.session.topic_commands import TopicCommands
+from cardsflow_fmu.middleware.joint_state import JointStateWriter
+from cardsflow_fmu.middleware.node import Topic
+
+pytestmark = pytest.mark.extra("ros2")
+
+ROBOT = Experiment.load(PLANAR_2R).robot
+NAMES = tuple(muscle.name for muscle in ROBOT.muscles)
+SETTINGS = HardwareSettings(watchdog=5.0, ramp_in=0.0, ramp_down=0.1, max_missed=1000)
+TIMEOUT = 0.4
+FORCES = np.array([30.0, 31.0, 32.0, 33.0])
+LONGEST = 20.0
+"""Time to wait for a condition, in [s]."""
+
+
+class Followed(EmulatedRobot):
+    """The arm, and every command that it was given."""
+
+    def __init__(self) -> None:
+        self.given: list[np.ndarray] = []
+        self.safes = 0
+        super().__init__(ROBOT, 1e-3)
+
+    def apply(self, command: np.ndarray) -> None:
+        self.given.append(command.copy())
+        super().apply(command)
+
+    def safe(self) -> None:
+        self.safes += 1
+        super().safe()
+
+
+class Served:
+    """A device whose commands come from a bus."""
+
+    def __init__(self, bus: Bus) -> None:
+        self.robot, self.lines = Followed(), list[str]()
+        self.device: Device = device_of(self.robot, SETTINGS)
+        self.topics = DeviceTopics(ROBOT, SETTINGS)
+        self.commands = TopicCommands(
+            ROBOT,
+            self.topics,
+            bus.node(),
+            TIMEOUT,
+            self.session,
+            self.robot.state,
+            self.lines.append,
+        )
+
+    def session(self) -> HardwareSession:
+        link = LoopbackLink(lambda: self.device, timeout=0.2)
+        handshake = handshake_of(ROBOT, SETTINGS, 2e-3)
+        return HardwareSession(ROBOT, SETTINGS, link, handshake)
+
+    def has_said(self, what: str) -> bool:
+        return any(what in line for line in self.lines)
+
+
+@pytest.fixture
+def bus() -> Bus:
+    return Bus()
+
+
+@contextmanager
+def serving(bus: Bus) -> Iterator[Served]:
+    served, stop = Served(bus), threading.Event()
+    thread = threading.Thread(target=lambda: served.commands.run(stop.is_set))
+    thread.start()
+    try:
+        yield served
+    finally:
+        stop.set()
+        thread.join()
+
+
+def until(condition: Callable[[], object]) -> None:
+    end = time.monotonic() + LONGEST
+    while not condition():
+        assert time.monotonic() < end, "in vain"
+        time.sleep(0.005)
+
+
+def send(node: BusNode, forces: np.ndarray = FORCES, names: tuple[str, ...] = NAMES) -> None:
+    node.publish(COMMANDS, JointStateWriter(names, effort=True).write(time.time_ns(), forces))
+
+
+def commanding(node: BusNode, condition: Callable[[], object]) -> None:
+    """Send good commands until a condition holds."""
+
+    def sent() -> object:
+        send(node)
+        return condition()
+
+    until(sent)
+
+
+def test_commands_are_followed_and_ramped_down_where_they_stay_away(bus: Bus) -> None:
+    inbox, node = bus.node().subscribe(STATES), bus.node()
+    with serving(bus) as served:
+        reader = TopicReader(served.topics.needed, 10.0)
+        commanding(node, lambda: served.robot.given and (served.robot.given[-1] == FORCES).all())
+        until(lambda: served.has_said(f"none came for {TIMEOUT:g} s"))
+        until(lambda: served.device.state == "safe" and served.commands.status == SAFE)
+        falls = np.array(served.robot.given)
+        given = len(falls)
+        least = np.array([muscle.f_min for muscle in ROBOT.muscles])
+        last = int(np.flatnonzero((falls == FORCES).all(axis=1))[-1])
+        steps = np.diff(falls[last:], axis=0)
+        assert (steps <= 0.0).all()
+        assert len(steps) > 10
+        np.testing.assert_allclose(falls[-1], least)
+        # who was ended may command no more; another begins anew
+        commanding(node, lambda: served.commands.counters.get("ended", 0) > 3)
+        assert len(served.robot.given) == given
+        commanding(bus.node(), lambda: len(served.robot.given) > given)
+
+    def is_measured() -> bool:
+        message = inbox.receive(time.monotonic())
+        values = message and reader.read(message, time.monotonic())
+        return bool(values) and served.topics.state(values).shape == (SETTINGS.states(2, 4),)
+
+    until(is_measured)
+
+
+def test_nothing_moves_by_what_does_not_count(bus: Bus) -> None:
+    node = bus.node()
+    with serving(bus) as served:
+        for _ in range(3):
+            send(node, np.array([1.0, 2.0, np.nan, 4.0]))
+            send(node, FORCES[:3], NAMES[:3])
+            send(node, FORCES, ("no", "such", "muscles", "here"))
+            node.publish(COMMANDS, b"no message")
+            time.sleep(0.01)
+        until(lambda: served.commands.counters.get("damaged"))
+        assert served.robot.given == []
+        assert served.device.state == "idle"
+    for what in ("not finite", "other names", "cannot be read"):
+        assert served.has_said(what)
+
+
+def test_a_second_commander_is_dropped_and_told(bus: Bus) -> None:
+    first, second = bus.node(), bus.node()
+    with serving(bus) as served:
+        commanding(first, lambda: served.robot.given)
+
+        def both() -> object:
+            send(first)
+            send(second, 2 * FORCES)
+            return served.commands.counters.get("publisher", 0) > 3
+
+        until(both)
+        assert served.has_said("another node publishes")
+    assert max(row[0] for row in served.robot.given) <= FORCES[0]
+
+
+def test_a_device_that_another_drives_refuses(bus: Bus) -> None:
+    node = bus.node()
+    with serving(bus) as served:
+        other = served.session()
+        other.open()
+        other.exchange(0.0, FORCES)
+        given = len(served.robot.given)
+        commanding(node, lambda: served.has_said("are refused: the device at loopback: refuses"))
+        assert len(served.robot.given) == given
+        other.end(ramp=False)
+
+
+@pytest.fixture
+def make_link(bus: Bus, monkeypatch: pytest.MonkeyPatch) -> Callable[..., RosLink]:
+    monkeypatch.setattr(ros_link, "open_node", bus.node)
+    return lambda timeout=LONGEST, silence=2.0: RosLink(
+        f"ros2://?timeout={silence}", DeviceTopics(ROBOT, SETTINGS), timeout=timeout
+    )
+
+
+def test_a_link_drives_a_device_and_is_told_of_its_end(
+    bus: Bus, make_link: Callable[..., RosLink]
+) -> None:
+    link = make_link()
+    with serving(bus) as served:
+        link.open(handshake_of(ROBOT, SETTINGS, 2e-3))
+        n = len(ROBOT.coordinates)
+        np.testing.assert_array_equal(link.start_state[:n], served.robot.plant.q)
+        for k in range(20):
+            came = link.exchange(2e-3 * k, FORCES, time.monotonic() + LONGEST)
+            assert came.state is not None
+        until(lambda: (served.robot.given[-1] == FORCES).all())
+        served.device.go_safe()
+
+        def is_told() -> bool:
+            came = link.exchange(1.0, FORCES, time.monotonic() + LONGEST)
+            return came.device_flags != 0
+
+        until(is_told)
+        link.close()
+
+
+def test_a_robot_that_vanishes_ends_a_run_after_the_stated_time(
+    bus: Bus, make_link: Callable[..., RosLink]
+) -> None:
+    link = make_link(silence=0.1)
+    with serving(bus):
+        link.open(handshake_of(ROBOT, SETTINGS, 2e-3))
+        link.exchange(0.0, FORCES, time.monotonic() + LONGEST)
+    with pytest.raises(HardwareError, match=re.escape("is lost: no state came for 0.1 s")):
+        for _ in range(1000):
+            link.exchange(0.0, FORCES, time.monotonic() + 0.01)
+
+
+def test_what_a_link_waits_for_is_said(bus: Bus, make_link: Callable[..., RosLink]) -> None:
+    handshake = handshake_of(ROBOT, SETTINGS, 2e-3)
+
+    def refused(what: str, link: RosLink) -> None:
+        with pytest.raises(HardwareError, match=re.escape(what)):
+            link.open(handshake)
+
+    refused("/device_states has no publisher", make_link(0.05))
+    other = bus.node()
+    other.advertise(Topic(STATES.name, "std_msgs/msg/String"))
+    refused("has the type std_msgs/msg/String", make_link(0.05))
+    refused("shorter than two steps", make_link(silence=1e-3))
+    other.close()
+    with serving(bus):
+        commander = bus.node()
+        commander.advertise(COMMANDS)
+        refused("another node publishes commands", make_link())
+
+
+def test_what_is_refused_before_anything_is_opened() -> None:
+    topics = DeviceTopics(ROBOT, SETTINGS)
+    with pytest.raises(InputError, match="a topic has no watchdog: state how long"):
+        RosLink("ros2://", topics)
+    with pytest.raises(InputError, match="not signed"):
+        open_link("ros2://?timeout=1", key=bytes(32), make_topics=lambda: topics)
+    with pytest.raises(InputError, match="forces in N"):
+        motors = MotorSettings(command="length", stiffness=(1e3,) * 4)
+        DeviceTopics(ROBOT, HardwareSettings(motors=motors))

@@ -1,0 +1,86 @@
+"""What counts of messages on a topic: names, numbers, order, age, one publisher."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from cardsflow_fmu.hardware.protocol.topic_reader import TopicReader
+from cardsflow_fmu.middleware.joint_state import JointStateWriter
+from cardsflow_fmu.middleware.node import Message
+
+NAMES = ("biceps", "triceps", "elbow")
+OFFSET = 1.7e9
+"""By how much the publisher's clock is ahead of the reader's, in [s]."""
+
+
+def message(
+    t: float, values: Sequence[float] = (1, 2, 3), names: Sequence[str] = NAMES, by: int = 1
+) -> Message:
+    writer = JointStateWriter(names, effort=len(values) > 0)
+    content = writer.write(
+        round((t + OFFSET) * 1e9), *([np.array(values, float)] if values else [])
+    )
+    return Message(content, by)
+
+
+def reader(longest: float = 0.1) -> TopicReader:
+    return TopicReader({"effort": NAMES}, longest)
+
+
+def test_numbers_are_found_by_their_names() -> None:
+    taken = reader()
+    for k, order in enumerate(([0, 1, 2], [2, 0, 1])):
+        there = [NAMES[i] for i in order]
+        values = taken.read(message(k, [10.0 * i for i in order], there), k)
+        assert values is not None
+        assert values["effort"].tolist() == [0.0, 10.0, 20.0]
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        (message(1, [1, 2], NAMES[:2]), "names"),
+        (message(1, [1, 2, 3, 4], [*NAMES, "wrist"]), "names"),
+        (message(1, [1, 2, 3], ["biceps", "biceps", "elbow"]), "names"),
+        (message(1, []), "count"),
+        (message(1, [1, float("nan"), 3]), "not finite"),
+        (message(1, [1, 2, float("inf")]), "not finite"),
+        (message(0), "stale"),
+        (message(1, by=2), "publisher"),
+        (Message(b"\0\1\0\0 and so on", 1), "damaged"),
+        (Message(b"", 1), "damaged"),
+    ],
+)
+def test_what_does_not_count(given: Message, reason: str) -> None:
+    taken = reader()
+    assert taken.read(message(0), 0.001) is not None
+    assert taken.read(given, 1.001) is None
+    assert dict(taken.counters) == {"received": 2, reason: 1}
+    assert taken.read(message(2), 2.001) is not None
+
+
+def test_age_is_counted_from_the_fastest_message_whatever_the_clocks_say() -> None:
+    taken = reader(0.1)
+    delays = [0.05, 0.02, 0.11, 0.13, 0.02]
+    counts = [taken.read(message(k, by=1), k + delay) is not None for k, delay in enumerate(delays)]
+    # 0.13 is later than 0.02 by more than 0.1 and the drift that clocks may have had meanwhile
+    assert counts == [True, True, True, False, True]
+
+
+def test_clocks_may_drift_apart_for_hours() -> None:
+    taken = reader(0.05)
+    drift = 1 + 2e-4
+    assert all(taken.read(message(t * drift), float(t)) is not None for t in range(0, 7200, 10))
+
+
+def test_who_was_ended_has_to_begin_anew() -> None:
+    taken = reader()
+    assert taken.read(message(0), 0.0) is not None
+    taken.start(ended=True)
+    assert taken.read(message(1), 1.0) is None
+    assert taken.counters["ended"] == 1
+    assert taken.read(message(-5, by=2), 2.0) is not None  # whose clock is another
+    assert taken.publisher == 2
