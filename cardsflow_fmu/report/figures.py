@@ -120,14 +120,22 @@ def _draw(axes: Axes, panel: Panel, bins: int) -> None:
     colours = dict(zip(names, colours_of(names), strict=True))
     for curve in drawn.curves:
         points = downsample(curve.time, curve.values, bins)
-        axes.plot(*points, label=short(curve.name), color=colours[curve.name], linewidth=1.1)
-    for k, curve in enumerate(drawn.references):
+        axes.plot(*points, color=colours[curve.name], linewidth=1.1)
+    lines, labels = [*axes.lines], list(map(short, names))
+    for curve in drawn.references:
         points = downsample(curve.time, curve.values, bins)
-        name = "_" if k else "reference"
         colour = curve.colour or colours[curve.of]
-        axes.plot(*points, ":", label=name, color=colour, linewidth=1.3)
+        axes.plot(*points, ":", color=colour, linewidth=1.3)
+    if drawn.references:
+        lines.append(axes.lines[len(names)])
+        labels.append("reference")
     if drawn.left_out:
         less = "that change less" if panel.by_change else "that are smaller"
-        axes.plot([], [], " ", label=f"without {drawn.left_out} {less}")
+        lines += axes.plot([], [], " ")
+        labels.append(f"without {drawn.left_out} {less}")
     axes.set_ylabel(panel.label)
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+    # the labels stand here, for those of lines do not count if they begin with an underscore
+    where = (1.0, 0.5)
+    axes.legend(
+        lines, labels, loc="center left", bbox_to_anchor=where, frameon=False, fontsize="small"
+    )

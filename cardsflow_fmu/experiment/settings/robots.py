@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -79,12 +80,22 @@ class RobotPart:
         return self.files[0].parent
 
 
+def _without_detours(path: Path) -> Path:
+    """The path without `folder/..` in it, for messages; as it is where links make that another."""
+    short = Path(os.path.normpath(path))
+    try:
+        return short if short.samefile(path) else path
+    except (OSError, ValueError):
+        return path
+
+
 def read_robot(
     settings: RobotSettings, context: Context, key: str = "robot"
 ) -> tuple[Reading, Robot]:
     """The robot of [robot]; what it was read from as well."""
     try:
-        reading = read(context.file.parent / settings.path, settings.cable_set)
+        path = _without_detours(context.file.parent / settings.path)
+        reading = read(path, settings.cable_set)
     except UnknownNameError as error:
         context.require(f"{key}.cable_set", "cable set", error.name, error.known)
         raise

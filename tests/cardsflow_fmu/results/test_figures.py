@@ -62,6 +62,16 @@ def test_the_plot_keeps_most_of_the_width(many: Path) -> None:
         assert legend.x1 <= figure.bbox.x1 + 1.0
 
 
+def test_muscles_called_by_numbers_are_in_the_legend() -> None:
+    """CASPR's cables are, as a rule; their signals begin with an underscore."""
+    time = np.linspace(0.0, 1.0, 3)
+    curves = tuple(Curve(name, time, time) for name in ("_1", "_2"))
+    (axes,) = figure_of_panels([Panel("force [N]", curves)]).axes
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["_1", "_2"]
+
+
 def test_values_that_are_no_numbers_do_not_choose() -> None:
     time = np.arange(3.0)
     curves = [Curve(f"f.{k}", time, np.full(3, np.nan)) for k in range(10)]
