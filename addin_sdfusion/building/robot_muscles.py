@@ -13,14 +13,12 @@ from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, unknown, warning
 from ..robot.model.muscle import CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from ..robot.model.pose import Pose, Vector3
-from ..robot.model.robot import ANGLES, POSITIONS, WORLD, TaskFrame, TaskSet
+from ..robot.model.robot import ANGLES, MARKERS, POSITIONS, WORLD, TaskFrame, TaskSet
 from ..robot.model.transform import IDENTITY, Transform, tidy
 from .links.links import in_name_order
 
 CABLE_SET = "muscles"
 TASK_SET = "task"
-MARKERS = "markers"
-"""The task set of the points that are only looked at."""
 
 _COINCIDENT = 1e-9  # in [m]
 

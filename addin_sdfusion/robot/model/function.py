@@ -86,6 +86,16 @@ def scaled(function: Function, factor: float) -> Function:
     return replace(function, y=tuple(factor * y for y in function.y))
 
 
+def taylor(coefficients: Sequence[float], at: float) -> tuple[float, ...]:
+    """The polynomial of x with these coefficients in powers of x - at, as many of them."""
+    powers = [0.0] * len(coefficients)
+    for coefficient in reversed(coefficients):
+        moved = [0.0, *powers[:-1]]
+        powers = [m + at * p for m, p in zip(moved, powers, strict=True)]
+        powers[0] += coefficient
+    return tuple(powers)
+
+
 def derivatives(function: Function, x: float) -> tuple[float, float, float]:
     """f, f' and f'' at x.
 

@@ -187,6 +187,19 @@ class Joint:
         """What the field calls a joint with these motions."""
         return joint_type(self.motions) if self.is_plain else "compound"
 
+    def home(self, coordinate: int) -> int:
+        """The motion that is a coordinate's own, or nearest to it: the first in its unit.
+
+        Args:
+            coordinate: Index of one that moves something.
+        """
+        moved = [
+            (motion.unit != self.coordinates[coordinate].unit, place)
+            for place, motion in enumerate(self.motions)
+            if motion.coordinate == coordinate and not motion.is_fixed
+        ]
+        return min(moved)[1]
+
     @property
     def is_plain(self) -> bool:
         """Whether each motion is a free coordinate of its own."""

@@ -25,6 +25,9 @@ ANGLES: tuple[Axis, ...] = ("alpha", "beta", "gamma")
 WORLD = "world"
 """The name of the fixed frame, usable wherever a link is named as parent or for a via point."""
 
+MARKERS = "markers"
+"""The task set of the points that are only looked at."""
+
 GRAVITY: Vector3 = (0.0, 0.0, -9.81)
 """Gravity unless a robot says otherwise, in [m/s²]: CASPR's value, z up."""
 

@@ -35,8 +35,6 @@ from .xml import Node, shortened
 
 SHAPES = {word: cast(WrapShape, shape) for shape, word in WRAP_TYPES.items()}
 SIDES: dict[str, Literal[-1, 0, 1]] = {"-1": -1, "0": 0, "1": 1}
-MARKERS = "markers"
-"""The task set of the points that are only looked at."""
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from ..errors import UnknownNameError
 from ..finding import Subject
 from ..finding_builders import unknown
 from ..model.pose import Vector3
-from ..model.robot import Robot
-from .cardsflow_xml import MARKERS, MuscleReader, read_surface, read_task_set
+from ..model.robot import MARKERS, Robot
+from .cardsflow_xml import MuscleReader, read_surface, read_task_set
 from .xml import Node, parse
 
 DEFAULT_SET = "cardsflow"

@@ -2,18 +2,22 @@
 
 What the formats with one motion a joint share: a joint of n motions becomes n joints, in the order
 of its motions, and the n - 1 links between them are called `<joint>_1`, `<joint>_2`, ... A single
-joint that moves has the name of its coordinate, a fixed one its own. Where a name is taken already,
+joint that moves has the name of its coordinate, a fixed one its own or, in a chain, `<joint>_<k>`.
+Motions that count from another zero begin at another place. Where a name is taken already,
 underscores are put at its end.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from ..model.function import ITSELF, linear
 from ..model.joint import Coordinate, Joint, Motion
 from ..model.pose import IDENTITY, Pose
 from ..model.robot import WORLD, Robot
+from ..model.rotations import axis_rotation, compose
+from ..model.transform import Transform
 
 
 class Names:
@@ -51,15 +55,28 @@ class SingleJoint:
     motion: Motion | None = None
     coordinate: Coordinate | None = None
 
+    def joint(self, name: str) -> Joint:
+        """The same as a joint of a robot, under a name."""
+        motions = () if self.motion is None else (replace(self.motion, coordinate=0),)
+        coordinates = () if self.coordinate is None else (self.coordinate,)
+        frames = self.T_parent_joint, self.T_child_joint
+        return Joint(name, self.parent, self.child, motions, coordinates, *frames)
 
-def single_joints(robot: Robot) -> list[SingleJoint]:
-    """The joints of a robot as single ones, parents first."""
+
+def single_joints(robot: Robot, *, whole: bool = False) -> list[SingleJoint]:
+    """The joints of a robot as single ones, parents first.
+
+    Args:
+        robot: The robot.
+        whole: Whether motions keep their functions, those that stand still as well. The motion that
+            is a coordinate's own has its name then, and others `<joint>_<k>`.
+    """
     links = Names([WORLD, *(link.name for link in robot.links)])
     joints = Names(coordinate.name for coordinate in robot.all_coordinates)
-    return [single for joint in robot.joints for single in _split(joint, links, joints)]
+    return [single for joint in robot.joints for single in _split(joint, links, joints, whole)]
 
 
-def _split(joint: Joint, links: Names, joints: Names) -> Iterator[SingleJoint]:
+def _split(joint: Joint, links: Names, joints: Names, whole: bool) -> Iterator[SingleJoint]:
     parent, T_parent_joint = joint.parent, joint.T_parent_joint
     if not joint.motions:
         name = joints.give(joint.name)
@@ -68,8 +85,35 @@ def _split(joint: Joint, links: Names, joints: Names) -> Iterator[SingleJoint]:
         last = k == len(joint.motions)
         child = joint.child if last else links.give(f"{joint.name}_{k}")
         T_child_joint = joint.T_child_joint if last else IDENTITY
-        coordinate = joint.coordinates[motion.coordinate]
-        yield SingleJoint(
-            coordinate.name, parent, child, T_parent_joint, T_child_joint, motion, coordinate
+        T_joint_zero, moved = (IDENTITY, motion) if whole else _from_zero(motion)
+        T_parent_joint = (
+            T_parent_joint if T_joint_zero == IDENTITY else (compose(T_parent_joint, T_joint_zero))
         )
+        if moved is None:
+            name = joints.give(f"{joint.name}_{k}")
+            yield SingleJoint(name, parent, child, T_parent_joint, T_child_joint)
+        else:
+            coordinate = joint.coordinates[motion.coordinate]
+            is_other = whole and joint.home(motion.coordinate) != k - 1
+            name = joints.give(f"{joint.name}_{k}") if is_other else coordinate.name
+            yield SingleJoint(name, parent, child, T_parent_joint, T_child_joint, moved, coordinate)
         parent, T_parent_joint = child, IDENTITY
+
+
+def _from_zero(motion: Motion) -> tuple[Pose, Motion | None]:
+    """The place that a motion begins at, and the motion from there; None where it stands still."""
+    function = motion.function
+    if function == ITSELF:
+        return IDENTITY, motion
+    if not motion.is_fixed and function != linear(1.0, motion.way(0.0)):
+        return IDENTITY, motion
+    return fixed_pose(motion), None if motion.is_fixed else replace(motion, function=ITSELF)
+
+
+def fixed_pose(motion: Motion) -> Pose:
+    """The pose that a motion makes where its coordinate is 0."""
+    way = motion.way(0.0)
+    if motion.kind == "rotation":
+        return Transform(axis_rotation(motion.axis, way), (0.0, 0.0, 0.0)).pose()
+    x, y, z = (way * component for component in motion.axis)
+    return Pose((x, y, z))

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterable, Iterator
+from dataclasses import replace
 
 from ..errors import RobotError
 from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, error, listed, warning
 from ..model.joint import Joint
-from ..model.robot import Robot
+from ..model.robot import MARKERS, Robot
+
+UNNAMED = ("", "cardsflow", MARKERS)
+"""Names of sets that files without them are read with."""
 
 
 def refuse(findings: Iterable[Finding], format_: str) -> None:
@@ -25,6 +29,12 @@ def refuse(findings: Iterable[Finding], format_: str) -> None:
     found = list(findings)
     if any(finding.is_error for finding in found):
         raise RobotError(found, format_=format_)
+
+
+def with_markers(robot: Robot) -> Robot:
+    """The robot with its markers as the points that are written, where it has no others."""
+    found = [group.name for group in robot.task_sets if group.name == MARKERS]
+    return replace(robot, task_set=MARKERS) if found and not robot.task_set else robot
 
 
 def other_sets(robot: Robot, format_: str) -> Iterator[Finding]:
@@ -51,7 +61,9 @@ def names(
         sets: Whether the active sets have no names.
     """
     lost = {
-        "names no sets": [name for name in (robot.cable_set, robot.task_set) if name and sets],
+        "names no sets": [
+            name for name in (robot.cable_set, robot.task_set) if name not in UNNAMED and sets
+        ],
         "names joints as their coordinates": [
             joint.name
             for joint in joints
@@ -162,19 +174,22 @@ def loop_types(robot: Robot, format_: str, held: Container[str]) -> Iterator[Fin
             yield error(Subject("joint", loop.name), "loop-type", problem)
 
 
-def coordinate_forces(robot: Robot, format_: str, *, armature: bool = False) -> Iterator[Finding]:
+def coordinate_forces(
+    robot: Robot, format_: str, *, armature: bool = False, limit_force: bool = False
+) -> Iterator[Finding]:
     """Armatures and limit forces, which are not written.
 
     Args:
         robot: The robot.
         format_: What the format is called.
         armature: Whether it holds armatures.
+        limit_force: Whether it holds limit forces.
     """
     for c in robot.all_coordinates:
         subject = Subject("coordinate", c.name)
         if c.armature and not armature:
             yield warning(subject, "armature-left-out", f"{format_} has no armature; left out")
-        if c.limit_force:
+        if c.limit_force and not limit_force:
             problem = f"{format_} is not written with forces beyond a range; left out"
             yield warning(subject, "limit-force-left-out", problem)
 
@@ -208,12 +223,15 @@ def chained_joints(robot: Robot, format_: str) -> Iterator[Finding]:
     """Joints of several motions that become chains of single ones."""
     for joint in robot.joints:
         if len(joint.motions) > 1:
-            problem = (
-                f"{format_} gets its {len(joint.motions)} motions as single joints, with links "
-                f"without mass between them; their order is {_order(joint)}"
-            )
-            yield warning(Subject("joint", joint.name), "joint-in-a-chain", problem)
+            yield chained_joint(joint, format_)
 
 
-def _order(joint: Joint) -> str:
-    return ", ".join(joint.coordinates[motion.coordinate].name for motion in joint.motions)
+def chained_joint(joint: Joint, format_: str) -> Finding:
+    """A joint that becomes a chain of single ones."""
+    moved = (motion for motion in joint.motions if not motion.is_fixed)
+    order = ", ".join(joint.coordinates[motion.coordinate].name for motion in moved)
+    problem = (
+        f"{format_} gets its {len(joint.motions)} motions as single joints, with links without "
+        f"mass between them; their order is {order}"
+    )
+    return warning(Subject("joint", joint.name), "joint-in-a-chain", problem)

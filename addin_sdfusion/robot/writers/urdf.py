@@ -12,7 +12,8 @@ whose frame lies elsewhere is written in that joint's frame, its inertia and mes
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -20,13 +21,15 @@ from ..checks.check import require_valid
 from ..files import write_files
 from ..finding import Finding, Subject
 from ..finding_builders import warning
+from ..model.coupling import all_values
+from ..model.function import ITSELF, Function, Polynomial, derivatives
 from ..model.joint import Coordinate
 from ..model.pose import IDENTITY, Pose
 from ..model.robot import GRAVITY, WORLD, Inertia, Link, Mesh, Robot, Shape
 from ..model.rotations import normalized
 from ..transforms.joint_chains import SingleJoint, single_joints
 from ..transforms.simplify import joint_frames
-from .common_losses import chained_joints, driven_joints, loops, refuse
+from .common_losses import chained_joints, loops
 from .file_names import file_name
 from .sdf.joints import has_one_effort, needs_words
 from .sdf.plugin import plugin_content
@@ -50,19 +53,18 @@ def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> lis
 
 
 def urdf_text(robot: Robot) -> str:
-    """A valid robot as URDF, without what is in the cardsflow.xml; RobotError as `write_urdf`."""
-    refuse(driven_joints(robot, "URDF"), "urdf")
+    """A valid robot as URDF, without what is in the cardsflow.xml."""
     return _urdf(joint_frames(robot))
 
 
 def urdf_losses(robot: Robot) -> list[Finding]:
-    """What URDF cannot hold of a valid robot; errors where it is not written.
+    """What URDF cannot hold of a valid robot.
 
     With the cardsflow.xml beside it nothing is lost to CARDSFlow but loop joints and the place of
     link frames.
     """
     return [
-        *driven_joints(robot, "URDF"),
+        *_driven(robot),
         *loops(robot, "URDF"),
         *chained_joints(robot, "URDF"),
         *_held_beside(robot),
@@ -86,9 +88,10 @@ def _beyond(robot: Robot) -> list[str]:
         "wrap surfaces": robot.wrap_surfaces,
         "task frames": robot.task_sets,
         "far ends of links": [link for link in robot.links if link.end is not None],
-        "springs": [c for c in robot.coordinates if c.stiffness],
-        "armatures": [c for c in robot.coordinates if c.armature],
-        "forces beyond a range": [c for c in robot.coordinates if c.limit_force],
+        "functions of coordinates": robot.driven_joints,
+        "springs": [c for c in robot.all_coordinates if c.stiffness],
+        "armatures": [c for c in robot.all_coordinates if c.armature],
+        "forces beyond a range": [c for c in robot.all_coordinates if c.limit_force],
         "initial values": [c for c in robot.coordinates if c.initial],
         "motors' bounds": [c for c in robot.coordinates if not has_one_effort(c)],
     }
@@ -121,6 +124,48 @@ def _coordinates(robot: Robot) -> Iterator[Finding]:
             yield warning(subject, "one-sided-limit", problem)
 
 
+def _driven(robot: Robot) -> Iterator[Finding]:
+    """Motions and couplings that other programs see as straight lines, or not at all."""
+    for single in single_joints(robot, whole=True):
+        c, motion = single.coordinate, single.motion
+        if c is None or motion is None:
+            continue
+        subject = Subject("coordinate", c.name)
+        if single.name == c.name and motion.function != ITSELF:
+            problem = "other programs have its motion in its place, from another zero or otherwise"
+            yield warning(subject, "motion-for-coordinate", problem)
+        if single.name == c.name and len(c.coupling) > 1 and not c.locked:
+            problem = "URDF's mimic follows one joint; to other programs it moves freely"
+            yield warning(subject, "coupling-left-out", problem)
+        function = _followed(single)[1]
+        if function is not None and not _is_line(function):
+            problem = (
+                f"URDF's mimic is a line: joint {single.name!r} is one to other programs, "
+                "along the function where the robot starts"
+            )
+            yield warning(subject, "mimic-is-a-line", problem)
+    held = [c.name for c in robot.all_coordinates if c.locked]
+    if held:
+        problem = "URDF locks no joints; these have limits without room to other programs: "
+        yield warning(Subject("robot", robot.name), "lock-as-limits", problem + ", ".join(held))
+
+
+def _is_line(function: Function) -> bool:
+    return isinstance(function, Polynomial) and len(function.coefficients) <= 2
+
+
+def _followed(single: SingleJoint) -> tuple[str, Function | None]:
+    """The joint that a single one follows, and how; None where it follows none."""
+    c, motion = single.coordinate, single.motion
+    if c is None or motion is None:
+        return "", None
+    if single.name != c.name:
+        return c.name, motion.function
+    if len(c.coupling) == 1 and not c.locked:
+        return c.coupling[0].coordinate, c.coupling[0].function
+    return "", None
+
+
 def _renamed_joints(robot: Robot) -> Iterator[Finding]:
     given = {single.child: single.name for single in single_joints(robot)}
     for joint in robot.joints:
@@ -132,8 +177,9 @@ def _renamed_joints(robot: Robot) -> Iterator[Finding]:
 def _beside(robot: Robot) -> str:
     """The text of the cardsflow.xml."""
     root = element(None, "cardsflow")
+    singles = iter(single_joints(robot, whole=True))
     movers = {
-        joint.name: [joint.coordinates[motion.coordinate].name for motion in joint.motions]
+        joint.name: [next(singles).name for _ in range(max(1, len(joint.motions)))]
         for joint in robot.joints
     }
     plugin_content(root, robot, movers, springs=True)
@@ -143,7 +189,8 @@ def _beside(robot: Robot) -> str:
 def _urdf(robot: Robot) -> str:
     root = element(None, "robot", name=robot.name)
     element(root, "link", name=WORLD)
-    singles = single_joints(robot)
+    singles = single_joints(robot, whole=True)
+    starts = all_values(robot, {c.name: c.initial for c in robot.coordinates})
     links = {link.name for link in robot.links}
     for link in robot.links:
         _link(root, link)
@@ -151,7 +198,7 @@ def _urdf(robot: Robot) -> str:
         if single.child not in links:
             _inertial(element(root, "link", name=single.child), Inertia(0.0))
     for single in singles:
-        _joint(root, single)
+        _joint(root, single, starts)
     for c in robot.motors:
         _transmission(root, c)
     return document(root)
@@ -205,15 +252,23 @@ def _shape(link: ElementTree.Element, shape: Shape) -> None:
     element(element(node, "geometry"), shape.kind, None, **sizes)
 
 
-def _joint(root: ElementTree.Element, single: SingleJoint) -> None:
+def _joint(root: ElementTree.Element, single: SingleJoint, starts: Mapping[str, float]) -> None:
     node = element(root, "joint", name=single.name, type=_type(single))
     _origin(node, single.T_parent_joint)
     element(node, "parent", link=single.parent)
     element(node, "child", link=single.child)
     if single.motion is None or single.coordinate is None:
         return
-    c = single.coordinate
+    c = _told(single.name, single.coordinate)
     element(node, "axis", xyz=numbers(normalized(single.motion.axis)))
+    leader, function = _followed(single)
+    if function is not None:
+        at = starts[leader]
+        f, slope, _ = derivatives(function, at)
+        line = function.coefficients if isinstance(function, Polynomial) else ()
+        offset, slope = (*line, 0.0)[:2] if 0 < len(line) <= 2 else (f - slope * at, slope)
+        words = {"multiplier": numbers([slope]), "offset": numbers([offset])}
+        element(node, "mimic", None, joint=leader, **words)
     effort = {"effort": _effort(c), "velocity": NO_LIMIT}
     if node.get("type") != "continuous":
         limits = {"lower": max(c.lower, -NO_LIMIT), "upper": min(c.upper, NO_LIMIT)} | effort
@@ -229,7 +284,15 @@ def _type(single: SingleJoint) -> str:
         return "fixed"
     if single.motion.kind == "translation":
         return "prismatic"
-    return "revolute" if _is_limited(single.coordinate) else "continuous"
+    told = _told(single.name, single.coordinate)
+    return "revolute" if _is_limited(told) else "continuous"
+
+
+def _told(name: str, c: Coordinate) -> Coordinate:
+    """What a joint element tells of a coordinate: a joint that follows it has nothing of it."""
+    if name != c.name:
+        return Coordinate(name)
+    return replace(c, lower=c.initial, upper=c.initial) if c.locked else c
 
 
 def _effort(coordinate: Coordinate) -> float:

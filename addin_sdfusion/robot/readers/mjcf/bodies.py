@@ -66,14 +66,16 @@ def read_bodies(document: Document, compiler: Compiler) -> list[Body]:
     """The world and all bodies, parents first, in MuJoCo's order: depth first."""
     names = _taken(document)
     world = Body(WORLD, "", document.root)
-    bodies = [world]
+    found, ordered = [world], [world]
     waiting = [_Place(node, world, IDENTITY, "") for node in document.sections("worldbody")]
     waiting.reverse()
     while waiting:
         place = waiting.pop()
-        inner = list(_inside(document, compiler, place, bodies, names))
+        if place.body is not ordered[-1] and place.node.tag == "body":
+            ordered.append(place.body)
+        inner = list(_inside(document, compiler, place, found, names))
         waiting += reversed(inner)
-    return bodies
+    return ordered
 
 
 def _taken(document: Document) -> set[str]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ...finding_builders import unknown
-from ...model.function import Polynomial
+from ...model.function import Polynomial, taylor
 from ...model.joint import Coordinate, Joint, Term
 from ..xml import Node
 from .compiler import numbers
@@ -71,11 +71,7 @@ def _couple(node: Node, known: dict[str, Coordinate]) -> bool:
 
 def _shifted(c: Sequence[float], by: float) -> list[float]:
     """The coefficients of the sum of c_k (x - by)^k, in powers of x; zeros at the end left out."""
-    powers = [0.0] * len(c)
-    for coefficient in reversed(c):
-        moved = [0.0, *powers[:-1]]
-        powers = [m - by * p for m, p in zip(moved, powers, strict=True)]
-        powers[0] += coefficient
+    powers = list(taylor(c, -by))
     while len(powers) > 1 and powers[-1] == 0.0:
         powers.pop()
     return powers

@@ -1,8 +1,8 @@
-"""Numbers that MuJoCo finds when it reads a file: ranges of lengths, acc0, rest lengths.
+"""Numbers that MuJoCo finds when it reads a file: ranges of lengths, forces, rest lengths.
 
 MuJoCo finds ranges of lengths by a simulation, to some percent; here they are the least and the
-largest length that a search over the joints' ranges finds. acc0 is the length of M^-1 moment at the
-reference pose, as there.
+largest length that a search over the joints' ranges finds. A negative force means
+F = scale / acc0, with acc0 the length of M^-1 moment at the reference pose, as there.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from .path import direction, path_of
 MOST_LENGTHS = 40_000
 """So many lengths are looked at for all ranges of a file."""
 GRID, SWEEPS = 6, 2
+DEFAULT_SCALE = 200.0
 
 Screw = tuple[Vector3, Vector3]
 """Angular velocity, and the velocity of what is at the world's origin, a unit of speed."""
@@ -112,7 +113,8 @@ def with_found(robot: Robot, nodes: Mapping[str, Node]) -> Robot:
         else:
             if values.get("force", -1.0) < 0.0 and "acc0" not in values:
                 factor = factor or _Factor(robot, pose0)
-                values["acc0"] = factor.acceleration(pose0.moment(muscle, surfaces))
+                acc0 = factor.acceleration(pose0.moment(muscle, surfaces))
+                values |= _force(values.pop("scale", DEFAULT_SCALE), acc0)
             if not values.get("length_high", 0.0) > values.get("length_low", 0.0):
                 node = nodes.get(muscle.name)
                 lengths, left = _range_of(robot, muscle, surfaces, left)
@@ -124,6 +126,11 @@ def with_found(robot: Robot, nodes: Mapping[str, Node]) -> Robot:
         model = replace(muscle.model, parameters=tuple(values.items()))
         changed[muscle.name] = replace(muscle, model=model)
     return robot.with_muscles(changed.get(m.name, m) for m in robot.muscles)
+
+
+def _force(scale: float, acc0: float) -> dict[str, float]:
+    """The force that a scale means; MuJoCo's own words where nothing resists."""
+    return {"force": scale / acc0} if acc0 > 0.0 else {"scale": scale, "acc0": acc0}
 
 
 def _lacks(muscle: Muscle) -> bool:

@@ -12,13 +12,14 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from ...checks.check import check
 from ...errors import UnknownNameError
 from ...finding import Subject
-from ...model.joint import Joint
+from ...model.coupling import all_values
+from ...model.joint import Coordinate, Joint
 from ...model.muscle import CableSet
 from ...model.pose import Vector3
-from ...model.robot import WORLD, Link, Robot, TaskFrame, TaskSet
-from ..cardsflow_xml import MARKERS
+from ...model.robot import MARKERS, WORLD, Link, Robot, TaskFrame, TaskSet
 from ..distinct import distinct
 from ..extras import DEFAULT_SET
 from ..meshes import note_missing_meshes
@@ -80,6 +81,7 @@ def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     muscles = tuple(actuators.muscles(drives, joints))
     _note_left_out(document, bodies)
     note_missing_meshes(document.root, links)
+    wrapped = {wrap.surface for muscle in muscles for wrap in muscle.wraps}
     robot = Robot(
         document.root.subject.name,
         tuple(links),
@@ -88,10 +90,10 @@ def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
         DEFAULT_SET if muscles else "",
         tuple(_sites(document, bodies, tendons)),
         gravity=_gravity(document),
-        wrap_surfaces=tuple(tendons.surfaces.values()),
+        wrap_surfaces=tuple(s for name, s in tendons.surfaces.items() if name in wrapped),
     )
     robot = with_found(robot, actuators.nodes)
-    return replace(robot, joints=tuple(_started(document, robot.joints)))
+    return _with_followers(replace(robot, joints=tuple(_started(document, robot.joints))))
 
 
 def _gravity(document: Document) -> Vector3:
@@ -125,6 +127,19 @@ def _started(document: Document, joints: Sequence[Joint]) -> list[Joint]:
                 for joint in joints
             ]
     return list(joints)
+
+
+def _with_followers(robot: Robot) -> Robot:
+    """The robot with coordinates that follow others where these have them."""
+    if any(c.is_error for c in check(robot)):
+        return robot
+    at = all_values(robot, {c.name: c.initial for c in robot.coordinates})
+
+    def moved(c: Coordinate) -> Coordinate:
+        return replace(c, initial=at[c.name]) if c.coupling else c
+
+    joints = (replace(j, coordinates=tuple(map(moved, j.coordinates))) for j in robot.joints)
+    return replace(robot, joints=tuple(joints))
 
 
 def _sites(document: Document, bodies: Sequence[Body], tendons: TendonReader) -> list[TaskSet]:

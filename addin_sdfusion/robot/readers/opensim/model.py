@@ -14,9 +14,8 @@ from ...errors import UnknownNameError
 from ...finding import Subject
 from ...model.joint import Joint
 from ...model.muscle import CableSet, Muscle
-from ...model.robot import WORLD, Robot, TaskFrame, TaskSet
+from ...model.robot import MARKERS, WORLD, Robot, TaskFrame, TaskSet
 from ...model.transform import IDENTITY
-from ..cardsflow_xml import MARKERS
 from ..distinct import distinct
 from ..extras import DEFAULT_SET
 from ..meshes import note_missing_meshes

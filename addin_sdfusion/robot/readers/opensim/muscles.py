@@ -13,6 +13,7 @@ from ...writers.opensim.muscles import (
     CLASSES,
     MILLARDS_CURVES,
     PROPERTIES,
+    millards_stiffnesses,
     taken_by_opensim,
 )
 from ..xml import Node
@@ -83,9 +84,17 @@ def _parameters(node: Node) -> Iterator[tuple[str, float]]:
     law = {p.name: p.default for p in TENSION_LAWS[kind].parameters}
     complete = {name: values.get(name, default) for name, default in law.items()}
     known = {name: value for name, value in complete.items() if value is not None}
+    if kind == "hill_millard2012":
+        known |= _implied_stiffnesses(known)
     for name, value in taken_by_opensim(kind, known).items():
         if value != law[name]:
             yield name, value
+
+
+def _implied_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
+    """0 for the stiffnesses that follow from the strains: so they are ours, unless given."""
+    implied = millards_stiffnesses({**values, "passive_stiffness": 0.0, "tendon_stiffness": 0.0})
+    return {name: 0.0 for name, value in implied.items() if values[name] == value}
 
 
 def _given(node: Node, names: Mapping[str, str]) -> dict[str, float]:

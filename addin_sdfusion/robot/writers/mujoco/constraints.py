@@ -9,13 +9,15 @@ takes all of a velocity in one step, and gives back 1/(4 z²) of it at most.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
-from ...finding_builders import warning
+from ...finding_builders import error, warning
+from ...model.function import Function, Polynomial, taylor
 from ...model.robot import Robot
 from ..xml_text import element, numbers
+from .bodies import coordinate_order, movers
 
 STEP = 1e-3
 """In [s]: that of this project's plants. A joint passes a stop by what it moves in one."""
@@ -27,6 +29,7 @@ STOP = numbers((2.0 * STEP, 3.0))
 """The same of what pushes from one side and is not to throw back."""
 FULL = numbers((0.9999, 0.9999, 1e-3, 0.5, 2.0))
 """The share of a constraint, at the violation 0 and beyond: MuJoCo's largest."""
+QUARTIC = "MuJoCo couples a joint to one other, by a polynomial of degree 4 at most"
 NO_SLIP = {"noslip_iterations": "30", "noslip_tolerance": "1e-12"}
 """What takes from friction most of its softness: MuJoCo's own rest of it is 1e-6 rad/s."""
 
@@ -41,9 +44,18 @@ def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
     element(defaults, "joint", None, **stops, solreffriction=HARD, solimpfriction=FULL)
     element(defaults, "equality", solref=HARD, solimp=FULL)
     held = element(root, "equality")
-    for c in robot.coordinates:
-        if c.lower == c.upper:
-            element(held, "joint", joint1=c.name, polycoef=numbers((c.lower, 0, 0, 0, 0)))
+    order = coordinate_order(robot)
+    refs = {mover.name: mover.ref for mover in order}
+    for mover in order:
+        c = mover.coordinate
+        if not mover.is_home:
+            _follow(held, mover.name, c.name, _coefficients(mover.motion.function), refs)
+        elif c.coupling and not c.locked:
+            term = c.coupling[0]
+            _follow(held, c.name, term.coordinate, _coefficients(term.function), refs)
+        elif c.locked or c.lower == c.upper:
+            value = (c.initial if c.locked else c.lower) - mover.ref
+            element(held, "joint", joint1=c.name, polycoef=numbers((value, 0, 0, 0, 0)))
 
 
 def constraint_losses(robot: Robot) -> Iterator[Finding]:
@@ -61,6 +73,52 @@ def constraint_losses(robot: Robot) -> Iterator[Finding]:
             "1e-8 rad or m in a second"
         )
         yield warning(subject, "soft-friction", problem)
+
+
+def driven_losses(robot: Robot) -> Iterator[Finding]:
+    """Functions and couplings that MuJoCo's equalities cannot hold, and joints for them."""
+    for joint in robot.joints:
+        subject, made = Subject("joint", joint.name), movers(robot)[joint.name]
+        homes = {mover.coordinate.name for mover in made if mover.is_home}
+        for c in joint.coordinates:
+            if c.name not in homes:
+                problem = f"no motion of MuJoCo's is its coordinate {c.name!r} itself; write sdf"
+                yield error(subject, "driven-joint", problem)
+            functions = [term.function for term in c.coupling]
+            if len(functions) > 1 or not all(map(_is_held, functions)):
+                yield error(Subject("coordinate", c.name), "driven-joint", f"{QUARTIC}; write sdf")
+        follow = [mover for mover in made if mover.name and not mover.is_home]
+        if not all(_is_held(mover.motion.function) for mover in follow):
+            yield error(subject, "driven-joint", f"{QUARTIC}; write sdf")
+        elif follow:
+            names = ", ".join(repr(mover.name) for mover in follow)
+            problem = f"motions that follow a coordinate are joints of their own there: {names}"
+            yield warning(subject, "motion-as-joint", problem)
+    if any(c.coupling or c.locked for c in robot.all_coordinates):
+        problem = "MuJoCo's equalities give way: what follows a joint, or is held, does so softly"
+        yield warning(Subject("robot", robot.name), "soft-equalities", problem)
+
+
+def _is_held(function: Function) -> bool:
+    return isinstance(function, Polynomial) and len(function.coefficients) <= 5
+
+
+def _coefficients(function: Function) -> tuple[float, ...]:
+    given = function.coefficients if isinstance(function, Polynomial) else ()
+    return (*given, *(0.0,) * (5 - len(given)))
+
+
+def _follow(
+    held: ElementTree.Element,
+    name: str,
+    leader: str,
+    powers: tuple[float, ...],
+    refs: Mapping[str, float],
+) -> None:
+    """q1 - ref1 = the polynomial of q2 in powers of q2 - ref2."""
+    shifted = taylor(powers, refs[leader]) if refs[leader] else powers
+    values = (shifted[0] - refs[name], *shifted[1:])
+    element(held, "joint", joint1=name, joint2=leader, polycoef=numbers(values))
 
 
 def _rubbing(robot: Robot) -> bool:

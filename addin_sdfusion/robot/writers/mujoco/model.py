@@ -2,8 +2,9 @@
 
 Links are bodies with their own frames, coordinates are hinges and slides: a body with several of
 them moves as a joint of several motions does. Muscles are spatial tendons through a site at every
-via point (`<muscle>:<index>`) and over wrap geoms; each has a motor with gear -1, so that a control
-is a tension in [N], in the order of the muscles. Motors of the joints follow. Task frames are
+via point (`<muscle>:<index>`) and over wrap geoms, or fixed ones; MuJoCo's own muscles and springs
+are themselves, each other one has a motor with gear -1, so that a control is a tension in [N], in
+the order of the muscles. Motors of the joints follow. Task frames are
 sites. The keyframe `initial` has the initial values. Equal limits become an equality constraint;
 stops and friction are as hard as MuJoCo can be.
 
@@ -19,12 +20,12 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
+from ...model.coupling import all_values
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
 from ..common_losses import (
     cables,
     coordinate_forces,
-    driven_joints,
     ellipsoids,
     link_ends,
     loops,
@@ -34,15 +35,17 @@ from ..common_losses import (
     other_sets,
     refuse,
     task_axes,
+    with_markers,
 )
 from ..file_names import write_document
 from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
 from .bodies import add_body, coordinate_order, depth_losses
-from .constraints import add_constraints, constraint_losses
+from .constraints import add_constraints, constraint_losses, driven_losses
 from .inertia import inertia_losses
 from .meshes import add_meshes, add_shapes, mesh_losses
-from .tendons import add_tendons, add_wrap_geoms, wrap_losses
+from .muscles import LAWS, MUSCLE, SPRING, muscle_words
+from .tendons import RULE, add_tendons, add_wrap_geoms, wrap_losses
 
 MeshFiles = Mapping[str, str | Path]
 
@@ -60,7 +63,7 @@ def write_mjcf(
             meshes at once and fails without: those that are not here are left out.
     """
     return write_document(
-        robot, folder, name, "xml", lambda valid: _mjcf(valid, dict(meshes or {}))
+        robot, folder, name, "xml", lambda valid: _mjcf(with_markers(valid), dict(meshes or {}))
     )
 
 
@@ -71,8 +74,10 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
         robot: A valid robot.
         meshes: As for `write_mjcf`.
     """
+    tasks = list(task_axes(robot, "MJCF"))
+    robot = with_markers(robot)
     return [
-        *driven_joints(robot, "MJCF"),
+        *driven_losses(robot),
         *loops(robot, "MJCF"),
         *coordinate_forces(robot, "MJCF", armature=True),
         *depth_losses(robot),
@@ -81,13 +86,14 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
         *_order(robot),
         *_equal_forces(robot),
         *motor_bounds(robot, "MJCF"),
-        *muscle_paths(robot, "MJCF"),
+        *muscle_paths(robot, "MJCF", ("branches", "terms"), ("taut", RULE)),
+        *_terms(robot),
         *ellipsoids(robot, "MJCF"),
         *wrap_losses(robot),
         *ends_inside(robot, "MuJoCo"),
         *mesh_losses(robot, meshes or {}),
-        *cables(robot, "MJCF"),
-        *task_axes(robot, "MJCF"),
+        *cables(robot, "MJCF", LAWS),
+        *tasks,
         *link_ends(robot, "MJCF"),
         *other_sets(robot, "MJCF"),
         *names(robot, "MJCF", robot.joints),
@@ -95,8 +101,8 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
 
 
 def _order(robot: Robot) -> Iterator[Finding]:
-    order = coordinate_order(robot)
-    if order != list(robot.coordinates):
+    order = [mover.coordinate for mover in coordinate_order(robot) if mover.is_home]
+    if order != list(robot.all_coordinates):
         names = ", ".join(coordinate.name for coordinate in order)
         problem = f"MuJoCo's order of the coordinates is another: {names}"
         yield warning(Subject("robot", robot.name), "coordinate-order", problem)
@@ -104,13 +110,24 @@ def _order(robot: Robot) -> Iterator[Finding]:
 
 def _equal_forces(robot: Robot) -> Iterator[Finding]:
     for muscle in robot.muscles:
-        if muscle.f_min == muscle.f_max:
+        if muscle.model.kind in LAWS:
+            if muscle.f_min > 0.0 or muscle.f_max < math.inf:
+                problem = "MuJoCo's muscles have no bounds of their force; f_min and f_max left out"
+                yield warning(Subject("muscle", muscle.name), "force-limits-left-out", problem)
+        elif muscle.f_min == muscle.f_max:
             problem = f"MuJoCo has no equal limits of a control; command {muscle.f_min!r} N"
             yield warning(Subject("muscle", muscle.name), "force-limits-left-out", problem)
     for motor in robot.motors:
         if motor.tau_min == motor.tau_max:
             problem = f"MuJoCo has no equal limits of a control; command {motor.tau_min!r}"
             yield warning(Subject("coordinate", motor.name), "force-limits-left-out", problem)
+
+
+def _terms(robot: Robot) -> Iterator[Finding]:
+    for muscle in robot.muscles:
+        if muscle.terms and muscle.via_points:
+            problem = "MuJoCo's tendons have a path, or lengths in proportion to joints; left out"
+            yield warning(Subject("muscle", muscle.name), "terms-left-out", problem)
 
 
 def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
@@ -143,8 +160,13 @@ def _actuators(robot: Robot, root: ElementTree.Element) -> None:
     node = element(root, "actuator")
     names = Names()
     for muscle in robot.muscles:
-        limits = _control_range(muscle.f_min, muscle.f_max)
+        if muscle.model.kind == SPRING:
+            continue
         name = names.give(muscle.name)
+        if muscle.model.kind == MUSCLE:
+            element(node, "general", None, name=name, tendon=muscle.name, **muscle_words(muscle))
+            continue
+        limits = _control_range(muscle.f_min, muscle.f_max)
         element(node, "motor", None, name=name, tendon=muscle.name, gear="-1", **limits)
     for c in robot.motors:
         limits = _control_range(c.tau_min, c.tau_max)
@@ -158,6 +180,10 @@ def _control_range(low: float, high: float) -> dict[str, str]:
 
 
 def _initial(robot: Robot, root: ElementTree.Element) -> None:
-    values = [coordinate.initial for coordinate in coordinate_order(robot)]
+    known = all_values(robot, {c.name: c.initial for c in robot.coordinates})
+    values = []
+    for mover in coordinate_order(robot):
+        q = known[mover.coordinate.name]
+        values.append(q if mover.is_home else mover.motion.way(q))
     if values:
         element(element(root, "keyframe"), "key", name="initial", qpos=numbers(values))

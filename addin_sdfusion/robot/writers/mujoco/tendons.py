@@ -15,9 +15,11 @@ from ...transforms.joint_chains import Names
 from ..wrap_side import side_direction
 from ..xml_text import element, numbers
 from .bodies import placement
+from .muscles import SPRING, spring_words
 
 DRAWN_LENGTH = 20.0
 """Length at which a cylinder without ends is drawn, as a multiple of its radius."""
+RULE = "mujoco"
 SIDE_DISTANCE = 1.5
 """How far from the axis the site of a chosen side is, as a multiple of the radius."""
 WRAP_GROUP = "3"
@@ -50,14 +52,27 @@ def add_tendons(robot: Robot, root: ElementTree.Element, bodies: Bodies, sites: 
     """Add a spatial tendon for every muscle, and the sites that it passes through."""
     tendons = element(root, "tendon")
     for muscle in robot.muscles:
-        tendon = element(tendons, "spatial", name=muscle.name)
+        words = spring_words(muscle) if muscle.model.kind == SPRING else {}
+        if not muscle.via_points:
+            _add_fixed(tendons, muscle, words)
+            continue
+        tendon = element(tendons, "spatial", None, name=muscle.name, **words)
         wraps = _written_wraps(robot, muscle)
+        pulleys = {branch.point: branch.divisor for branch in muscle.branches}
         for k, point in enumerate(muscle.via_points):
+            if k in pulleys:
+                element(tendon, "pulley", divisor=numbers([pulleys[k]]))
             site = sites.give(f"{muscle.name}:{k}")
             element(bodies[point.link], "site", name=site, pos=numbers(point.position))
             element(tendon, "site", site=site)
             if k in wraps:
                 _add_wrap(robot, muscle, wraps[k], tendon, bodies, sites)
+
+
+def _add_fixed(tendons: ElementTree.Element, muscle: Muscle, words: dict[str, str]) -> None:
+    tendon = element(tendons, "fixed", None, name=muscle.name, **words)
+    for term in muscle.terms:
+        element(tendon, "joint", joint=term.coordinate, coef=numbers([term.factor]))
 
 
 def wrap_losses(robot: Robot) -> Iterator[Finding]:
@@ -108,7 +123,11 @@ def _add_wrap(
 ) -> None:
     surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
     side = {}
-    if wrap.side or wrap.inside:
+    if wrap.side_point is not None:
+        side = {"sidesite": sites.give(f"{muscle.name}:{wrap.segment}:side")}
+        link, at = wrap.side_point.link, wrap.side_point.position
+        element(bodies[link], "site", name=side["sidesite"], pos=numbers(at))
+    elif wrap.side or wrap.inside:
         x, y, z = (0.0, 0.0, 0.0) if wrap.inside else side_direction(robot, muscle, wrap)
         distance = SIDE_DISTANCE * surface.radius
         place = apply(surface.pose, (distance * x, distance * y, distance * z))

@@ -1,23 +1,19 @@
-"""Links and joints in OpenSim: bodies in their own frames, pins, sliders and welds."""
+"""Links in OpenSim: bodies in their own frames."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ...model.joint import Coordinate, Motion
-from ...model.pose import IDENTITY, Pose, Vector3
-from ...model.robot import WORLD, Inertia, Link, Mesh
-from ...model.rotations import Matrix3, cross, multiply, normalized, rotation, rpy, transpose
-from ...transforms.joint_chains import SingleJoint
+from ...model.pose import IDENTITY, Vector3
+from ...model.robot import WORLD, Inertia, Link, Mesh, Robot
+from ...model.rotations import Matrix3, rotation, rpy, transpose
 from ..xml_text import element, numbers
 from .names import GROUND
 
 LEAST_MASS = 1e-12
 """In [kg]: OpenSim takes away the inertia of a body without mass, and refuses two such in a row."""
-JOINTS = {"rotation": "PinJoint", "translation": "SliderJoint"}
 
 
 def objects(parent: ElementTree.Element, tag: str, name: str) -> ElementTree.Element:
@@ -44,10 +40,25 @@ def placement(parent: ElementTree.Element, tags: tuple[str, str], p: Vector3, R:
     element(parent, tags[1], numbers((0.0 - a, 0.0 - b, 0.0 - c)))
 
 
+def standing_links(robot: Robot) -> set[str]:
+    """The links that are fixed to the world; OpenSim takes them without mass."""
+    standing = {WORLD}
+    for joint in robot.joints:  # parents first
+        if joint.parent in standing and not joint.motions:
+            standing.add(joint.child)
+    return standing
+
+
 def add_body(
-    bodies: ElementTree.Element, link: Link, files: Mapping[str, str | Path]
+    bodies: ElementTree.Element, link: Link, files: Mapping[str, str | Path], least: float
 ) -> ElementTree.Element:
     """Add a link.
+
+    Args:
+        bodies: Where to.
+        link: The link.
+        files: The file of each mesh by its uri.
+        least: The least mass that it gets, in [kg].
 
     Returns:
         Its body.
@@ -63,64 +74,13 @@ def add_body(
         element(frame, "socket_parent", "..")
         tags = ("translation", "orientation")
         placement(frame, tags, mesh.pose.position, rotation(mesh.pose.rpy))
-    _add_mass(node, link.inertia)
+    _add_mass(node, link.inertia, least)
     return node
 
 
 def add_massless(bodies: ElementTree.Element, name: str) -> None:
     """Add a body between the single joints of a chain."""
-    _add_mass(element(bodies, "Body", name=name), Inertia(0.0))
-
-
-def add_joint(joints: ElementTree.Element, single: SingleJoint) -> None:
-    """Add a single joint; a pin turns about the z axis, a slider moves along the x axis."""
-    motion = single.motion
-    node = element(joints, "WeldJoint" if motion is None else JOINTS[motion.kind], name=single.name)
-    element(node, "socket_parent_frame", "parent_offset")
-    element(node, "socket_child_frame", "child_offset")
-    if single.coordinate is not None:
-        _add_coordinate(element(node, "coordinates"), single.coordinate)
-    frames = element(node, "frames")
-    for name, link, pose in (
-        ("parent_offset", single.parent, single.T_parent_joint),
-        ("child_offset", single.child, single.T_child_joint),
-    ):
-        _add_frame(frames, name, link, pose, motion)
-
-
-def _add_frame(
-    frames: ElementTree.Element, name: str, link: str, pose: Pose, motion: Motion | None
-) -> None:
-    R = rotation(pose.rpy)
-    if motion is not None:
-        R = multiply(R, _axes_of(motion))
-    frame = element(frames, "PhysicalOffsetFrame", name=name)
-    element(frame, "socket_parent", frame_path(link))
-    placement(frame, ("translation", "orientation"), pose.position, R)
-
-
-def _axes_of(motion: Motion) -> Matrix3:
-    """Axes of a pin or slider in the joint frame, column by column."""
-    a = normalized(motion.axis)
-    least = min(range(3), key=lambda i: abs(a[i]))
-    other: Vector3 = (float(least == 0), float(least == 1), float(least == 2))
-    b = normalized(cross(a, other))
-    c = cross(a, b)
-    return transpose((b, c, a) if motion.kind == "rotation" else (a, b, c))
-
-
-def _add_coordinate(parent: ElementTree.Element, c: Coordinate) -> None:
-    node = element(parent, "Coordinate", name=c.name)
-    locked = c.lower == c.upper
-    element(node, "default_value", c.lower if locked else c.initial)
-    element(node, "range", numbers((c.lower, c.upper)))
-    limited = math.isfinite(c.lower) or math.isfinite(c.upper)
-    element(node, "clamped", _word(limited and c.lower <= c.initial <= c.upper))
-    element(node, "locked", _word(locked))
-
-
-def _word(value: bool) -> str:
-    return "true" if value else "false"
+    _add_mass(element(bodies, "Body", name=name), Inertia(0.0), LEAST_MASS)
 
 
 def _add_meshes(
@@ -140,8 +100,8 @@ def _add_meshes(
         element(node, "mesh_file", str(files.get(mesh.uri, mesh.uri)))
 
 
-def _add_mass(body: ElementTree.Element, inertia: Inertia) -> None:
+def _add_mass(body: ElementTree.Element, inertia: Inertia, least: float) -> None:
     i = inertia
-    element(body, "mass", max(i.mass, LEAST_MASS))
+    element(body, "mass", max(i.mass, least))
     element(body, "mass_center", numbers(i.com))
     element(body, "inertia", numbers((i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)))

@@ -1,8 +1,7 @@
 """Writer of OpenSim 4 models.
 
-Links are bodies with their own frames, coordinates belong to pins and sliders: joints of one degree
-of freedom in offset frames are the ones that keep every axis and pose exactly. A joint of several
-motions becomes a chain, see `joint_chains`, with 1e-12 kg for each link in between. Muscles are
+Links are bodies with their own frames; their joints are CustomJoints, see `joints`, which keep
+every axis and pose exactly, and a link in between has 1e-12 kg. Couplings are couplers. Muscles are
 PathActuators through every via point and over wrap objects; their controls are tensions in [N].
 Muscles of Hill's type and ligaments are OpenSim's own.
 Joints have motors (`<coordinate>_motor`) and dampers with springs (`<coordinate>_damping`)
@@ -19,12 +18,10 @@ from pathlib import Path
 from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...model.robot import WORLD, Robot
-from ...transforms.joint_chains import Names, single_joints
+from ...transforms.joint_chains import Names
 from ..common_losses import (
     cables,
-    chained_joints,
     coordinate_forces,
-    driven_joints,
     link_ends,
     loops,
     motor_bounds,
@@ -33,14 +30,18 @@ from ..common_losses import (
     other_sets,
     refuse,
     task_axes,
+    with_markers,
 )
 from ..file_names import write_document
 from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
-from .bodies import LEAST_MASS, add_body, add_joint, add_massless, frame_path, objects
-from .forces import ENDLESS, add_joint_forces, add_muscle, add_surfaces, surface_names
+from .bodies import LEAST_MASS, add_body, frame_path, objects, standing_links
+from .forces import add_joint_forces, add_muscle
+from .joints import add_couplers, add_joints, custom_axes, joint_losses
 from .muscles import CLASSES, law_losses
 from .names import GROUND, renamed, with_legal_names
+from .points import point_losses, ranges_of_points
+from .wraps import RULE, add_surfaces, wrap_losses, wrap_names
 
 VERSION = "40000"
 """Of the file format; OpenSim 4.0 and all that follow it read this one."""
@@ -59,39 +60,44 @@ def write_osim(
         name: How the file is called; the robot's name if None.
         meshes: The file of each mesh by its uri; the uri itself where there is none.
     """
-    return write_document(
-        robot, folder, name, "osim", lambda valid: _osim(with_legal_names(valid), meshes or {})
-    )
+
+    def text(valid: Robot) -> str:
+        return _osim(with_legal_names(with_markers(valid)), meshes or {})
+
+    return write_document(robot, folder, name, "osim", text)
 
 
 def osim_losses(robot: Robot) -> list[Finding]:
     """What OpenSim cannot hold of a valid robot; errors where it is not written."""
+    tasks = list(task_axes(robot, "OpenSim"))
+    robot = with_markers(robot)
     return [
         *renamed(robot),
-        *driven_joints(robot, "OpenSim"),
+        *joint_losses(robot),
         *loops(robot, "OpenSim"),
-        *coordinate_forces(robot, "OpenSim"),
-        *chained_joints(robot, "OpenSim"),
+        *coordinate_forces(robot, "OpenSim", limit_force=True),
         *_masses(robot),
         *_limits(robot),
         *_friction(robot),
         *motor_bounds(robot, "OpenSim"),
-        *muscle_paths(robot, "OpenSim"),
-        *_wraps(robot),
+        *muscle_paths(robot, "OpenSim", ("conditions", "moves"), ("taut", RULE)),
+        *point_losses(robot),
+        *wrap_losses(robot),
         *ends_inside(robot, "OpenSim"),
         *_meshes(robot),
         *cables(robot, "OpenSim", CLASSES),
         *law_losses(robot),
-        *task_axes(robot, "OpenSim"),
+        *tasks,
         *link_ends(robot, "OpenSim"),
         *other_sets(robot, "OpenSim"),
-        *names(robot, "OpenSim", (joint for joint in robot.joints if joint.motions)),
+        *names(robot, "OpenSim", (joint for joint in robot.joints if custom_axes(joint) is None)),
     ]
 
 
 def _masses(robot: Robot) -> Iterator[Finding]:
+    standing = standing_links(robot)
     for link in robot.links:
-        if link.inertia.mass < LEAST_MASS:
+        if link.inertia.mass < LEAST_MASS and link.name not in standing:
             problem = f"OpenSim needs masses; it gets {LEAST_MASS!r} kg"
             yield warning(Subject("link", link.name), "mass-increased", problem)
 
@@ -109,42 +115,6 @@ def _friction(robot: Robot) -> Iterator[Finding]:
             yield warning(Subject("coordinate", c.name), "friction-left-out", problem)
 
 
-def _wraps(robot: Robot) -> Iterator[Finding]:
-    for surface in robot.wrap_surfaces:
-        if surface.shape == "cylinder" and surface.length > ENDLESS:
-            problem = f"cylinder {surface.name!r} ends in OpenSim: it is {ENDLESS!r} m long"
-            yield warning(Subject("robot", robot.name), "cylinder-has-ends", problem)
-    cylinders = {s.name for s in robot.wrap_surfaces if s.shape == "cylinder"}
-    for muscle in robot.muscles:
-        subject = Subject("muscle", muscle.name)
-        outer = [wrap for wrap in muscle.wraps if not wrap.inside]
-        over = [repr(wrap.surface) for wrap in outer if wrap.surface in cylinders]
-        if over:
-            problem = (
-                f"OpenSim approximates paths over cylinders, mostly to 1e-4 m and their moment "
-                f"arms to 1e-2 m, and does not taper their ends: {', '.join(over)}"
-            )
-            yield warning(subject, "wrap-approximated", problem)
-        if len({wrap.segment for wrap in outer}) < len(outer):
-            problem = "OpenSim approximates paths over several surfaces in one segment"
-            yield warning(subject, "wrap-approximated", problem)
-        for wrap in muscle.wraps:
-            if wrap.inside:
-                problem = f"OpenSim has no path inside {wrap.surface!r}; this wrap is left out"
-                yield warning(subject, "wrap-left-out", problem)
-            elif wrap.turns:
-                problem = (
-                    f"OpenSim has no whole turns; {wrap.turns} about {wrap.surface!r} left out"
-                )
-                yield warning(subject, "turns-left-out", problem)
-            elif wrap.side:
-                problem = (
-                    f"a half of {wrap.surface!r} marks the side on which it passes; it is "
-                    "chosen for the initial coordinates"
-                )
-                yield warning(subject, "side-by-place", problem)
-
-
 def _meshes(robot: Robot) -> Iterator[Finding]:
     for link in robot.links:
         if any(mesh.name for mesh in link.meshes):
@@ -156,22 +126,22 @@ def _meshes(robot: Robot) -> Iterator[Finding]:
 
 
 def _osim(robot: Robot, meshes: MeshFiles) -> str:
-    refuse(driven_joints(robot, "OpenSim"), "osim")
+    refuse(joint_losses(robot), "osim")
     root = element(None, "OpenSimDocument", Version=VERSION)
     model = element(root, "Model", name=robot.name)
     element(model, "gravity", numbers(robot.gravity))
     bodies = {WORLD: element(model, "Ground", name=GROUND)}
     body_set = objects(model, "BodySet", "bodyset")
+    standing = standing_links(robot)
     for link in robot.links:
-        bodies[link.name] = add_body(body_set, link, meshes)
+        least = 0.0 if link.name in standing else LEAST_MASS
+        bodies[link.name] = add_body(body_set, link, meshes, least)
     joint_set = objects(model, "JointSet", "jointset")
-    for single in single_joints(robot):
-        if single.child not in bodies:
-            add_massless(body_set, single.child)
-        add_joint(joint_set, single)
+    add_joints(joint_set, body_set, robot, ranges_of_points(robot))
+    add_couplers(model, robot)
     add_surfaces(robot, bodies)
     forces = objects(model, "ForceSet", "forceset")
-    surfaces = surface_names(robot)
+    surfaces = wrap_names(robot)
     for muscle in robot.muscles:
         add_muscle(forces, muscle, surfaces)
     add_joint_forces(forces, robot, Names(muscle.name for muscle in robot.muscles))

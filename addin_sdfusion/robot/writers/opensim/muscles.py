@@ -128,7 +128,7 @@ def force_element(forces: ElementTree.Element, muscle: Muscle) -> ElementTree.El
         element(node, "ignore_tendon_compliance", "true" if rigid else "false")
     _properties(node, PROPERTIES[kind], values)
     if kind == "hill_millard2012":
-        values |= _millards_stiffnesses(values)
+        values |= millards_stiffnesses(values)
         for curve, names in MILLARDS_CURVES.items():
             _properties(element(node, curve, name=curve), names, values)
     return node
@@ -174,8 +174,11 @@ def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
     return values
 
 
-def _millards_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
-    """Those that are 0 follow from the strains: OpenSim wants all numbers of a curve, or none."""
+def millards_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
+    """The slopes at F0; where they are 0 they follow from the strains.
+
+    OpenSim wants all numbers of a curve, or none.
+    """
     strain = values["passive_fibre_strain"] - values["passive_zero_strain"]
     return {
         "passive_stiffness": values["passive_stiffness"] or 2.0 / strain,

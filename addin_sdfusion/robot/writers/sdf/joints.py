@@ -87,16 +87,6 @@ def needs_words(joint: Joint) -> bool:
     )
 
 
-def home(joint: Joint, coordinate: int) -> int:
-    """The motion whose axis tells a coordinate's limits and damping: the first in its unit."""
-    moved = [
-        (motion.unit != joint.coordinates[coordinate].unit, place)
-        for place, motion in enumerate(joint.motions)
-        if motion.coordinate == coordinate and not motion.is_fixed
-    ]
-    return min(moved)[1]
-
-
 def has_one_effort(coordinate: Coordinate) -> bool:
     """Whether SDF's effort says it all: a motor that turns either way with the same torque."""
     return coordinate.tau_min == -coordinate.tau_max and coordinate.tau_max >= 0.0
@@ -129,7 +119,7 @@ def _type(motions: tuple[Motion, ...]) -> str:
 def _told(joint: Joint, place: int) -> Coordinate:
     """What the axis of a motion tells: its coordinate, or nothing where another one's does."""
     own = joint.motions[place].coordinate
-    tells = not joint.motions[place].is_fixed and home(joint, own) == place
+    tells = not joint.motions[place].is_fixed and joint.home(own) == place
     return joint.coordinates[own] if tells else Coordinate("")
 
 

@@ -32,7 +32,7 @@ from ...model.robot import Link, Robot
 from ..cardsflow_xml import end_effector_element, muscle_element, wrap_elements
 from ..functions import function_element
 from ..xml_text import document, element, numbers
-from .joints import has_one_effort, home, needs_words, sdf_joints
+from .joints import has_one_effort, needs_words, sdf_joints
 from .names import mesh_names
 
 PLUGIN = {"filename": "libcardsflow_gazebo_plugin.so", "name": "cardsflow_gazebo_plugin"}
@@ -109,7 +109,7 @@ def _joint(
 ) -> None:
     node = element(plugin, "joint", name=joint.name)
     for i, coordinate in enumerate(joint.coordinates):
-        place = home(joint, i)
+        place = joint.home(i)
         words = {"joint": movers[place], "motion": str(place)}
         if springs and (coordinate.stiffness or coordinate.rest):
             words["spring"] = numbers([coordinate.stiffness, coordinate.rest])

@@ -27,6 +27,8 @@ enum {
 };
 
 static const real TOE_FORCE = 0.33, TOE_SHAPE = 3;
+/* In optimal lengths: OpenSim bounds fibres by their pennation only. Above 0, as it is divided by. */
+static const real SHORTEST = 1e-6;
 
 static real thelen_active(const real *k, real x, real *slope)
 {
@@ -104,7 +106,7 @@ static const char *thelen_refusal(const void *parameters)
 static void thelen_prepare(const void *parameters, real *k)
 {
     const thelen_parameters *p = parameters;
-    hill_prepare(parameters, 0.01, 1.4706289056333368, 0, 0, k);
+    hill_prepare(parameters, SHORTEST, 1.4706289056333368, 0, 0, k);
     k[THELEN_ACTIVE_SHAPE] = p->active_shape, k[THELEN_PASSIVE_SHAPE] = p->passive_shape;
     k[THELEN_PASSIVE_STRAIN] = p->passive_fibre_strain, k[THELEN_CONCENTRIC_SHAPE] = p->concentric_shape;
     const real most = p->eccentric_force, bent = p->linear_from * most;

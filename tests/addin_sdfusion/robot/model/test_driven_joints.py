@@ -14,7 +14,6 @@ from addin_sdfusion.robot import (
     PiecewiseLinear,
     Polynomial,
     Robot,
-    RobotError,
     SimmSpline,
     Term,
     check,
@@ -23,8 +22,6 @@ from addin_sdfusion.robot import (
 )
 from addin_sdfusion.robot.model.coupling import all_values
 from addin_sdfusion.robot.model.function import derivatives, scaled, value
-from addin_sdfusion.robot.writers.opensim.model import write_osim
-from addin_sdfusion.robot.writers.urdf import write_urdf
 
 
 @pytest.mark.parametrize(
@@ -64,12 +61,6 @@ def test_the_own_files_hold_all(tmp_path: Path):
     assert not [finding for finding in check(leg()) if finding.is_error]
     write_sdf(leg(), tmp_path)
     assert read_robot(tmp_path) == leg()
-
-
-@pytest.mark.parametrize("write", [write_osim, write_urdf])
-def test_what_other_files_do_not_hold_is_refused(tmp_path: Path, write):
-    with pytest.raises(RobotError, match="knee"):
-        write(leg(), tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 from support.models_of_others import INCLUDED, MJCF, OPTIONS
@@ -108,11 +109,28 @@ def _same_parameters(robot: Robot, reference: dict[str, Any]) -> None:
     assert [m.name for m in robot.muscles] == [a["name"] for a in reference["actuators"]]
     for muscle, actuator in zip(robot.muscles, reference["actuators"], strict=True):
         values = law_parameters(muscle.model)
-        own = [values[name] for name in ("range_low", "range_high", "force", "scale", "lmin",
-                                         "lmax", "vmax", "fpmax", "fvmax")]  # fmt: skip
-        assert own == actuator["gainprm"][:9]
+        own = [values[name] for name in ("range_low", "range_high", "lmin", "lmax", "vmax", "fpmax",
+                                         "fvmax")]  # fmt: skip
+        assert own == [*actuator["gainprm"][:2], *actuator["gainprm"][4:9]]
+        force, scale = actuator["gainprm"][2:4]
+        force = force if force > 0.0 else scale / actuator["acc0"]
+        assert values["force"] == pytest.approx(force, rel=1e-13)
         exact = robot.name != "tendon-muscle-finger"
         lengths = (values["length_low"], values["length_high"])
         assert lengths == pytest.approx(actuator["lengthrange"], rel=1e-15 if exact else 0.01)
-        if values["force"] < 0.0:
-            assert values["acc0"] == pytest.approx(actuator["acc0"], rel=1e-13)
+
+
+def test_bodies_are_in_mujocos_order(tmp_path: Path) -> None:
+    """The children of a body come before the next body: the keyframe's values are in that order."""
+
+    def body(name: str, inner: str = "") -> str:
+        inertial = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+        return f'<body name="{name}"><joint name="{name}"/>{inertial}{inner}</body>'
+
+    bodies = body("a", f"<frame>{body('b')}</frame>" + body("c", body("d"))) + body("e")
+    key = '<keyframe><key name="initial" qpos="0.1 0.2 0.3 0.4 0.5"/></keyframe>'
+    file = tmp_path / "arm.xml"
+    file.write_text(f"<mujoco><worldbody>{bodies}</worldbody>{key}</mujoco>")
+    robot, model = read(file).require(), mujoco.MjModel.from_xml_path(str(file))
+    assert [c.name for c in robot.coordinates] == [model.joint(k).name for k in range(5)]
+    assert [c.initial for c in robot.coordinates] == model.key_qpos[0].tolist()

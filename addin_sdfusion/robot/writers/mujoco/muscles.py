@@ -1,0 +1,44 @@
+"""Tension laws in MJCF: MuJoCo's muscle, and springs of tendons."""
+
+from __future__ import annotations
+
+from ...model.muscle import Muscle
+from ...model.tension_laws import law_parameters
+from ..xml_text import numbers
+
+MUSCLE = "mujoco_muscle"
+SPRING = "tendon_spring"
+LAWS = (MUSCLE, SPRING)
+_SHARED = ("lmin", "lmax", "vmax", "fpmax", "fvmax")
+
+
+def muscle_words(muscle: Muscle) -> dict[str, str]:
+    """The attributes of MuJoCo's muscle; where `force` is negative MuJoCo finds the force again."""
+    p = law_parameters(muscle.model)
+    shared = [p[name] for name in _SHARED]
+    gain = [p["range_low"], p["range_high"], p["force"], p["scale"], *shared]
+    bias = list(gain)
+    if p["passive_range_low"] or p["passive_range_high"]:
+        bias[:2] = p["passive_range_low"], p["passive_range_high"]
+    if p["passive_lmax"]:
+        bias[5] = p["passive_lmax"]
+    times = ("activation_time_constant", "deactivation_time_constant", "activation_width")
+    kinds = {f"{what}type": "muscle" for what in ("dyn", "gain", "bias")}
+    return kinds | {
+        "dynprm": numbers(p[name] for name in times),
+        "gainprm": numbers(gain),
+        "biasprm": numbers(bias),
+        "lengthrange": numbers((p["length_low"], p["length_high"])),
+        "ctrllimited": "true",
+        "ctrlrange": numbers((p["control_low"], p["control_high"])),
+    }
+
+
+def spring_words(muscle: Muscle) -> dict[str, str]:
+    """The attributes of a tendon that is a spring."""
+    p = law_parameters(muscle.model)
+    return {
+        "stiffness": numbers([p["stiffness"]]),
+        "damping": numbers([p["damping"]]),
+        "springlength": numbers((p["rest_low"], p["rest_high"])),
+    }
