@@ -124,7 +124,7 @@ def _of_other_programs(
         Muscle("at side", _way(rng, names), 0.0, 9.0, wraps=(at_side,)),
         Muscle("by MuJoCo", _way(rng, names), 0.0, 9.0, wraps=(Wrap("rod", 1, rule="mujoco"),)),
         Muscle("by OpenSim", _way(rng, names), 0.0, 9.0,
-               wraps=(in_half, Wrap("egg", 1, rule="opensim"))),
+               wraps=(in_half, Wrap("egg", 0, rule="opensim"))),
     )  # fmt: skip
 
 
