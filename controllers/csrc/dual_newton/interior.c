@@ -252,7 +252,7 @@ int interior_point(dual_newton *s)
         if (step > 0.5 && is_found(s, TOLERANCE)) return DUAL_NEWTON_SOLVED;
         if (!is_soft && is_near(s, product)) return DUAL_NEWTON_SOLVED;
     }
-    if (is_soft) return DUAL_NEWTON_NOT_CONVERGED;
+    if (is_soft) return settle_here(s, TOLERANCE) ? DUAL_NEWTON_SOLVED : DUAL_NEWTON_NOT_CONVERGED;
     return is_found(s, LAST_TOLERANCE) || settle_here(s, LAST_TOLERANCE) ? DUAL_NEWTON_SOLVED
                                                                          : DUAL_NEWTON_NOT_CONVERGED;
 }
