@@ -120,7 +120,8 @@ def _findings(result: ExperimentRunData) -> dict[str, Any]:
     recording = Recording(result.names, result.rows, result.units, ticks, [], STARTED)
     summary = summarize(experiment, recording, Speed(0.0, 0.0), "fmu")
     counts = ("infeasible_ticks", "not_converged_ticks", "ticks")
-    return {key: summary[key] for key in ("tracking", "forces", *counts, "slack", "warnings")}
+    found = ("tracking", "forces", *counts, "slack", "contact_friction", "warnings")
+    return {key: summary[key] for key in found if key in summary}
 
 
 def read_results(path: Path) -> RunData:
@@ -145,6 +146,8 @@ def read_results(path: Path) -> RunData:
     else:
         table = folder / TABLE
         names, rows = read_csv(table, complete=complete)
+    if names[:1] != ("time",):
+        raise InputError("its first column is not 'time', as it is of every run", file=table)
     if not complete and len(rows):
         summary["duration"] = float(rows[-1, 0])  # not known to a run that was killed
     times = np.empty((0, 2))

@@ -1,6 +1,9 @@
-"""Results for tests, without a simulation."""
+"""Results and recordings for tests, without a simulation."""
 
 from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,3 +32,40 @@ def with_columns(result: SystemResult, more: dict[str, np.ndarray]) -> SystemRes
     """The same result with more columns."""
     rows = np.column_stack([result.rows, *more.values()])
     return SystemResult((*result.names, *more), rows, result.units, result.summary)
+
+
+COUNT = 60
+"""Messages of each publisher in `bag`."""
+
+
+def state(k: int, names: tuple[str, ...], begin: int = 1_700_000_000) -> Any:
+    """A message at 1 kHz."""
+    from rosbags.typesys import Stores, get_typestore
+
+    types = get_typestore(Stores.ROS2_JAZZY).types
+    time = types["builtin_interfaces/msg/Time"](sec=begin, nanosec=k * 1_000_000)
+    return types["sensor_msgs/msg/JointState"](
+        header=types["std_msgs/msg/Header"](stamp=time, frame_id=""),
+        name=list(names),
+        position=np.sin(0.01 * k + np.arange(len(names))),
+        velocity=np.cos(0.01 * k + np.arange(len(names))),
+        effort=np.zeros(0),
+    )
+
+
+def bag(folder: Path, *publishers: tuple[str, tuple[str, ...]], mcap: bool = True) -> Path:
+    """A folder of rosbag2, written by rosbags: topics and the joints that they name."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store, kind = get_typestore(Stores.ROS2_JAZZY), "sensor_msgs/msg/JointState"
+    plugin = StoragePlugin.MCAP if mcap else StoragePlugin.SQLITE3
+    with Writer(folder, version=9, storage_plugin=plugin) as writer:
+        topics = {
+            t: writer.add_connection(t, kind, typestore=store) for t, _ in dict(publishers).items()
+        }
+        for k in range(COUNT):
+            for topic, names in publishers:
+                content = store.serialize_cdr(state(k, names), kind)
+                writer.write(topics[topic], 1_700_000_000_000_000_000 + k, content)
+    return folder

@@ -6,6 +6,7 @@ import math
 import os
 import re
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.designs.design_strategies import forward
+from support.designs.step_hands import JOINTS, MUSCLES, TURNS, write_hands
 
 from addin_sdfusion.robot import InputError, RobotError, read_robot
 from addin_sdfusion.robot.model.transform import IDENTITY
@@ -24,23 +26,6 @@ from cardsflow_fmu.cad.step_process import design_of_step
 from cardsflow_fmu.cli.main import main
 
 pytestmark = [pytest.mark.slow, pytest.mark.extra("cad")]
-
-TURNS = {
-    "hand": ((100.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-    "twin": ((-100.0, 50.0, 0.0), (0.4, -1.1, 2.0)),
-    "index": ((10.0, 0.0, 30.0), (0.5, 0.0, 0.0)),
-    "thumb": ((0.0, 5.0, 30.0), (0.3, -0.7, 0.2)),
-    "foot": ((0.0, 0.0, -50.0), (0.0, 0.0, 0.0)),
-}
-"""Translation in [mm] and rotation vector of every place."""
-
-
-def location(place: str) -> Any:
-    t, turn = TURNS[place]
-    gp = kernel("gp")
-    trsf, x = gp.gp_Trsf(), Rotation.from_rotvec(turn).as_quat()
-    trsf.SetTransformation(gp.gp_Quaternion(*map(float, x)), gp.gp_Vec(*t))
-    return kernel("TopLoc").TopLoc_Location(trsf)
 
 
 def matrix(*places: str) -> Any:
@@ -54,54 +39,11 @@ def matrix(*places: str) -> Any:
     return T
 
 
-def text(name: str) -> Any:
-    return kernel("TCollection").TCollection_ExtendedString(name, True)
-
-
 @pytest.fixture(scope="module")
 def step(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two hands of a palm and two fingers each, one product a part, and a foot that is a palm."""
-    document = kernel("TDocStd").TDocStd_Document(text("XDE"))
-    tools = kernel("XCAFDoc").XCAFDoc_DocumentTool
-    shapes, colors = tools.ShapeTool_s(document.Main()), tools.ColorTool_s(document.Main())
-    make = kernel("BRepPrimAPI")
-
-    def named(label: Any, name: str) -> Any:
-        kernel("TDataStd").TDataStd_Name.Set_s(label, text(name))
-        return label
-
-    root, hand = named(shapes.NewShape(), "robot"), named(shapes.NewShape(), "händ")
-    palm = named(shapes.AddShape(make.BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape(), False), "palm")
-    finger = make.BRepPrimAPI_MakeCylinder(5.0, 40.0).Shape()
-    finger = named(shapes.AddShape(finger, False), "finger")
-    colour = kernel("Quantity")
-    red = colour.Quantity_Color(1.0, 0.5, 0.0, colour.Quantity_TypeOfColor.Quantity_TOC_sRGB)
-    colors.SetColor(finger, red, kernel("XCAFDoc").XCAFDoc_ColorType.XCAFDoc_ColorSurf)
-    shapes.AddComponent(hand, palm, kernel("TopLoc").TopLoc_Location())
-    for place in ("index", "thumb"):
-        named(shapes.AddComponent(hand, finger, location(place)), place)
-    for place in ("hand", "twin"):
-        shapes.AddComponent(root, hand, location(place))
-    shapes.AddComponent(root, palm, location("foot"))
-    shapes.UpdateAssemblies()
-    writer = kernel("STEPCAFControl").STEPCAFControl_Writer()
-    writer.Transfer(document, kernel("STEPControl").STEPControl_StepModelType.STEPControl_AsIs)
     file = tmp_path_factory.mktemp("step") / "robot.step"
-    writer.Write(str(file))
+    write_hands(file)
     return file
-
-
-JOINTS = """name,type,parent,child,x [mm],y [mm],z [mm],axis x,axis y,axis z,lower,upper,damping
-base,fixed,world,palm:1,,,,,,,,,
-wrist,revolute,palm:1,händ,10,0,5,0,1,0,-90 deg,90 deg,0.1
-curl,revolute,händ:1+palm:1,händ:1+finger:1,0,0,0,1,0,0,,,
-slip,slider,palm:1,händ_2,,,,0,0,1,-5 mm,5 mm,
-"""
-MUSCLES = """role,name,number,link,x [mm],y [mm],z [mm],f_min,f_max
-via,m,0,palm,0,0,0,5,50
-via,m,1,finger,110,0,40,,
-task,tip,,finger,120,0,60,,
-"""
 
 
 @pytest.fixture
@@ -251,6 +193,11 @@ def test_what_is_wrong_is_one_line(
     wrong = [f for f in caught.value.findings if f.is_error]
     assert {(f.file, f.line) for f in wrong} >= {(tables.muscles, 3), (tables.muscles, 4)}
     assert not (tmp_path / "no").exists()
+
+
+def test_a_mass_beyond_all_numbers_is_refused(step: Path, tables: Tables) -> None:
+    with pytest.raises(InputError, match="makes a mass of"):
+        step_design(step, replace(tables, density=1e308), ExportSettings())
 
 
 def test_settings_choose_the_links(step: Path, tables: Tables) -> None:

@@ -50,6 +50,7 @@ def test_a_folder_gives_back_what_was_run(finished: tuple[Path, Result]) -> None
         (EXPERIMENT, b"no zip", "is no archive of an experiment"),
         ("results.csv", b"time,q\n0.0,x\n", "is no table of results"),
         ("results.csv", b"time,q\n0.0,1.0\n0.1\n", "is no table of results"),
+        ("results.csv", b"t,q\n0.0,1.0\n", "first column is not 'time'"),
         ("results.csv", b"\xff\xfe", "is no table of results"),
         ("summary.json", None, r"summary\.json: cannot be read"),
         ("summary.json", b"{", "is no JSON"),

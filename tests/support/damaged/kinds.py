@@ -5,9 +5,12 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import os
 import random
 import shutil
+import signal
 import struct
+import traceback
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
@@ -18,7 +21,15 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import CardsflowError, read_robot, write_sdf
+from addin_sdfusion.robot import (
+    CardsflowError,
+    InputError,
+    Trajectory,
+    TrajectoryPoint,
+    read_robot,
+    write_caspr,
+    write_sdf,
+)
 from addin_sdfusion.robot.writers.urdf import write_urdf
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.experiment import Experiment
@@ -29,9 +40,13 @@ from cardsflow_fmu.simulation.run import run
 from cardsflow_fmu.studies.execution import run_store
 from cardsflow_fmu.studies.execution.run_store import RunStore
 
-from ..robots.robots import EXAMPLES, PLANAR_2R
+from ..models_of_others import INCLUDED, MJCF, OPTIONS, OSIM
+from ..recorded import waving
+from ..robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 from .mutations import damage_file, damaged_words
 
+SECONDS = 10.0
+"""Processor time that a file may take."""
 SHORT = {"run.duration": 0.03, "run.step": 0.01, "controller.period": 0.01}
 
 
@@ -209,6 +224,45 @@ def _hull(folder: Path) -> None:
             convex_hull(file)
 
 
+def _search(folder: Path) -> None:
+    experiment(folder / "planar_2r")
+    text = (EXAMPLES / "design_study/attachments.toml").read_text()
+    (folder / "study.toml").write_text(text.replace("../planar_2r", "planar_2r"))
+
+
+def _read_search(folder: Path) -> None:
+    from cardsflow_fmu.studies.definition.study import Study
+
+    with contextlib.suppress(InputError):
+        Study.load(folder / "study.toml")
+
+
+def _killed(folder: Path) -> None:
+    """What a run leaves that was killed."""
+    from cardsflow_fmu.results.journal import STARTED
+
+    _results(folder)
+    summary = json.loads((folder / "summary.json").read_text())
+    summary |= {"status": "incomplete", "error": str(STARTED)}
+    (folder / "summary.json").write_text(json.dumps(summary))
+    table = (folder / "results.csv").read_bytes()
+    (folder / "results.csv").write_bytes(table[: 2 * len(table) // 3])
+
+
+def _gltf(folder: Path) -> None:
+    """Two files: positions and indices are beside the scene."""
+    import trimesh
+
+    _mesh(".glb")(folder)
+    (folder / "meshes/pad.glb").unlink()
+    robot = folder / "model.sdf"
+    robot.write_text(robot.read_text().replace("pad.glb", "pad.gltf"))
+    scene = trimesh.Scene(trimesh.creation.box((0.1, 0.1, 0.1)))
+    files = trimesh.exchange.gltf.export_gltf(scene)
+    for name, content in files.items():
+        (folder / "meshes" / name.replace("model.gltf", "pad.gltf")).write_bytes(content)
+
+
 def _study_folder(folder: Path) -> None:
     from ..small_studies import KP, run_here, small_study, write_study
 
@@ -263,10 +317,120 @@ def _urdf(folder: Path) -> None:
     write_urdf(read_robot(PLANAR_2R / "robot"), folder)
 
 
+def _osim(folder: Path) -> None:
+    (folder / "leg.osim").write_text(OSIM)
+
+
+def _mjcf(folder: Path) -> None:
+    """A model of three files."""
+    for name, text in (("model", MJCF), ("arm", INCLUDED), ("options", OPTIONS)):
+        (folder / f"{name}.xml").write_text(text)
+
+
+def _motion_of_joints(folder: Path, name: str) -> None:
+    """An experiment that follows joint states recorded, of the names' order."""
+    experiment(folder)
+    text = (EXAMPLES / "recorded_motion/experiment.toml").read_text()
+    text = text.replace("../planar_2r/", "").replace("motion.csv", name)
+    (folder / "experiment.toml").write_text(text)
+
+
+def _mcap(folder: Path) -> None:
+    from cardsflow_fmu.ros.recording import write_recording
+
+    _motion_of_joints(folder, "run.mcap")
+    write_recording(waving(planar_2r(), 0.3), folder / "run.mcap")
+
+
+def _bag(folder: Path) -> None:
+    """SQLite's and its metadata."""
+    from ..recorded import bag
+
+    _motion_of_joints(folder, "bag")
+    bag(folder / "bag", ("/joint_states", ("joint_1", "joint_2")), mcap=False)
+
+
+def _trajectories(folder: Path) -> None:
+    """CASPR's of all kinds, and one of them followed."""
+    experiment(folder)
+    rest = (0.0, 0.0)
+    samples = tuple(TrajectoryPoint(0.1 * k, (0.1, 0.02 * k), rest, rest) for k in range(9))
+    blend = (TrajectoryPoint(0.0, rest), TrajectoryPoint(2.0, (0.1, 0.2), blend_time=0.5))
+    ends = (TrajectoryPoint(0.0, rest, rest, rest), TrajectoryPoint(2.0, (0.1, 0.2), rest, rest))
+    kinds = [("samples", samples), ("parabolic_blend", blend), ("quintic", ends)]
+    trajectories = [Trajectory(kind, kind, points, 0.1) for kind, points in kinds]
+    write_caspr(planar_2r(), folder / "robot", trajectories=trajectories)
+    for name in ("samples", "parabolic_blend"):
+        text = f'[robot]\npath = "robot"\n[reference]\ntrajectory = "{name}"\n[controller]\n'
+        (folder / f"{name}.toml").write_text(text + 'type = "joint_space"\nkp = 100.0\nkd = 10.0\n')
+
+
+def _world(folder: Path) -> None:
+    experiment(folder, '\n[world]\nsdf = "world.sdf"\n')
+    (folder / "world.sdf").write_text(_SDF_WORLD)
+
+
+_SDF_WORLD = """<sdf version="1.9"><world name="w"><gravity>0 0 -9.8</gravity>
+<model name="ground"><static>true</static><link name="l"><collision name="c"><geometry>
+<plane><normal>0 0 1</normal><size>9 9</size></plane></geometry><surface><friction><ode><mu>0.7</mu>
+</ode></friction></surface></collision></link></model>
+<model name="box"><static>1</static><pose relative_to="p">5 2 3 0.1 0.2 0.3</pose><frame name="f"/>
+<link name="l"><pose>1 0 0 0 0 0</pose><collision name="c"><pose relative_to="l">0 0 1 0 0 0</pose>
+<geometry><box><size>0.1 0.2 0.3</size></box></geometry></collision><collision name="d"><geometry>
+<cylinder><radius>0.1</radius><length>1</length></cylinder></geometry></collision></link></model>
+<frame name="p"><pose>1 2 3 0 0 1</pose></frame>
+<model name="ball"><link name="l"><collision name="c"><geometry><sphere><radius>0.1</radius>
+</sphere></geometry></collision></link></model></world></sdf>
+"""
+
+
+def _step(folder: Path) -> None:
+    from ..designs.step_hands import JOINTS, MATERIALS, MUSCLES, write_hands
+
+    write_hands(folder / "hands.step")
+    for name, text in (("joints", JOINTS), ("muscles", MUSCLES), ("materials", MATERIALS)):
+        (folder / f"{name}.csv").write_text(text, encoding="utf-8")
+
+
+def _read_step(folder: Path) -> None:
+    """As the process does that reads it, in a child: the kernel crashes on some.
+
+    Raises:
+        AssertionError: The child has a fault of its own, or takes too long.
+    """
+    from addin_sdfusion.settings import ExportSettings
+    from cardsflow_fmu.cad.kernel import kernel
+    from cardsflow_fmu.cad.step_design import Tables, step_design
+
+    for module in ("STEPCAFControl", "XCAFDoc", "BRepMesh", "BRepGProp"):
+        kernel(module)  # once, before there are children
+    tables = Tables(*(folder / f"{name}.csv" for name in ("joints", "muscles", "materials")))
+    child = os.fork()
+    if child == 0:
+        signal.setitimer(signal.ITIMER_PROF, SECONDS)
+        code = 3
+        try:
+            step_design(folder / "hands.step", tables, ExportSettings())
+            code = 0
+        except InputError as error:
+            code = 0 if len(str(error).splitlines()) == 1 else 4
+        except BaseException:
+            (folder.parent / "trace.txt").write_text(traceback.format_exc())
+        os._exit(code)
+    status = os.waitpid(child, 0)[1]
+    ended = os.WTERMSIG(status) if os.WIFSIGNALED(status) else None
+    assert ended != signal.SIGPROF, "takes too long"
+    trace = folder.parent / "trace.txt"
+    assert ended is not None or status == 0, trace.read_text() if trace.exists() else status
+
+
 def _snapshot(folder: Path) -> None:
     shutil.copy(EXAMPLES / "from_cad/two_link_arm.json", folder / "design.json")
 
 
+_TO_RUN = ("convert", ".", "--to", "run.mcap")
+_TO_MOTION = ("--to", "motion_of.csv")
+_TABLES = ("--joints", "joints.csv", "--muscles", "muscles.csv", "--materials", "materials.csv")
 _CHECK = ("check", "experiment.toml")
 _ROBOT = [
     ("check", "."),
@@ -291,7 +455,7 @@ KINDS: dict[str, Kind] = {
     "recording": Kind(
         _recording,
         "hardware.rec",
-        [("replay-hardware", "hardware.rec", *_PLAY)],
+        [("replay-hardware", "hardware.rec", *_PLAY), ("convert", "hardware.rec", *_TO_RUN[2:])],
         _damage_recording,
     ),
     "stl": Kind(_mesh(".stl"), "meshes/*", _MESH),
@@ -307,6 +471,23 @@ KINDS: dict[str, Kind] = {
     "urdf": Kind(_urdf, "*.urdf", _ROBOT),
     "cardsflow": Kind(_robot("hill_arm"), "*.*", _ROBOT),
     "caspr": Kind(_robot("planar_2r"), "*.*", _ROBOT),
+    "osim": Kind(_osim, "leg.osim", [*_ROBOT, ("convert", ".", "--to", "sdf", "-o", "x")]),
+    "mjcf": Kind(_mjcf, "*.xml", [*_ROBOT, ("convert", "model.xml", "--to", "sdf", "-o", "x")]),
+    "trajectories": Kind(
+        _trajectories,
+        "robot/*traj*",
+        [("check", "samples.toml"), ("check", "parabolic_blend.toml")],
+    ),
+    "world": Kind(_world, "world.sdf", [_CHECK]),
+    "mcap": Kind(_mcap, "run.mcap", [_CHECK, ("convert", "run.mcap", *_TO_MOTION)]),
+    "bag": Kind(_bag, "bag/*", [_CHECK, ("convert", "bag", *_TO_MOTION)]),
+    "gltf": Kind(_gltf, "meshes/*", _MESH),
+    "search": Kind(_search, "study.toml", [_read_search]),
+    "killed run": Kind(_killed, "*.*", [("compare", ".", "."), _TO_RUN]),
+    "figures": Kind(_results, "*.*", [("plot", "."), ("report", ".")]),
+    "step": Kind(_step, "*.step", [_read_step]),
+    "step tables": Kind(_step, "*.csv", [_read_step]),
+    "step command": Kind(_step, "*.*", [("import-cad", "hands.step", "x", *_TABLES)]),
     "snapshot": Kind(_snapshot, "design.json", [_EXPORT]),
 }
 

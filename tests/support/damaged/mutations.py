@@ -7,7 +7,9 @@ import copy
 import io
 import random
 import re
+import warnings
 import zipfile
+import zlib
 from pathlib import Path, PurePath
 from xml.etree import ElementTree
 
@@ -36,9 +38,23 @@ WORDS += [
 WORDS += ['"../../x"', '"/dev/zero"', '"é\\n"', "1979-05-27", "[" * 3000, '{"a":' * 3000, "time"]
 INTEGERS = [b"\0", b"\xff", b"\x7f", b"\x80", b"\0" * 4, b"\xff" * 4, b"\xff\xff\xff\x7f"]
 INTEGERS += [b"\0\0\0\x80", b"\0" * 8, b"\xff" * 8, b"\xff" * 7 + b"\x7f", b"\0\0\0\0\0\0\xf0\x7f"]
-XML = (".xml", ".sdf", ".dae", ".ssd", ".ssv", ".ssm")
-TEXT = (".toml", ".json", ".csv", ".obj", ".off", ".gltf", ".traj", ".txt", ".config")
+XML = (".xml", ".sdf", ".urdf", ".osim", ".dae", ".ssd", ".ssv", ".ssm")
+TEXT = (
+    ".toml",
+    ".json",
+    ".csv",
+    ".obj",
+    ".off",
+    ".gltf",
+    ".traj",
+    ".txt",
+    ".config",
+    ".step",
+    ".yaml",
+)
 ARCHIVES = (".fmu", ".ssp", ".npz", ".zip")
+UNREADABLE = (zipfile.BadZipFile, zlib.error, ValueError, RuntimeError, OSError, EOFError)
+"""What zipfile raises of archives that are damaged already."""
 _WORD = re.compile(rb'"[^"\n]*"|[-+]?\d[\d.eE+-]*|[A-Za-z_][\w.]*|[^\s\w]')
 
 
@@ -134,7 +150,8 @@ def damaged_archive(rng: random.Random, data: bytes) -> bytes:
         else:
             members.pop(k)
     memory = io.BytesIO()
-    with zipfile.ZipFile(memory, "w") as archive:
+    with zipfile.ZipFile(memory, "w") as archive, warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # about two members of one name
         for name, content in members:
             archive.writestr(zipfile.ZipInfo(name), content)
     return memory.getvalue()
@@ -144,7 +161,7 @@ def damaged(rng: random.Random, name: str, data: bytes) -> bytes:
     """The content of a file with defects of its type, or of any."""
     suffix, chance = PurePath(name).suffix.lower(), rng.random()
     if suffix in ARCHIVES and chance < 0.8:
-        with contextlib.suppress(zipfile.BadZipFile):
+        with contextlib.suppress(*UNREADABLE):
             return damaged_archive(rng, data)
     if suffix in XML and chance < 0.5:
         with contextlib.suppress(ElementTree.ParseError):  # of what is damaged already

@@ -16,9 +16,8 @@ import sys
 import traceback
 from pathlib import Path
 
-from .kinds import KINDS, Kind, command
+from .kinds import KINDS, SECONDS, Kind, command
 
-SECONDS = 10.0
 MEMORY = 2**30
 LINE = 4000
 NEVER = ("internal error", "Traceback", "Warning:")
