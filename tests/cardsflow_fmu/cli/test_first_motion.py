@@ -69,7 +69,6 @@ def assert_tracks(summary: dict) -> None:
     assert summary["tracking"]["max"] < 1e-3
 
 
-@pytest.mark.native
 def test_limits_that_the_file_lacks_are_suggested(tmp_path: Path, cardsflow: CommandLine) -> None:
     summary, err = started(arm(*strands(ABOVE)), tmp_path, cardsflow)
     assert_tracks(summary)
@@ -79,7 +78,6 @@ def test_limits_that_the_file_lacks_are_suggested(tmp_path: Path, cardsflow: Com
     assert f"it is set to {f_max:g} N" in err
 
 
-@pytest.mark.native
 @pytest.mark.parametrize(("apart", "meets"), [(0.01, False), (0.002, True)])
 def test_motions_keep_muscles_apart_or_say_where_they_meet(
     apart: float, meets: bool, tmp_path: Path
@@ -98,7 +96,6 @@ def test_motions_keep_muscles_apart_or_say_where_they_meet(
     assert tomllib.loads(starter.file.read_text())["muscles"].keys() == {"*"}
 
 
-@pytest.mark.native
 def test_a_hanging_link_is_moved_where_its_one_muscle_can_hold_it(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -114,7 +111,6 @@ def test_a_hanging_link_is_moved_where_its_one_muscle_can_hold_it(
     assert float(dynamics.gravity(q)[0] * -dynamics.muscle_jacobian(q)[0, 0]) > 0.0
 
 
-@pytest.mark.native
 def test_what_no_muscle_moves_is_locked_and_told(tmp_path: Path, cardsflow: CommandLine) -> None:
     summary, err = started(two_links(*strands(ABOVE, BELOW)), tmp_path, cardsflow)
     assert_tracks(summary)
@@ -125,7 +121,6 @@ def test_what_no_muscle_moves_is_locked_and_told(tmp_path: Path, cardsflow: Comm
     assert list(summary["tracking"]["per_signal"]) == ["q.q"]
 
 
-@pytest.mark.native
 def test_what_is_locked_may_be_left_to_a_spring_as_the_comments_say(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -151,7 +146,6 @@ def test_what_is_locked_may_be_left_to_a_spring_as_the_comments_say(
 
 
 @pytest.mark.slow
-@pytest.mark.native
 def test_limits_and_forces_leave_room_all_along(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = arm(*strands(ABOVE, BELOW, f_max=60.0))
     near = replace(robot.joints[0].coordinates[0], lower=0.0, upper=0.05)
@@ -187,7 +181,6 @@ def test_a_robot_that_nothing_holds_is_refused_in_words(
     assert not (tmp_path / "experiment.toml").exists()
 
 
-@pytest.mark.native
 @pytest.mark.parametrize(
     ("length", "mass"), [(1e-3, 1e-3), (1e-2, 1.0), (10.0, 1e3)], ids=["mm", "cm", "10 m"]
 )
@@ -228,7 +221,6 @@ def test_massless_motions_are_locked(tmp_path: Path, cardsflow: CommandLine) -> 
     assert "it moves no mass" in err
 
 
-@pytest.mark.native
 @pytest.mark.parametrize(
     "name", ["cardsflow/shoulder_testbed", "cardsflow/theClaw", "caspr/CAREX", "caspr/BMArm"]
 )
@@ -242,7 +234,6 @@ def test_published_robots_track(
     assert_tracks(json.loads(out))
 
 
-@pytest.mark.native
 def test_a_motor_drives_what_no_muscle_moves(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = two_links(*strands(ABOVE, BELOW))
     motor = Coordinate("wrist", actuated=True, tau_min=-20.0, tau_max=20.0)

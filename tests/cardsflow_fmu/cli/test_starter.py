@@ -29,7 +29,6 @@ ROBOTS = sorted(folder / "robot" for folder in EXAMPLES.iterdir() if (folder / "
 VALID = Draft202012Validator(schema())
 
 
-@pytest.mark.native
 @pytest.mark.parametrize("robot", few(ROBOTS, 2), ids=lambda robot: robot.parent.name)
 def test_a_first_experiment_runs_as_it_is(robot: Path, tmp_path: Path) -> None:
     file = init(robot, tmp_path / "arm/experiment.toml").file

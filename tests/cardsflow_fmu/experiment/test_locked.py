@@ -42,7 +42,6 @@ def locked(
     return Experiment.load(file, settings)
 
 
-@pytest.mark.native
 @pytest.mark.parametrize(
     ("through", "engine"),
     [("direct", "core"), ("direct", "dart"), ("fmu", "auto"), ("native", "auto")],

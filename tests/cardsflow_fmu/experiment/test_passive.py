@@ -86,7 +86,6 @@ def test_forces_make_the_acceleration_of_what_is_driven() -> None:
         assert solution.slack[1] == 0.0
 
 
-@pytest.mark.native
 @pytest.mark.parametrize(
     ("through", "engine"), [("direct", "dart"), ("native", "auto"), ("fmu", "auto")]
 )

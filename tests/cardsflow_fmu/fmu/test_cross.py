@@ -34,15 +34,20 @@ needs_compiler = pytest.mark.skipif(
 @needs_compiler
 @pytest.mark.parametrize("platform", MAGIC)
 def test_compiles(platform: str, tmp_path: Path) -> None:
-    """The same input gives the same bytes."""
+    library = cross.compile_for(platform, tmp_path).read_bytes()
+    assert library.startswith(MAGIC[platform])
+    for name in (b"fmi2DoStep", b"fmi2Instantiate", b"cardsflow_worker_run"):
+        assert name in library
+
+
+@pytest.mark.cross
+@needs_compiler
+def test_the_same_sources_give_the_same_bytes(tmp_path: Path) -> None:
     folders = [tmp_path / name for name in ("one", "two")]
     for folder in folders:
         folder.mkdir()
-    one, two = (cross.compile_for(platform, folder).read_bytes() for folder in folders)
+    one, two = (cross.compile_for("x86_64-linux", folder).read_bytes() for folder in folders)
     assert one == two
-    assert one.startswith(MAGIC[platform])
-    for name in (b"fmi2DoStep", b"fmi2Instantiate", b"cardsflow_worker_run"):
-        assert name in one
 
 
 def test_own_platform_needs_no_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,8 +29,6 @@ from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.signals.ports import SOLVE_TIME
 from cardsflow_fmu.simulation.build import build
 
-pytestmark = pytest.mark.native
-
 PLANAR = EXAMPLES / "planar_2r"
 
 

@@ -137,7 +137,6 @@ def test_same_input_same_bytes(
         assert digests[0] == digests[1], name
 
 
-@pytest.mark.native
 def test_trajectories_are_those_of_plain_python(example: Path, version: Version) -> None:
     fmi, arrays = version
     experiment = Experiment.load(example, SHORT)
@@ -147,7 +146,6 @@ def test_trajectories_are_those_of_plain_python(example: Path, version: Version)
     assert (result.rows == plain.rows).all()
 
 
-@pytest.mark.native
 def test_fmpy_simulates_them(example: Path, files: Mapping[str, Path], version: Version) -> None:
     """FMPy alone, without anything of ours on its side: the plant falls under held forces."""
     experiment = Experiment.load(example, SHORT)

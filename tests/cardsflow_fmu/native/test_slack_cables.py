@@ -19,7 +19,8 @@ from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics
 
-pytestmark = pytest.mark.native
+KINDS = [pytest.param(True, marks=pytest.mark.native), False]
+"""Whether native: sanitizers see nothing new in FMUs that start Python."""
 
 H = 1e-3
 PULLS = {
@@ -71,7 +72,7 @@ def closed_form(experiment: Experiment) -> FloatArray:
 
 
 @pytest.mark.parametrize("version", few(["3.0", "2.0"]))
-@pytest.mark.parametrize("native", [True, False])
+@pytest.mark.parametrize("native", KINDS)
 @pytest.mark.parametrize("pull", PULLS)
 def test_a_cable_at_no_force_pulls(
     pull: str, native: bool, version: FmiVersion, tmp_path: Path
@@ -108,7 +109,7 @@ def test_commands_start_as_those_before_the_first_tick(example: str, tmp_path: P
     assert {float(tables[0][port.name]) for port in commands} == {port.start for port in commands}
 
 
-@pytest.mark.parametrize("native", [True, False])
+@pytest.mark.parametrize("native", KINDS)
 def test_a_cable_below_no_force_is_slack(native: bool, tmp_path: Path) -> None:
     """However little below, and whatever others do."""
     experiment = Experiment.load(PLANAR_2R)
