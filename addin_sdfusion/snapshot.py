@@ -119,11 +119,13 @@ class OccurrenceSnapshot:
         path: Its full path; unique.
         parent: Path of the occurrence that holds it.
         component: Name of its component.
-        grounded: Whether it is fixed to the occurrence, or the root, that holds it.
+        grounded: Whether the user has fixed it to the occurrence, or the root, that holds it.
         visible: Whether it is shown.
         referenced: Whether the component lives in another document.
         mass: Mass properties with everything below it, which honour a mass that the user has set
             for the component; None where there are none.
+        ground_to_parent: Whether it is fixed likewise, perhaps by the CAD system itself, as Fusion
+            does to a design's first component: it yields to others of its tree that are fixed.
     """
 
     path: str
@@ -133,6 +135,12 @@ class OccurrenceSnapshot:
     visible: bool = True
     referenced: bool = False
     mass: MassSnapshot | None = None
+    ground_to_parent: bool = False
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether it is fixed to what holds it."""
+        return self.grounded or self.ground_to_parent
 
 
 @dataclass(frozen=True, slots=True)

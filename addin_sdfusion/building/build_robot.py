@@ -24,7 +24,7 @@ from .design_checks import (
     up_hint,
 )
 from .joints.couplings import coupled
-from .joints.edges import Edges, find_edges, grounded_links
+from .joints.edges import Edges, find_edges, grounded_links, pinned_links
 from .links.links import PREFIX, Links, find_links, is_link_group
 from .links.mass_properties import link_inertia
 from .links.masses import Masses, weigh
@@ -169,8 +169,9 @@ class _Building:
         snapshot, links = self._snapshot, self._links
         held = [e for e in edges.held if all(link in links.names for link in e.links)]
         grounded = [n for n in grounded_links(snapshot, links) if n in links.names]
+        pinned = pinned_links(snapshot, links)
         settings, name = snapshot.settings, snapshot.name
-        return find_tree(links.names, edges.joints, held, grounded, settings, name)
+        return find_tree(links.names, edges.joints, held, grounded, pinned, settings, name)
 
     def _muscles(self, table: MuscleTable) -> RobotMuscles:
         groups = self._snapshot.groups

@@ -155,7 +155,8 @@ class _Reading:
         subject, attempt = occurrence.subject, self._notes.attempt
         native = occurrence.native
         component = attempt(subject, "component", name_of, occurrence.component)
-        grounded = attempt(subject, "grounding", _is_grounded, native)
+        grounded = attempt(subject, "grounding", lambda: native.isGrounded)
+        to_parent = optional(lambda: native.isGroundToParent)  # since May 2024
         visible = attempt(subject, "visibility", lambda: bool(native.isVisible))
         referenced = attempt(subject, "reference", lambda: bool(native.isReferencedComponent))
         masses = self._masses
@@ -168,6 +169,7 @@ class _Reading:
             visible is not False,
             bool(referenced),
             mass,
+            bool(to_parent),
         )
 
     def _named(
@@ -235,11 +237,6 @@ class _Reading:
 
 
 _INTENTS: dict[Any, DesignIntent] = {0: "part", 1: "assembly", 2: "hybrid"}  # DesignIntentTypes
-
-
-def _is_grounded(occurrence: Any) -> bool:
-    """Whether an occurrence is pinned or, since May 2024, grounded to the one that holds it."""
-    return bool(occurrence.isGrounded or optional(lambda: occurrence.isGroundToParent))
 
 
 def _in_order(found: Iterable[Named]) -> tuple[Named, ...]:

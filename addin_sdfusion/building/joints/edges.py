@@ -98,11 +98,18 @@ def grounded_links(snapshot: DesignSnapshot, links: Links) -> tuple[str, ...]:
     return in_name_order({of[path] for path in (ROOT, *grounded_paths(snapshot)) if path in of})
 
 
+def pinned_links(snapshot: DesignSnapshot, links: Links) -> set[str]:
+    """Those of them that the user has fixed, not perhaps the CAD system by itself."""
+    pinned = {o.path for o in snapshot.occurrences if o.grounded} & grounded_paths(snapshot)
+    of = links.of_occurrence
+    return {of[path] for path in (ROOT, *pinned) if path in of}
+
+
 def grounded_paths(snapshot: DesignSnapshot) -> set[str]:
     """Occurrences that are grounded, and whatever holds them as well, up to the root."""
     grounded = {ROOT}
     for o in sorted(snapshot.occurrences, key=lambda o: len(o.path)):  # what holds others first
-        if o.grounded and o.parent in grounded:
+        if o.is_fixed and o.parent in grounded:
             grounded.add(o.path)
     return grounded - {ROOT}
 
@@ -184,7 +191,7 @@ def _held(snapshot: DesignSnapshot, links: Links) -> list[Edge]:
     pairs = {
         (of[o.path], of[o.parent])
         for o in snapshot.occurrences
-        if o.grounded and o.path in of and o.parent in of and of[o.path] != of[o.parent]
+        if o.is_fixed and o.path in of and o.parent in of and of[o.path] != of[o.parent]
     }
     edges = [Edge(f"{above}_{link}", link, above, symmetric=True) for link, above in pairs]
     return sorted(edges, key=edge_key)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -54,6 +54,7 @@ def find_tree(
     edges: Sequence[Edge],
     held: Sequence[Edge],
     grounded: Sequence[str],
+    pinned: Collection[str],
     settings: ExportSettings,
     design: str,
 ) -> Tree:
@@ -64,12 +65,13 @@ def find_tree(
         edges: What connects them, in order.
         held: What keeps links together where nothing else connects them, in order.
         grounded: Links that are fixed to the root.
+        pinned: Those of them that the user has fixed, not perhaps the CAD system by itself.
         settings: Which base was chosen, and whether it floats.
         design: Name of the design.
     """
     if not names:
         return Tree((), (), ())
-    return _Search(names, edges, held, grounded, settings, design).tree()
+    return _Search(names, edges, held, grounded, pinned, settings, design).tree()
 
 
 class _Search:
@@ -79,6 +81,7 @@ class _Search:
         edges: Sequence[Edge],
         held: Sequence[Edge],
         grounded: Sequence[str],
+        pinned: Collection[str],
         settings: ExportSettings,
         design: str,
     ) -> None:
@@ -91,12 +94,18 @@ class _Search:
         self._world = [edge for edge in edges if len(edge.links) == 1]
         self._between = self._without_double_welds(names, edges, held)
         self._above: dict[str, Branch] = {}
-        self._grounded = grounded
+        self._grounded = self._without_silent(grounded, pinned)
         if settings.base and not self._base:
             problem = f"{unknown('link', settings.base, names)}; choose the base again in Export"
             self._findings.append(error(Subject("design", design), "unknown-base", problem))
         self._roots = find_roots(
-            self._parts, self._between, self._world, grounded, self._bodies, settings, design
+            self._parts,
+            self._between,
+            self._world,
+            self._grounded,
+            self._bodies,
+            settings,
+            design,
         )
         self._findings += self._roots.findings
 
@@ -127,6 +136,21 @@ class _Search:
                 kept.append(edge)
         self._parts = [in_name_order(part) for part in parts.groups()]
         return sorted(kept, key=edge_key)
+
+    def _without_silent(self, grounded: Sequence[str], pinned: Collection[str]) -> list[str]:
+        """What is fixed to the root, without what yields to joints and to what the user fixed."""
+        kept: list[str] = []
+        jointed = {edge.links[0] for edge in self._world}
+        for part in self._parts:
+            firm = [link for link in part if link in pinned or link in jointed]
+            bodies = {self._bodies.find(link) for link in firm}
+            for link in (link for link in grounded if link in part):
+                same = self._bodies.find(link) in bodies and link not in jointed
+                if not firm or link in pinned or same or self._base in part:
+                    kept.append(link)
+                else:
+                    self._findings.append(_silently_grounded(link, firm[0], link in jointed))
+        return kept
 
     def _floating(self, root: str) -> Edge:
         """All six motions of the base."""
@@ -212,3 +236,12 @@ class _Search:
             path.append(self._above[at])
             at = self._above[at].parent
         return path
+
+
+def _silently_grounded(link: str, firm: str, jointed: bool) -> Finding:
+    why = "a joint holds it to the ground" if jointed else f"{firm!r} is held to the ground"
+    problem = (
+        "is grounded to its parent, as Fusion does to a design's first component by itself; that "
+        f"does not count, as {why}. Unground it"
+    )
+    return warning(Subject("link", link), "ground-ignored", problem)

@@ -372,3 +372,19 @@ def test_a_coupling_is_that_of_the_coordinates(tmp_path: Path) -> None:
         assert all_values(robot, {"shoulder": 0.3}) == pytest.approx(
             {"shoulder": 0.3, "elbow": 0.7}
         )
+
+
+@pytest.mark.parametrize("jointed", [False, True])
+def test_what_the_cad_system_grounds_by_itself_yields(jointed: bool) -> None:
+    """The first component was b; the user has pinned a, or jointed it to the root."""
+    first, *others = design(CHAIN[0], links=("b", "a"), grounded="" if jointed else "a").occurrences
+    more = [joint("wrist", "a", "")] if jointed else []
+    occurrences = (replace(first, ground_to_parent=True), *others)
+    made = build_robot(design(CHAIN[0], *more, links=("b", "a"), occurrences=occurrences))
+    assert codes(made) == ["ground-ignored"]
+    assert tree(made)[-1] == ("ab", "a", "b")
+    alone = build_robot(
+        design(CHAIN[0], links=("b", "a"), occurrences=(occurrences[0], part("a:1")))
+    )
+    assert codes(alone) == []
+    assert alone.base == "b"

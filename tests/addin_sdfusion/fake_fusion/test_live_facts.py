@@ -179,3 +179,30 @@ def test_collections_are_never_none(fusion: Fake) -> None:
         assert attribute.otherParents.count == 0
     panels = fusion.app.userInterface.allToolbarPanels
     assert type(panels).__name__ == "ToolbarPanelList"
+
+
+def test_the_first_component_is_grounded_without_telling(fusion: Fake) -> None:
+    build = Builder()
+    first = build.place("first")
+    build.place("second")
+    build.place("within", above=first)
+    root = build.done().rootComponent
+    one, two = root.occurrences
+    assert (one.isGrounded, one.isGroundToParent) == (False, True)
+    assert (two.isGrounded, two.isGroundToParent) == (False, False)
+    (within,) = one.childOccurrences
+    assert not within.isGroundToParent
+    with fusion.transaction():
+        two.isGrounded = True
+    assert not two.isGroundToParent
+
+
+def test_everything_in_an_assembly_design_is_external(fusion: Fake) -> None:
+    build = Builder(intent="assembly")
+    build.place("inner", above=build.place("outer"))
+    root = build.done().rootComponent
+    (outer,) = root.occurrences
+    (inner,) = outer.childOccurrences
+    for occurrence in (outer, inner):
+        assert occurrence.isReferencedComponent
+        assert occurrence.component.parentDesign != root.parentDesign

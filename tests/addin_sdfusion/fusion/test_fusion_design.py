@@ -90,15 +90,16 @@ def test_flags_of_occurrences_are_read(fusion: Any) -> None:
     design = build.done()
     found = {o.component: o for o in read_design(design).occurrences}
     assert found["pinned"].grounded
-    assert found["to parent"].grounded
-    assert not found["hidden"].grounded
+    assert found["to parent"].ground_to_parent
+    assert not found["to parent"].grounded
+    assert not found["hidden"].is_fixed
     assert not found["hidden"].visible
     assert found["elsewhere"].referenced
     assert not found["pinned"].referenced
     fusion.without("Occurrence.isGroundToParent")
     older = {o.component: o for o in read_design(design).occurrences}
     assert older["pinned"].grounded
-    assert not older["to parent"].grounded
+    assert not older["to parent"].is_fixed
 
 
 @pytest.mark.parametrize("intent", ["part", "assembly", "hybrid"])

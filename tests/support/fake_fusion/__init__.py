@@ -69,6 +69,9 @@ Seen in running Fusion: the default, held by test_live_facts.py
 * A Point3D is refused in parametric designs but while a base feature is edited; in that edit the
   design passes for direct, the timeline is hidden, and points cannot be named.
 * Adding a point moves back what was moved and not captured.
+* isGrounded and isGroundToParent are two flags; the first component of the root is grounded to its
+  parent without telling (Builder(ground_first=False): that preference is off).
+* In assembly designs every component is of another document.
 * Collections are never None. A table's row is not deleted while one of its inputs tells of a
   change.
 

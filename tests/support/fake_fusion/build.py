@@ -72,6 +72,7 @@ FREEDOMS: dict[str, tuple[tuple[str, Any], ...]] = {
 """Freedoms of a joint, in their order from `two` to `one`, with axes in the joint's frame."""
 
 Pair = tuple[float | None, float | None]
+_ASSEMBLY = 1
 
 
 class Builder:
@@ -82,6 +83,7 @@ class Builder:
         parametric: Whether it has a timeline; else it is direct modelling.
         intent: `part`, `assembly` or `hybrid`.
         units: The user's length unit, such as `mm`.
+        ground_first: Fusion's preference by which the first component is grounded to its parent.
 
     Attributes:
         design: The design's data.
@@ -95,7 +97,9 @@ class Builder:
         parametric: bool = True,
         intent: str = "hybrid",
         units: str = "mm",
+        ground_first: bool = True,
     ) -> None:
+        self.ground_first = ground_first
         self.design = DesignData(name, kind=int(parametric), units=units)
         self.design.intent = ("part", "assembly", "hybrid").index(intent)
         self.root = ComponentData(name, design=self.design)
@@ -106,9 +110,14 @@ class Builder:
     # Structure -------------------------------------------------------------------------------
 
     def component(self, name: str, *, referenced: bool = False) -> ComponentData:
-        """A new component, in no place yet; its name is made unique as Fusion does."""
+        """A new component, in no place yet; its name is made unique as Fusion does.
+
+        In an assembly design it is always of a document of its own.
+        """
         name = unique(name, self.design.components)
-        made = ComponentData(name, design=self.design, referenced=referenced)
+        source = DesignData(name) if self.design.intent == _ASSEMBLY else None
+        external = referenced or source is not None
+        made = ComponentData(name, design=self.design, referenced=external, source=source)
         self.design.components.append(made)
         return made
 
@@ -119,7 +128,7 @@ class Builder:
         *,
         above: Path = (),
         grounded: bool = False,
-        ground_to_parent: bool = False,
+        ground_to_parent: bool | None = None,
         visible: bool = True,
     ) -> Path:
         """Put a component (or a new one of that name) into another one.
@@ -129,7 +138,8 @@ class Builder:
             T: Its pose in the component above.
             above: Path of an occurrence of the component above; the root if empty.
             grounded: Whether the user pinned it.
-            ground_to_parent: Whether it is fixed to the component above.
+            ground_to_parent: Whether it is fixed to the component above; if None, as Fusion's
+                preference has it: the first one of the root is, and nobody is told.
             visible: Its light bulb.
 
         Returns:
@@ -138,6 +148,7 @@ class Builder:
         if isinstance(component, str):
             component = self.component(component)
         parent = above[-1].component if above else self.root
+        first = self.ground_first and parent is self.root and not self.root.occurrences
         number = self._counters[id(component)] = self._counters.get(id(component), 0) + 1
         made = OccurrenceData(
             f"{component.name}:{number}",
@@ -145,7 +156,7 @@ class Builder:
             parent=parent,
             T=np.eye(4) if T is None else np.array(T, dtype=float),
             grounded=grounded,
-            ground_to_parent=ground_to_parent,
+            ground_to_parent=first if ground_to_parent is None else ground_to_parent,
             light_bulb=visible,
         )
         parent.occurrences.append(made)
