@@ -1,0 +1,100 @@
+"""A controller on one machine and the robot on another, whose clock is another.
+
+Where the kernel may not shape what goes over the cable, the device's own line does.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from support.hardware.two_machines import Machines, two_machines
+from support.robots.robots import PLANAR_2R
+
+pytestmark = pytest.mark.slow
+
+LONGEST = 120.0
+"""Time to wait for a program, in [s]."""
+
+
+@pytest.fixture(scope="module")
+def machines() -> Iterator[Machines]:
+    with two_machines() as made:
+        if made is None:
+            pytest.skip("network and time namespaces are not permitted here")
+        yield made
+
+
+@contextmanager
+def device(machines: Machines, *words: object) -> Iterator[subprocess.Popen[str]]:
+    """A device that listens."""
+    command = machines.command(machines.device, ["device", PLANAR_2R, "--json", *words])
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            lines_until(process, "listening")
+            yield process
+        finally:
+            process.kill()  # `unshare` takes no other signal
+
+
+def lines_until(process: subprocess.Popen[str], what: str) -> list[str]:
+    """What a program says, as far as a line with a text."""
+    assert process.stdout is not None
+    lines: list[str] = []
+    end = time.monotonic() + LONGEST
+    while not lines or what not in lines[-1]:
+        lines.append(process.stdout.readline())
+        assert lines[-1], lines
+        assert time.monotonic() < end
+    return lines
+
+
+def controller(machines: Machines, uri: str, out: Path, *words: object) -> subprocess.Popen[str]:
+    """A run whose robot is at an address."""
+    settings = ["hardware.max_missed=2000", "hardware.watchdog=4.0", "run.duration=0.6"]
+    sets: Sequence[object] = [word for line in settings for word in ("--set", line)]
+    run = ["run", PLANAR_2R, "--direct", "--hardware", uri, *sets, "--json", "-o", out, *words]
+    command = machines.command(machines.controller, run)
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@pytest.mark.parametrize(
+    ("delay", "jitter", "loss"), [(0.0, 0.0, 0.0), (1.0, 0.5, 0.02)], ids=["cable", "bad cable"]
+)
+def test_a_run_between_two_machines(
+    machines: Machines, tmp_path: Path, delay: float, jitter: float, loss: float
+) -> None:
+    uri = f"udp://{machines.device_address}:5005"
+    shaping = machines.shape(delay, jitter, loss)
+    with (
+        device(machines, "--listen", uri, "--watchdog", 4000, *shaping),
+        controller(machines, uri, tmp_path / "out") as run,
+    ):
+        out, err = run.communicate(timeout=LONGEST)
+    assert run.returncode == 0, err
+    told = json.loads(out)
+    assert told["status"] == "complete"
+    round_trip = told["hardware"]["round_trip"]["median"]
+    assert 2e-3 * delay <= round_trip < 1.0  # of one clock alone, whatever the other says
+
+
+def test_a_cable_that_is_pulled_ends_the_run_and_the_device_is_safe(
+    machines: Machines, tmp_path: Path
+) -> None:
+    uri = f"udp://{machines.device_address}:5006"
+    machines.shape(0.0, 0.0, 0.0)
+    with device(machines, "--listen", uri, "--watchdog", 500) as process:
+        words = ("--set", "run.duration=60.0", "--set", "hardware.max_missed=1000")
+        with controller(machines, uri, tmp_path / "out", *words) as run:
+            lines_until(process, '"running"')
+            machines.unplug()
+            _, err = run.communicate(timeout=LONGEST)
+            said = lines_until(process, '"safe"')
+    assert run.returncode != 0
+    assert "the hardware is lost: no state in" in err
+    assert "no command for 0.5 s" in said[-1]

@@ -1,0 +1,45 @@
+"""A node that answers every command with a state at once, for measuring the way to it.
+
+    python echo_node.py ros2://...
+
+It says `up` once it has a subscription.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import NoReturn
+
+import numpy as np
+from support.robots.robots import PLANAR_2R
+
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.hardware.protocol.device_topics import COMMANDS, RUNNING, STATES, DeviceTopics
+from cardsflow_fmu.hardware.protocol.topic_reader import TopicReader
+from cardsflow_fmu.middleware.address import node_address
+from cardsflow_fmu.middleware.open_node import open_node
+
+
+def echo(uri: str) -> NoReturn:
+    experiment = Experiment.load(PLANAR_2R)
+    topics = DeviceTopics(experiment.robot, experiment.hardware)
+    reader = TopicReader({"effort": topics.commands}, 10.0)
+    state, rates = np.zeros(experiment.hardware.states(2, 4)), np.zeros(4)
+    with open_node(node_address(uri)) as node:
+        inbox = node.subscribe(COMMANDS)
+        node.advertise(STATES)
+        print("up", flush=True)
+        while True:
+            message = inbox.receive(time.monotonic() + 0.05)
+            if message is not None:
+                values = reader.read(message, time.monotonic())
+                if values is None:
+                    reader.start()  # of the next block, which is another publisher
+                else:
+                    state[:4] = values["effort"]
+            node.publish(STATES, topics.state_message(time.time_ns(), state, rates, RUNNING))
+
+
+if __name__ == "__main__":
+    echo(sys.argv[1])
