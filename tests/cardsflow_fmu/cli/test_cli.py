@@ -80,6 +80,7 @@ def test_the_help_of_all_tells_the_exit_codes(cardsflow: CommandLine) -> None:
 
 # Bad input: one line, exit code 2
 
+PUBLISHER = ["--company", "Us", "--url", "https://example.org", "--email", "us@example.org"]
 MISSING = {
     ("init",): ["nowhere"],
     ("schema",): ["nothing"],
@@ -96,6 +97,7 @@ MISSING = {
     ("addin", "export-snapshot"): ["nowhere.json", "-o", "there"],
     ("addin", "install"): ["--folder", "a/file"],
     ("addin", "zip"): ["-o", "a/file/archive.zip"],
+    ("addin", "pack"): ["-o", "a/file/bundle.zip", *PUBLISHER],
     ("view",): ["nowhere", "--html", "page.html"],
     ("plot",): ["nowhere"],
     ("compare",): ["nowhere", "nowhere"],
