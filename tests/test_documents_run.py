@@ -100,7 +100,7 @@ class Place:
                 unwanted = shutil.ignore_patterns("__pycache__")
                 shutil.copytree(ROOT / name, self._changed / name, ignore=unwanted)
             shutil.copy(ROOT / "hatch_build.py", self._changed)
-        patch = ["patch", "--strip=1", "--batch", "--fuzz=3", f"--directory={self._changed}"]
+        patch = ["patch", "--strip=1", "--batch", "--fuzz=0", f"--directory={self._changed}"]
         done = subprocess.run(patch, input=block.text, capture_output=True, text=True, check=False)
         assert done.returncode == 0, f"{block}\n{done.stdout}{done.stderr}"
         if "csrc/" in block.text:

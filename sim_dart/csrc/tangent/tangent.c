@@ -231,4 +231,6 @@ int core_tangent_advance(core_tangent *t, double h)
 #if defined(__clang__)
 #pragma clang attribute pop
 #endif
+#else
+#include "tangent.h" /* ISO C has no empty files */
 #endif
