@@ -62,6 +62,7 @@ def test_friction_cones_that_do_not_converge_are_a_warning(monkeypatch: pytest.M
     assert not any("Coulomb" in warning for warning in solved["warnings"])
 
 
+@pytest.mark.slow
 def test_the_table_carries_the_box_until_the_fingers_do() -> None:
     result = picked_up()
     time, force = result["time"], result["contact.box.fz"]

@@ -191,7 +191,7 @@ def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) 
 # Scripts
 
 
-@pytest.mark.parametrize("words", [["--direct"], ["--realtime"]])
+@pytest.mark.parametrize("words", few([["--direct"], ["--realtime"]]))
 def test_the_script_of_a_run_gives_the_same_bits(
     words: list[str],
     tmp_path: Path,

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from support.cases import few
 from support.robots.robots import EXAMPLES
 
 HEAVY = {
@@ -40,13 +41,16 @@ def imported(words: tuple[str, ...], folder: Path) -> set[str]:
 
 @pytest.mark.parametrize(
     ("words", "needed"),
-    [
-        (("--version",), set()),
-        (("check", str(ARM / "robot")), {"numpy", "pydantic", "scipy"}),
-        (("info", str(ARM / "robot")), {"numpy"}),
-        (("build", str(ARM), "-o", "out"), {"numpy", "pydantic", "fmpy"}),
-        (("run", str(ARM), *SHORT), {"numpy", "pydantic", "fmpy", "matplotlib"}),
-    ],
+    few(
+        [
+            (("--version",), set()),
+            (("check", str(ARM / "robot")), {"numpy", "pydantic", "scipy"}),
+            (("build", str(ARM), "-o", "out"), {"numpy", "pydantic", "fmpy"}),
+            (("run", str(ARM), *SHORT), {"numpy", "pydantic", "fmpy", "matplotlib"}),
+            (("info", str(ARM / "robot")), {"numpy"}),
+        ],
+        2,
+    ),
     ids=lambda value: value[0] if isinstance(value, tuple) else "",
 )
 def test_a_command_imports_what_it_needs(

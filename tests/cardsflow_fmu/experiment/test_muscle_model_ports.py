@@ -119,6 +119,7 @@ def pneumatic() -> Result:
     return simulate(arm(DRIVEN, {"run.duration": 8.0}), through="direct")
 
 
+@pytest.mark.slow
 def test_a_computed_torque_works_on_top_of_pneumatic_muscles(pneumatic: Result) -> None:
     summary = pneumatic.summary
     assert summary["status"] == "complete"

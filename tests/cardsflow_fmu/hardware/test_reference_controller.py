@@ -182,6 +182,7 @@ def test_a_law_of_single_precision_does_nearly_the_same(
         2,
     ),
 )
+@pytest.mark.slow
 def test_in_lock_step_it_does_what_the_experiments_controller_does(
     folder: Path,
     settings: dict[str, Any],

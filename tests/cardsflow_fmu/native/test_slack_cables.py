@@ -73,7 +73,7 @@ def closed_form(experiment: Experiment) -> FloatArray:
 
 @pytest.mark.parametrize("version", few(["3.0", "2.0"]))
 @pytest.mark.parametrize("native", KINDS)
-@pytest.mark.parametrize("pull", PULLS)
+@pytest.mark.parametrize("pull", few(PULLS, 2))
 def test_a_cable_at_no_force_pulls(
     pull: str, native: bool, version: FmiVersion, tmp_path: Path
 ) -> None:

@@ -86,6 +86,7 @@ def test_a_study_writes_a_row_a_run_in_their_order(tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.slow
 def test_numbers_are_those_of_the_run_alone(tmp_path: Path, cardsflow: CommandLine) -> None:
     """The command of the worst case gives the worst case, to the last bit."""
     result = run_here(small_study(tmp_path), tmp_path / "out")

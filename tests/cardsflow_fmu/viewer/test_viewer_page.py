@@ -74,6 +74,7 @@ def test_a_page_contains_the_scene_of_every_frame(half_a_minute: Act) -> None:
             np.testing.assert_allclose(colours[min(k, len(colours) - 1)], shape.colour, atol=0.01)
 
 
+@pytest.mark.slow
 def test_half_a_minute_of_eleven_muscles_is_far_below_three_megabytes(half_a_minute: Act) -> None:
     assert len(replay_page([half_a_minute])) < 1_000_000
 

@@ -73,7 +73,7 @@ def test_least_squares_are_casprs_minimum_norm_forces(shared: Path, file: str) -
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("size", [1.0, 8.0])
+@pytest.mark.parametrize("size", few([1.0, 8.0]))
 def test_solved_poses_have_solutions_and_infeasible_ones_have_none(
     method: str, size: float
 ) -> None:

@@ -76,6 +76,7 @@ def _published(shared: Path) -> Iterator[tuple[dict[str, Any], dict[str, Any], i
                 yield actuator, pose, i
 
 
+@pytest.mark.slow
 def test_published_models(shared: Path) -> None:
     """Elbow, finger, hand and arm of MyoSuite: forces to 1e-12, activations' rates exactly."""
     benches: dict[str, Bench] = {}

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from support.cases import few
 from support.robots.loops import (
     four_bar,
     four_bar_angles,
@@ -111,7 +112,7 @@ def test_eulers_gap_is_of_second_order(name: str) -> None:
     assert fine == pytest.approx(0.01 * coarse, rel=0.1)
 
 
-@mechanisms
+@pytest.mark.parametrize("name", few(MECHANISMS))
 def test_runge_kutta_goes_as_one_coordinate_does(name: str) -> None:
     robot, places, masses = MECHANISMS[name]
     expected = swing(places, masses, 1.0, 1.0)
@@ -122,7 +123,7 @@ def test_runge_kutta_goes_as_one_coordinate_does(name: str) -> None:
     assert abs(coarse + expected) <= 1e-4
 
 
-@mechanisms
+@pytest.mark.parametrize("name", few(MECHANISMS))
 def test_euler_comes_nearer_in_first_order(name: str) -> None:
     robot, places, masses = MECHANISMS[name]
     expected = -swing(places, masses, 1.0, 1.0)

@@ -339,6 +339,7 @@ def serial(count):
     return Robot("serial", links, joints)
 
 
+@pytest.mark.slow
 def test_the_longest_chain_is_read_and_a_longer_one_refused(tmp_path):
     assert load(serial(480), tmp_path).nv == 480
     with pytest.raises(RobotError, match="no chain of more than 480 links"):
