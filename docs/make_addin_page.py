@@ -180,7 +180,7 @@ def _table(item: Input, example: Example) -> str:
 
 
 def _cell(text: str, icons: Mapping[str, str]) -> str:
-    """A text, or the icon that stands for it."""
+    """A text, or its icon."""
     if text not in icons:
         return escape(text)
     file = ROOT / "addin_sdfusion/commands" / icons[text] / "32x32.png"

@@ -73,15 +73,15 @@ def is_recording(path: Path) -> bool:
     return path.suffix.lower() in RECORDINGS
 
 
-def read_joint_states(path: Path, wanted: Sequence[str] = ()) -> JointStates:
+def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
     """The joint states of a recording.
 
     They are those of `/joint_states`, or of the only topic with such messages. Of publishers that
-    name other joints, the one counts that names all that are wanted.
+    name other joints, the first publisher that names all of `joints` counts.
 
     Args:
         path: A .mcap, a .db3, or a folder of rosbag2.
-        wanted: Names of joints; the first publisher counts when empty.
+        joints: Names of joints; the first publisher counts when empty.
 
     Raises:
         InputError: There are none, the file is damaged, or the extra `ros2` is missing.
@@ -105,7 +105,7 @@ def read_joint_states(path: Path, wanted: Sequence[str] = ()) -> JointStates:
     if topic != TOPIC and len(found) > 1:
         what = f"holds joint states as {', '.join(sorted(found))}, and none as {TOPIC}"
         raise InputError(what, file=path)
-    return _states(found[topic], wanted, path)
+    return _states(found[topic], joints, path)
 
 
 def _files_of(folder: Path) -> list[Path]:
@@ -194,7 +194,7 @@ def _decompressed(compression: str, data: bytes, size: int) -> bytes:
     return bytes(content)
 
 
-def _states(messages: list[_Message], wanted: Sequence[str], path: Path) -> JointStates:
+def _states(messages: list[_Message], joints: Sequence[str], path: Path) -> JointStates:
     from rosbags.typesys import Stores, get_typestore
 
     decode = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
@@ -208,7 +208,7 @@ def _states(messages: list[_Message], wanted: Sequence[str], path: Path) -> Join
         stamp = state.header.stamp
         stamped = stamp.sec * 1_000_000_000 + stamp.nanosec
         groups[tuple(state.name)].append((stamped, message.time_ns, state))
-    named = (names for names in groups if names and set(wanted) <= set(names))
+    named = (names for names in groups if names and set(joints) <= set(names))
     names = next(named, next(iter(groups)))
     own = int(not any(stamped for stamped, _, _ in groups[names]))  # no stamps: when recorded
     rows = sorted(((row[own], row[2]) for row in groups[names]), key=lambda row: row[0])

@@ -53,8 +53,8 @@ def read_motion(file: Path, spaces: Mapping[Space, Names], noise: float | None) 
     """
     try:
         if is_recording(file):
-            wanted = spaces["joint"].names if "joint" in spaces else ()
-            columns: Columns = read_joint_states(file, wanted).columns()
+            joints = spaces["joint"].names if "joint" in spaces else ()
+            columns: Columns = read_joint_states(file, joints).columns()
         elif file.suffix.lower() == ".csv":
             names, rows = read_csv(file, what="table of numbers")
             columns = dict(zip(names, rows.T, strict=True))

@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex, to_rgb
 from .panels import Curve, Panel
 
 MOST = 10
-"""Curves in a panel; more cannot be told apart."""
+"""Curves in a panel; more cannot be distinguished."""
 
 _LIGHTEST = 0.6  # part of white in the last colour of a group
 _LONGEST = 28  # letters of a name in a legend

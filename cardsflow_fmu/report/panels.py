@@ -28,7 +28,7 @@ class Curve:
         name: For the legend.
         time: In [s], shape (points,).
         values: Shape (points,); what no axis has room for is left out, as what is no number is.
-        of: Of a reference, the name of the curve that is to follow it; empty of others.
+        of: Of a reference, the name of the curve that is to follow it; else empty.
         colour: Of a reference; that of its curve when empty.
     """
 

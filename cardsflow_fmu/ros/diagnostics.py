@@ -31,8 +31,8 @@ def run_diagnostics(run: RunData) -> Iterator[Batch]:
     lines = [str(line) for line in run.summary.get("warnings") or ()]
     if run.summary.get("status") == "incomplete":
         lines.append(f"incomplete run: {run.summary.get('error')}")
-    told = _status("run", _WARN if lines else _OK, "; ".join(lines) or "complete", {})
-    yield _message(time_ns[0], [told])
+    status = _status("run", _WARN if lines else _OK, "; ".join(lines) or "complete", {})
+    yield _message(time_ns[0], [status])
     known = [name for name in _FAULTS if name in run.names]
     slack = [name for name in run.names if name.startswith("slack.")]
     faults = np.nan_to_num(run.columns(known)) != 0.0 if known else np.zeros((0, 0))

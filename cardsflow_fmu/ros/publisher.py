@@ -103,7 +103,7 @@ class RunPublisher:
             while not self._stop.wait(1.0 / RATE):
                 self.send_newest()
             self.send_newest()
-        except Exception as error:  # of a thread: told at the end of the run
+        except Exception as error:  # of a thread: reported at the end of the run
             self.failure = error
 
     def stop(self) -> None:

@@ -89,15 +89,15 @@ def write_recording(run: RunData, file: Path) -> Recorded:
         if scene is not None:
             writer.attach(scene.meshes)
             writer.write(scene.first(start))
-        told = list(run_diagnostics(run))
+        diagnostics = list(run_diagnostics(run))
         for first in range(0, len(run.rows), _BLOCK):
             end = min(first + _BLOCK, len(run.rows))
             last = int(nanoseconds(run["time"][end - 1 : end])[0])
-            due = sum(batch.time_ns[0] <= last for batch in told)
+            due = sum(batch.time_ns[0] <= last for batch in diagnostics)
             here = frames[slice(*np.searchsorted(frames, [first, end]))]
             seen = scene.batches(run, here, highest) if scene else ()
-            writer.write(chain(told[:due], rows.batches(first, end), seen))
-            del told[:due]
+            writer.write(chain(diagnostics[:due], rows.batches(first, end), seen))
+            del diagnostics[:due]
     notes = [str(finding) for finding in scene.findings] if scene else [_NO_ROBOT]
     return Recorded(file, tuple(topic.name for topic in topics), tuple(notes))
 

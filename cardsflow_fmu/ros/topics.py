@@ -193,7 +193,7 @@ class RowTopics:
 
     def _remaining(self) -> list[str]:
         """Columns that no other topic has."""
-        told = {"time", "at_bound", *_FLAGS}
+        published = {"time", "at_bound", *_FLAGS}
         measured = (MEASURED_TORQUE,) if self._robot is not None else ()
         for prefixes, names in (
             (("q", "qd", *measured), self._joints),
@@ -203,8 +203,8 @@ class RowTopics:
             (("y", "y_d"), self._tasks),
             (("slack",), self._slack),
         ):
-            told |= {f"{prefix}.{name}" for prefix in prefixes for name in names}
-        return [name for name in self._column if name not in told]
+            published |= {f"{prefix}.{name}" for prefix in prefixes for name in names}
+        return [name for name in self._column if name not in published]
 
 
 class _Rows:
@@ -229,16 +229,16 @@ class _Rows:
 
     def known(self, prefix: str, names: Mapping[str, str]) -> FloatArray | None:
         """The columns of a prefix; None where one is missing."""
-        wanted = [f"{prefix}.{name}" for name in names]
-        return self.columns(wanted) if set(wanted) <= set(self._column) else None
+        columns = [f"{prefix}.{name}" for name in names]
+        return self.columns(columns) if set(columns) <= set(self._column) else None
 
     def first(self, prefixes: Sequence[str], names: Mapping[str, str]) -> FloatArray:
         """For each name the column of the first prefix that there is, shape (K, n)."""
-        wanted = [
+        columns = [
             next((f"{p}.{name}" for p in prefixes if f"{p}.{name}" in self._column), "")
             for name in names
         ]
-        return self.columns(wanted)
+        return self.columns(columns)
 
     def one(self, name: str) -> FloatArray:
         """One column, NaN where there is none, shape (K,)."""

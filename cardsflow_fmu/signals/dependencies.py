@@ -184,11 +184,11 @@ def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) 
     on = [point.link for point in muscle.via_points]
     on += [links[wrap.surface] for wrap in muscle.wraps]
     moved = [above.get(link, frozenset()) for link in on]
-    told = [point.when.coordinate for point in muscle.via_points if point.when is not None]
-    told += [move.coordinate for point in muscle.via_points for move in point.moves]
-    told += [term.coordinate for term in muscle.terms]
+    coordinates = [point.when.coordinate for point in muscle.via_points if point.when is not None]
+    coordinates += [move.coordinate for point in muscle.via_points for move in point.moves]
+    coordinates += [term.coordinate for term in muscle.terms]
     moved_by = _moved_by(robot)
-    own = _NOWHERE.union(*(moved_by[name] for name in told))
+    own = _NOWHERE.union(*(moved_by[name] for name in coordinates))
     if robot.driven_joints:  # one coordinate may move both ends, each by its own function
         return own.union(*moved)
     return frozenset().union(*moved) - frozenset.intersection(*moved or [_NOWHERE]) | own

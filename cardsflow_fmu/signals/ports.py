@@ -139,7 +139,7 @@ def _coordinate_ports(
 def _force_ports(
     robot: Robot, causality: Causality, variability: Variability, starts: Sequence[float] = ()
 ) -> list[Port]:
-    """`f.<muscle>` of every muscle; the forces before they are given are 0 where none are told."""
+    """`f.<muscle>` of every muscle; the forces before they are given are 0 where none are given."""
     rows = zip(
         muscle_signals("f", robot), robot.muscles, starts or [0.0] * len(robot.muscles), strict=True
     )

@@ -30,7 +30,7 @@ from cardsflow_fmu.utils.temporary import temporary_folder
 SYSTEM_FILE = "system.ssp"
 
 Libraries = Mapping[bool, Mapping[str, Path] | None]
-"""C libraries of FMUs by platform, of native ones and of others; this platform's own when None."""
+"""C libraries of FMUs by platform, of native and Python ones; this platform's own when None."""
 
 MODELS: dict[str, type[ExperimentModel]] = {
     "plant": PlantModel,

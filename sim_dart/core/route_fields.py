@@ -114,18 +114,20 @@ def _guide_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayL
 
 
 def _condition_fields(robot: Robot, routes: list[_Route]) -> dict[str, ArrayLike]:
-    told = [
+    conditions = [
         (r, r.first + k, point.when)
         for r in routes
         for k, point in enumerate(r.muscle.via_points)
         if point.when is not None
     ]
     return {
-        "condition_point": [k for _, k, _ in told],
-        "condition_coordinate": [_coordinate(robot, r.muscle, w.coordinate) for r, _, w in told],
-        "condition_low": [when.low for _, _, when in told],
-        "condition_high": [when.high for _, _, when in told],
-        "condition_smoothing": [when.smoothing for _, _, when in told],
+        "condition_point": [k for _, k, _ in conditions],
+        "condition_coordinate": [
+            _coordinate(robot, r.muscle, w.coordinate) for r, _, w in conditions
+        ],
+        "condition_low": [when.low for _, _, when in conditions],
+        "condition_high": [when.high for _, _, when in conditions],
+        "condition_smoothing": [when.smoothing for _, _, when in conditions],
     }
 
 

@@ -36,7 +36,7 @@ class Observability:
 
     @property
     def is_observable(self) -> bool:
-        """Whether each pose is told while all muscles are taut."""
+        """Whether each pose is observable while all muscles are taut."""
         return bool((self.rank == self.sd.shape[1]).all())
 
 

@@ -1,4 +1,4 @@
-"""What an estimator is told of sensors and of the robot's model."""
+"""Settings of an estimator: its sensors, and how well the robot's model is known."""
 
 from __future__ import annotations
 

@@ -70,9 +70,9 @@ def test_a_pendulum_on_a_motor_follows(pendulum: Path, through: Any) -> None:
     result = simulate(load(pendulum, 50.0), through=through)
     column = dict(zip(result.names, result.rows.T, strict=True))
     q, qd, tau = column["q.q"], column["qd.q"], column["tau.q"]
-    wanted = column["qdd_d.q"] + 40.0 * (column["qd_d.q"] - qd) + 400.0 * (column["q_d.q"] - q)
+    desired = column["qdd_d.q"] + 40.0 * (column["qd_d.q"] - qd) + 400.0 * (column["q_d.q"] - q)
     weight = MASS * GRAVITY * REACH * np.cos(q)
-    np.testing.assert_allclose(tau[:-1], (J * wanted + weight)[:-1], rtol=1e-11)
+    np.testing.assert_allclose(tau[:-1], (J * desired + weight)[:-1], rtol=1e-11)
     np.testing.assert_allclose(np.diff(qd), 1e-3 * (tau - weight)[:-1] / J, atol=1e-13)
     assert np.abs(column["q_d.q"] - q).max() < 1e-3
     kinetic = 0.5 * J * qd**2
@@ -132,7 +132,7 @@ def test_native_fmus_drive_motors_as_those_with_python_do(case: str, tmp_path: P
 
 
 def test_a_motor_is_another_column_of_the_distribution() -> None:
-    """Of all f and tau with -L'f + A tau as wanted, those of the least sum of squares."""
+    """Of all f and tau with -L'f + A tau as desired, those of the least sum of squares."""
     settings = {"controller.motor_weights": 4.0, "robot.joints.joint_2.effort": 500.0}
     experiment = Experiment.load(PLANAR_2R, ELBOW | settings)
     result = simulate(experiment, through="direct")

@@ -46,7 +46,7 @@ _HILL_FROM_PATH = {
 
 
 class _Relative:
-    """Of a parameter: a number, or a text that stands for one.
+    """Of a parameter: a number, or a text for one.
 
     Args:
         form: The text's.

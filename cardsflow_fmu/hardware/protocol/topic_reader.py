@@ -129,7 +129,7 @@ class TopicReader:
             return False
         self._names = names
         self._places = {
-            field: [place[name] for name in wanted] for field, wanted in self._needed.items()
+            field: [place[name] for name in names] for field, names in self._needed.items()
         }
         return True
 

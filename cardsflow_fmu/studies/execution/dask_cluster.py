@@ -1,6 +1,6 @@
 """A cluster of Dask on this machine that nobody else can talk to: extra `sweep`.
 
-A scheduler or worker of Dask does whatever it is told by who connects to it, and every user of this
+A scheduler or worker of Dask runs the code of whoever connects to it, and every user of this
 machine can connect. So both sides show certificates that are made for the run and leave the memory
 of its processes only over pipes, and no pages are served.
 """

@@ -86,7 +86,7 @@ CORE_API void estimator_reset(estimator *e);
 CORE_API int estimator_tick(estimator *e, real h, int32_t steps);
 
 /* The pose that fits the measurements best, from several starts, by Levenberg and Marquardt's rule; the state
-   becomes that, if it is told. An enum estimator_status.                                                  */
+   becomes that, if it is observable. An enum estimator_status.                                                  */
 CORE_API int estimator_find(estimator *e);
 
 /* How q+ and qd+ change with q and qd in a core_step, 2 n x 2 n, row by row; 0, or nonzero where there is no

@@ -1,4 +1,4 @@
-"""What running Fusion was seen to do is what the fake does unless told otherwise."""
+"""What running Fusion was seen to do is what the fake does by default."""
 
 from __future__ import annotations
 
@@ -66,10 +66,10 @@ def test_geometry_answers_for_the_first_instance_with_axes_of_the_component(
     fusion: Fake, as_built: bool
 ) -> None:
     _, one, two = two_legs(as_built=as_built)
-    told = [j.geometry if as_built else j.geometryOrOriginTwo for j in (one, two)]
+    placed = [j.geometry if as_built else j.geometryOrOriginTwo for j in (one, two)]
     T = cells(one.assemblyContext.transform2)
     own = one.transform if as_built else one.geometryTwoTransform
-    for geometry in told:
+    for geometry in placed:
         assert xyz(geometry.origin) == pytest.approx((T @ cells(own))[:3, 3])
         assert xyz(geometry.primaryAxisVector) == pytest.approx(cells(own)[:3, 2])
 
@@ -99,8 +99,8 @@ def test_health_is_known_by_the_timeline(fusion: Fake) -> None:
     ):
         with pytest.raises(AttributeError, match="healthState"):
             _ = entity.healthState
-        told = entity.timelineObject
-        assert (told.healthState, told.errorOrWarningMessage) == (state, text)
+        health = entity.timelineObject
+        assert (health.healthState, health.errorOrWarningMessage) == (state, text)
 
 
 def test_stale_groups_have_no_name(fusion: Fake) -> None:

@@ -35,7 +35,7 @@ def truth(drawn: Drawn) -> dict[str, tuple[np.ndarray, np.ndarray]]:
 
 
 def test_every_joint_of_a_real_robot_is_where_fusion_has_it(fusion: Any, tmp_path: Path) -> None:
-    """Six times one leg, its as-built joints told in the leg's frame; stale groups."""
+    """Six times one leg, its as-built joints given in the leg's frame; stale groups."""
     drawn = Drawn()
     for path in drawn.paths.values():
         if path and not path[-1].component.occurrences and not path[-1].component.bodies:
@@ -81,13 +81,13 @@ def test_real_masses_keep_their_inertia(fusion: Any) -> None:
     build.box(base, (1.0, 1.0, 1.0))
     expected: dict[str, tuple[float, np.ndarray, float]] = {}
     for k, body in enumerate(bodies):
-        com, told = np.array(body["com_component_local"]), body["inertia_at_origin"]
+        com, moments = np.array(body["com_component_local"]), body["inertia_at_origin"]
         m = body["mass_kg"]
         about_origin = np.array(
             [
-                [told["ixx"], told["ixy"], told["ixz"]],
-                [told["ixy"], told["iyy"], told["iyz"]],
-                [told["ixz"], told["iyz"], told["izz"]],
+                [moments["ixx"], moments["ixy"], moments["ixz"]],
+                [moments["ixy"], moments["iyy"], moments["iyz"]],
+                [moments["ixz"], moments["iyz"], moments["izz"]],
             ]
         )
         inertia = about_origin - m * (com @ com * np.eye(3) - np.outer(com, com))

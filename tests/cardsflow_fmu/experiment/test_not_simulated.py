@@ -1,4 +1,4 @@
-"""What a robot's files hold and no engine simulates is told by init, info and run."""
+"""What a robot's files hold and no engine simulates is reported by init, info and run."""
 
 from __future__ import annotations
 

@@ -77,9 +77,9 @@ def test_a_run_between_two_machines(
     ):
         out, err = run.communicate(timeout=LONGEST)
     assert run.returncode == 0, err
-    told = json.loads(out)
-    assert told["status"] == "complete"
-    round_trip = told["hardware"]["round_trip"]["median"]
+    summary = json.loads(out)
+    assert summary["status"] == "complete"
+    round_trip = summary["hardware"]["round_trip"]["median"]
     assert 2e-3 * delay <= round_trip < 1.0  # of one clock alone, whatever the other says
 
 

@@ -105,10 +105,10 @@ def test_what_a_device_measures_is_published(monkeypatch: pytest.MonkeyPatch) ->
         node.take_state()
         message = inbox.receive(time.monotonic() + LONGEST)
     assert message is not None
-    told = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(message.content, JOINT_STATES.type)
-    assert told.name == [c.name for c in experiment.robot.coordinates]
-    np.testing.assert_array_equal(told.position, emulated.robot.state()[:2])
-    stamp = told.header.stamp.sec + 1e-9 * told.header.stamp.nanosec
+    state = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr(message.content, JOINT_STATES.type)
+    assert state.name == [c.name for c in experiment.robot.coordinates]
+    np.testing.assert_array_equal(state.position, emulated.robot.state()[:2])
+    stamp = state.header.stamp.sec + 1e-9 * state.header.stamp.nanosec
     assert begin - 1e-3 <= stamp <= time.time()
     assert not any(topic.name == "/clock" for _, _, topic in bus.ends)
 

@@ -50,9 +50,9 @@ def test_a_peer_sees_the_graph_and_the_messages() -> None:
         peer.kill()
         seen = json.loads(peer.stdout.read()) if peer.stdout else {}
     store = get_typestore(Stores.ROS2_JAZZY)
-    kind, told, key = seen["endpoints"]["rt/arm/left/joint_states"]
+    kind, user_data, key = seen["endpoints"]["rt/arm/left/joint_states"]
     assert kind == "sensor_msgs::msg::dds_::JointState_"
-    assert told == f"typehash={store.hash_rihs01('sensor_msgs/msg/JointState')};"
+    assert user_data == f"typehash={store.hash_rihs01('sensor_msgs/msg/JointState')};"
     assert {"rt/clock", "rt/tf", "rt/arm/left/robot_description"} <= set(seen["endpoints"])
     namespace, name, writers = seen["nodes"][-1]
     assert (namespace, name) == ("/arm/left", "shown")

@@ -93,11 +93,11 @@ def test_a_peer_sees_the_graph_and_every_message(router: tuple[Any, int]) -> Non
     until(lambda: not peer_.graph())
     nodes = [token.split("/") for token in tokens if "/NN/" in token]
     assert [node[-2:] for node in nodes] == [["%arm%left", "shown"]]
-    told = {token.split("/")[9].replace("%", "/"): token for token in tokens if "/MP/" in token}
-    assert set(peer_.received) <= set(told)
-    assert {"/clock", "/tf", "/arm/left/robot_description"} <= set(told)
-    assert told["/arm/left/robot_description"].endswith("/:1:,1:,:,:,,")
-    assert told["/clock"].endswith("/::,10:,:,:,,")
+    topics = {token.split("/")[9].replace("%", "/"): token for token in tokens if "/MP/" in token}
+    assert set(peer_.received) <= set(topics)
+    assert {"/clock", "/tf", "/arm/left/robot_description"} <= set(topics)
+    assert topics["/arm/left/robot_description"].endswith("/:1:,1:,:,:,,")
+    assert topics["/clock"].endswith("/::,10:,:,:,,")
     for row, (key, content, attachment) in zip(
         (29, 49), peer_.received["/arm/left/joint_states"], strict=True
     ):
@@ -111,7 +111,7 @@ def test_a_peer_sees_the_graph_and_every_message(router: tuple[Any, int]) -> Non
         assert abs(time.time_ns() - when) < LONGEST * 1e9
     import xxhash
 
-    text = told["/arm/left/joint_states"].encode()
+    text = topics["/arm/left/joint_states"].encode()
     assert identity == xxhash.xxh3_128_digest(text)[::-1]
     clock = store.deserialize_cdr(peer_.received["/clock"][-1][1], "rosgraph_msgs/msg/Clock").clock
     assert clock.sec + clock.nanosec * 1e-9 == pytest.approx(run["time"][49])

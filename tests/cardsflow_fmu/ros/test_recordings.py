@@ -128,17 +128,17 @@ def test_frames_follow_from_the_description(robot: Robot, tmp_path: Path) -> Non
     by_time = dict(messages["/joint_states"])
     for time, frames in messages["/tf"][::7]:
         state = by_time[time]
-        told = {t.child_frame_id: t for t in frames.transforms}
-        assert {link.get("name") for link in urdf.iter("link")} == {WORLD, *told}
+        by_child = {t.child_frame_id: t for t in frames.transforms}
+        assert {link.get("name") for link in urdf.iter("link")} == {WORLD, *by_child}
         values = dict(zip(state.name, state.position, strict=True))
         for joint in urdf.iter("joint"):
-            moved = told[joint.find("child").get("link")]
+            moved = by_child[joint.find("child").get("link")]
             assert moved.header.frame_id == joint.find("parent").get("link")
             np.testing.assert_allclose(matrix(moved.transform), by_urdf(joint, values), atol=1e-9)
         poses = link_poses(robot, np.array([state.position]))
         for joint in robot.joints:
             T = poses[joint.child][0] @ transform(joint.T_child_joint)
-            np.testing.assert_allclose(chain(told, joint.child), T, atol=1e-9)
+            np.testing.assert_allclose(chain(by_child, joint.child), T, atol=1e-9)
     assert len(q) == len(names)
 
 
@@ -171,12 +171,12 @@ def matrix(moved: Any) -> np.ndarray:
     return T
 
 
-def chain(told: dict[str, Any], link: str) -> np.ndarray:
+def chain(by_child: dict[str, Any], link: str) -> np.ndarray:
     """T_world_link by the transforms of a message."""
     T = np.eye(4)
     while link != WORLD:
-        T = matrix(told[link].transform) @ T
-        link = told[link].header.frame_id
+        T = matrix(by_child[link].transform) @ T
+        link = by_child[link].header.frame_id
     return T
 
 

@@ -1,4 +1,4 @@
-"""Dask's workers do what they are told by this study alone."""
+"""Dask's workers run the code of this study alone."""
 
 from __future__ import annotations
 

@@ -138,12 +138,12 @@ def test_the_exact_matrix_is_that_of_differences(arm: Robot) -> None:
 
 def test_what_two_slack_elbow_muscles_leave_open_is_told(arm: Robot) -> None:
     """Facts of this arm: 9, 20, 67 to 70, 32 to 40 mrad a mm; none of the elbow without both."""
-    told = observability(
+    observed = observability(
         arm, np.array([[1.45, 0.0, 0.0, -1.3]]), EstimatorSettings(length_noise=1e-3)
     )
-    assert told.is_observable
-    assert np.allclose(told.sd[0], [9.1e-3, 20e-3, 69.6e-3, 32e-3], rtol=0.02)
-    assert set(told.critical) == set(ELBOW)
+    assert observed.is_observable
+    assert np.allclose(observed.sd[0], [9.1e-3, 20e-3, 69.6e-3, 32e-3], rtol=0.02)
+    assert set(observed.critical) == set(ELBOW)
     settings = EstimatorSettings(acceleration_noise=1.0)
     estimator, _ = at_rest(arm, settings)
     for _ in range(100):

@@ -73,7 +73,7 @@ class Drawn:
     def _joint(self, joint: dict[str, Any]) -> None:
         leg = self.paths[joint["assembly_context"]]
         if any(known.name == joint["name"] for known in leg[-1].component.as_built):
-            return  # told for every leg, there once
+            return  # listed for every leg, there once
         limits = joint["limits"]
         self.build.joint(
             joint["name"],

@@ -63,7 +63,7 @@ Seen in running Fusion: the default, held by test_live_facts.py
   joint origins that is not known: Options.joint_transforms.
 * Geometry of joints and joint origins has its origin in the root, its axes in the component that it
   belongs to; stored in a joint it answers for the first place of the joint's component.
-* Motion vectors are in the root frame. Angles of dragged joints are told on a grid of 0.1 degrees.
+* Motion vectors are in the root frame. Angles of dragged joints are given on a grid of 0.1 degrees.
 * As-built joints and rigid groups have health in the timeline only. Stale groups raise on name and
   token and hold nothing.
 * A Point3D is refused in parametric designs but while a base feature is edited; in that edit the

@@ -139,7 +139,7 @@ class Builder:
             above: Path of an occurrence of the component above; the root if empty.
             grounded: Whether the user pinned it.
             ground_to_parent: Whether it is fixed to the component above; if None, as Fusion's
-                preference has it: the first one of the root is, and nobody is told.
+                preference has it: the first one of the root is, without a word.
             visible: Its light bulb.
 
         Returns:

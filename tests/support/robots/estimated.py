@@ -77,8 +77,8 @@ class Truth:
     def error(self, estimator: PoseEstimator) -> FloatArray:
         """Of all that is estimated, in the order of the covariance."""
         state = np.concatenate([self.q, self.qd, self.w, self.biases.ravel()])
-        told = [estimator.q, estimator.qd, estimator.w, estimator.biases.ravel()]
-        return state - np.concatenate(told)
+        estimates = [estimator.q, estimator.qd, estimator.w, estimator.biases.ravel()]
+        return state - np.concatenate(estimates)
 
 
 class Drawn(NamedTuple):

@@ -107,15 +107,17 @@ def _of_other_programs(
 ) -> tuple[Muscle, ...]:
     """Muscles with what the models of OpenSim and MuJoCo have."""
     first, *others = _way(rng, names)
-    told = [c.name for c in tree.coordinates]
+    coordinates = [c.name for c in tree.coordinates]
     spline = SimmSpline((-1.0, 0.0, 0.5, 1.0), (0.0, 0.25, 0.125, 0.5))
     moves = (
-        PointMotion((1.0, 0.0, 0.0), told[0], spline, -0.75, 0.75),
-        PointMotion((0.0, 0.5, 0.5), told[-1], Polynomial((0.5, 0.25))),
+        PointMotion((1.0, 0.0, 0.0), coordinates[0], spline, -0.75, 0.75),
+        PointMotion((0.0, 0.5, 0.5), coordinates[-1], Polynomial((0.5, 0.25))),
     )
-    at_times = replace(others[0], when=PointCondition(told[0], -0.5, 0.75, 0.125), moves=moves)
+    at_times = replace(
+        others[0], when=PointCondition(coordinates[0], -0.5, 0.75, 0.125), moves=moves
+    )
     points = (first, at_times, *others[1:], *_way(rng, names))
-    branches, terms = (Branch(0, 1.5), Branch(4, 2.0)), (CoordinateTerm(told[-1], 0.5),)
+    branches, terms = (Branch(0, 1.5), Branch(4, 2.0)), (CoordinateTerm(coordinates[-1], 0.5),)
     site = ViaPoint(names[-1], vector(rng))
     at_side = Wrap("ball", 0, rule="mujoco", side_point=site)
     in_half = Wrap("drum", 0, rule="opensim", quadrant="-y", last_segment=2)

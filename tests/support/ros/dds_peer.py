@@ -92,8 +92,8 @@ def watch(domain: int, name: str, seconds: float) -> dict[str, object]:
     while time.monotonic() < end and not (messages and nodes and f"rt{name}" in endpoints):
         for one in publications.take(100):
             data = one.qos[Policy.Userdata]
-            told = data.data.decode() if data else ""
-            endpoints[one.topic_name] = (one.type_name, told, one.key.hex)
+            user_data = data.data.decode() if data else ""
+            endpoints[one.topic_name] = (one.type_name, user_data, one.key.hex)
         for one in graph.take(9):
             for node in one.node_entities_info_seq:
                 writers = [bytes(gid.data).hex() for gid in node.writer_gid_seq]

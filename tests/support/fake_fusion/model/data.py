@@ -195,7 +195,7 @@ class JointData(Named):
         one, two: Paths from its component; empty for the component itself.
         T_one, T_two: The joint's frame in the frame of `one` and of `two`; None if there is none.
         origin_one, origin_two: JointOriginData that define them, if any.
-        dragged: Whether the user has dragged it: its angles are then told on a grid of 0.1 degrees.
+        dragged: Whether the user has dragged it: its angles are then on a grid of 0.1 degrees.
     """
 
     component: Any = None

@@ -10,7 +10,7 @@ from .entity import Entity
 
 @api("adsk.fusion")
 class TimelineObject(Base):
-    """`_owner`: the entity that it stands for."""
+    """`_owner`: the entity that it belongs to."""
 
     entity = property(lambda self: self._owner)
     name = property(lambda self: self._owner._data.name)
