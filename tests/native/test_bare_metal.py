@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from support.cases import LONG, marked
 from support.native.elf import program_names, program_sizes
 from support.native.example import write_example
 from support.native.targets import (
@@ -83,7 +84,7 @@ def emulate(program: Path) -> list[str]:
     return run([emulator, "-cpu", "max", program]).splitlines()
 
 
-@pytest.mark.parametrize("processor", ["none", "double", "M4F"])
+@pytest.mark.parametrize("processor", [marked("none", LONG), "double", "M4F"])
 def test_the_vectors_give_the_same_bits(processor: str, tmp_path: Path) -> None:
     """As on this machine; test_float.py says how far single precision is from double precision."""
     cpu, single = PROCESSORS[processor]

@@ -35,7 +35,6 @@ from sim_dart import compile_blob
 from sim_dart.core.library import Core
 
 REFERENCE = "gcc -O1"
-OTHERS = ["gcc -O3 -march=native", "zig linux-aarch64, qemu", "zig win64, wine"]
 
 TERMS = {
     "lengths": 2e-6,
@@ -76,7 +75,7 @@ def test_the_vectors_come_out_within_single_precision(replayed: list[str]) -> No
     assert len(replayed) > 100
 
 
-@on_targets(OTHERS)
+@on_targets(["zig linux-aarch64, qemu"], long=["gcc -O3 -march=native", "zig win64, wine"])
 def test_every_platform_gives_the_same_bits(
     target: str, vectors: Path, replayed: list[str], tmp_path: Path
 ) -> None:

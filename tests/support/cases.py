@@ -2,19 +2,37 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from typing import Any
 
 import pytest
 
+LONG = pytest.mark.skipif(
+    "CARDSFLOW_LONG_TESTS" not in os.environ, reason="takes long: set CARDSFLOW_LONG_TESTS"
+)
+"""Tests that run only where the environment asks for them."""
 
-def few(cases: Iterable[Any], count: int = 1) -> list[Any]:
-    """Some of the cases, evenly spread and the first among them; the others are marked as slow."""
+
+def few(cases: Iterable[Any], count: int = 1, slow: int | None = None) -> list[Any]:
+    """Some of the cases, evenly spread and the first among them; the others are marked as slow.
+
+    Args:
+        cases: The parameters of each.
+        count: How many of them are not slow.
+        slow: How many of the others run without CARDSFLOW_LONG_TESTS; all when None.
+    """
     every = list(cases)
     chosen = {k * len(every) // count for k in range(count)}
-    return [case if k in chosen else _slow(case) for k, case in enumerate(every)]
+    others = [k for k in range(len(every)) if k not in chosen]
+    long = set(others[len(others) if slow is None else slow :])
+    return [
+        case if k in chosen else marked(case, pytest.mark.slow, *[LONG] * (k in long))
+        for k, case in enumerate(every)
+    ]
 
 
-def _slow(case: Any) -> Any:
+def marked(case: Any, *marks: pytest.MarkDecorator) -> Any:
+    """A case with marks, of one value or of a tuple of them."""
     values = case if isinstance(case, tuple) and not hasattr(case, "_fields") else (case,)
-    return pytest.param(*values, marks=pytest.mark.slow)
+    return pytest.param(*values, marks=marks)

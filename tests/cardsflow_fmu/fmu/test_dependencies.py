@@ -125,7 +125,7 @@ def checked(case: str, native: bool, folder: Path, fmi: Any = "2.0") -> None:
         assert {name for name in left if "energy" not in name and "momentum" not in name} == set()
 
 
-@pytest.mark.parametrize(("case", "native"), few(KINDS, 3))
+@pytest.mark.parametrize(("case", "native"), few(KINDS, 3, 6))
 def test_a_plant(case: str, native: bool, tmp_path: Path) -> None:
     checked(case, native, tmp_path)
 
@@ -174,7 +174,7 @@ KINDS_OF_CONTROLLERS = [
 ]
 
 
-@pytest.mark.parametrize(("case", "native"), few(KINDS_OF_CONTROLLERS, 2))
+@pytest.mark.parametrize(("case", "native"), few(KINDS_OF_CONTROLLERS, 2, 6))
 def test_a_controller(case: str, native: bool, tmp_path: Path) -> None:
     """At a tick that is met, and at one that is not, so that the slack shows as well."""
     example, settings = CONTROLLERS[case]

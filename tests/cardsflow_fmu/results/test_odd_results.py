@@ -94,7 +94,7 @@ def commands(folder: Path, aside: Path) -> dict[str, list[str]]:
     }
 
 
-@pytest.mark.parametrize("case", few(DRAWN))
+@pytest.mark.parametrize("case", few(DRAWN, 1, 4))
 def test_odd_numbers_are_drawn(
     case: str, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:

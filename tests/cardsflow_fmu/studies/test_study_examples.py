@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
+from support.cases import LONG
 from support.small_studies import PLANAR, ROOT
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.studies import Study, run_study
 
-pytestmark = pytest.mark.skipif(
-    "CARDSFLOW_LONG_TESTS" not in os.environ, reason="takes minutes: set CARDSFLOW_LONG_TESTS"
-)
+pytestmark = LONG
 STUDIES = ROOT / "examples" / "design_study"
 
 

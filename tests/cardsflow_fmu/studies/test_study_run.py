@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.cases import LONG
 from support.command_line import CommandLine
 from support.small_studies import KP, run_here, small_study, write_study
 
@@ -314,9 +315,7 @@ def test_numbers_of_workers_are_checked(tmp_path: Path, cardsflow: CommandLine) 
         assert "must be at least 1, not 0" in cardsflow.refused("study", file, *words)
 
 
-@pytest.mark.skipif(
-    "CARDSFLOW_LONG_TESTS" not in os.environ, reason="takes minutes: set CARDSFLOW_LONG_TESTS"
-)
+@LONG
 def test_memory_does_not_grow_with_the_runs(tmp_path: Path) -> None:
     """Ten thousand rows take less than 20 MB, of which 5 MB are their numbers and hashes."""
     text = '[[vary]]\npath = "controller.kp"\nuniform = [1.0, 2.0]\n'

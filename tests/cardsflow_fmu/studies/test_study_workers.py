@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import pytest
+from support.cases import LONG
 from support.deadly_runs import DEADLY, DeadlyExecutor
 from support.small_studies import run_here, small_study, write_study
 
@@ -23,10 +24,6 @@ from cardsflow_fmu.studies.definition.sampling import Run
 from cardsflow_fmu.studies.execution.dask_executor import dask_executor
 from cardsflow_fmu.studies.execution.dispatch import dispatch
 from cardsflow_fmu.studies.execution.worker import Job
-
-LONG = pytest.mark.skipif(
-    "CARDSFLOW_LONG_TESTS" not in os.environ, reason="takes minutes: set CARDSFLOW_LONG_TESTS"
-)
 
 MANY = """
 [[vary]]

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from support.cases import LONG
 
 from cardsflow_fmu.runtime.sources import CONTROL, CORE, TANGENT
 
@@ -60,14 +61,16 @@ TARGETS = {
 }
 
 
-def on_targets(names: Iterable[str]) -> pytest.MarkDecorator:
-    """A test for each target by its name: slow, or in need of other machines."""
-    return pytest.mark.parametrize("target", [_case(name) for name in names])
+def on_targets(names: Iterable[str], long: Iterable[str] = ()) -> pytest.MarkDecorator:
+    """A test for each target by its name: slow, or in need of other machines, or long as well."""
+    cases = [_case(name) for name in names]
+    cases += [_case(name, LONG) for name in long]
+    return pytest.mark.parametrize("target", cases)
 
 
-def _case(name: str) -> Any:
+def _case(name: str, *marks: pytest.MarkDecorator) -> Any:
     is_own = TARGETS[name].compiler[0] in ("gcc", "clang")
-    return pytest.param(name, marks=pytest.mark.slow if is_own else pytest.mark.cross)
+    return pytest.param(name, marks=(pytest.mark.slow if is_own else pytest.mark.cross, *marks))
 
 
 def single_flags(target: Target) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from support.cases import few
+from support.cases import LONG, few
 from support.robots.every_field import Variant, robot_of_every_field, variants
 
 from addin_sdfusion.robot import CableSet, Finding, Robot, RobotError, TaskSet, check
@@ -164,7 +164,7 @@ def test_every_field_is_changed() -> None:
 CASES = [
     *few(((1, 1, format_) for format_ in FORMATS), 3),
     *(
-        pytest.param(seed, 3, format_, marks=pytest.mark.slow)
+        pytest.param(seed, 3, format_, marks=[pytest.mark.slow, *[LONG] * (seed == 5)])
         for seed in (4, 5)
         for format_ in FORMATS
         if seed % 2 or format_ != "caspr"  # which refuses joints of turned frames
