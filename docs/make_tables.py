@@ -24,8 +24,10 @@ from cardsflow_fmu import Experiment  # noqa: E402
 from cardsflow_fmu.cli.init import schema  # noqa: E402
 from cardsflow_fmu.cli.main import _parser  # noqa: E402
 from cardsflow_fmu.models.controller import ControllerModel  # noqa: E402
+from cardsflow_fmu.models.estimator import EstimatorModel  # noqa: E402
 from cardsflow_fmu.models.plant import PlantModel  # noqa: E402
 from cardsflow_fmu.models.reference import ReferenceModel  # noqa: E402
+from cardsflow_fmu.models.sensors import SensorsModel  # noqa: E402
 from cardsflow_fmu.signals.groups import all_ports  # noqa: E402
 from cardsflow_fmu.signals.hardware import hardware_groups  # noqa: E402
 from cardsflow_fmu.signals.port import Port, identifier  # noqa: E402
@@ -91,11 +93,19 @@ EXAMPLES = {
 """Experiments that have all kinds of ports between them."""
 
 
+ESTIMATED: dict[str, Any] = {
+    "robot.joints.joint_2.motor": True,
+    "estimator": {"encoder_noise": {"joint_1": 1e-3}, "units": [{"link": "link_2"}]},
+}
+"""The same of an estimator."""
+
+
 def ports_page() -> str:
     """The ports of all models, with placeholders for names."""
     experiments = [
         Experiment.load(ROOT / "examples" / name, settings) for name, settings in EXAMPLES.items()
     ]
+    estimated = Experiment.load(ROOT / "examples" / "planar_2r", ESTIMATED)
     parts = [
         MADE,
         "# Ports of the FMUs",
@@ -117,6 +127,12 @@ def ports_page() -> str:
         "in the other tables.",
         _ports("controller.fmu", experiments, ControllerModel.table),
         _ports("reference.fmu", experiments, ReferenceModel.table),
+        _ports("sensors.fmu", [estimated], SensorsModel.table),
+        _ports("estimator.fmu", [estimated], EstimatorModel.table),
+        "Both are there where an experiment has an [estimator](estimation.md); the controller then "
+        "takes `w_hat.<joint>` and `valid` besides, and `q`, `qd` from `q_hat`, `qd_hat`. With "
+        "hardware its outputs of the same names are the readings. `q.<joint>` is there for "
+        "coordinates with an encoder, `<link>` for links with an inertial unit.",
         _ports("hardware.fmu", experiments[:2], _hardware),
         "Beside these it has all ports of `plant.fmu`: it takes the plant's place.",
     ]

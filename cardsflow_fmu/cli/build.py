@@ -13,7 +13,8 @@ def add_build(commands: Commands) -> None:
     parser = commands.add(
         "build",
         _build,
-        "Build plant, controller, reference and hardware.fmu of an experiment, and system.ssp.",
+        "Build plant, controller, reference and hardware.fmu of an experiment, sensors and "
+        "estimator.fmu where it has an estimator, and system.ssp.",
         "cardsflow build examples/planar_2r -o fmus",
     )
     add_experiment(parser)

@@ -24,7 +24,8 @@ def add_plot(commands: Commands) -> None:
     )
     parser.add_argument("results", type=Path, help=_RESULTS)
     add_output(parser, "a .png, .svg or .pdf; plot.png", default=Path("plot.png"), metavar="FILE")
-    panels = "forces, torques, tracking, errors, lengths, moment_arms, solve_times, slack"
+    panels = "forces, torques, tracking, errors, estimate, loads, innovation, lengths, "
+    panels += "moment_arms, solve_times, slack"
     add_words(parser, "--what", "NAME", panels)
     add_words(parser, "--columns", "PATTERN", "columns by name, such as 'q.*,f.cable_1'")
     add_json(parser, "the file")

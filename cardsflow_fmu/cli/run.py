@@ -94,6 +94,7 @@ def _run(options: argparse.Namespace) -> int:
     _require_hardware(experiment)
     for warning in experiment.warnings():
         print(f"cardsflow: warning: {warning}", file=sys.stderr)
+    _print_observability(experiment)
     if options.as_script:
         return _print_script(options, experiment)
     try:
@@ -114,6 +115,19 @@ def _run(options: argparse.Namespace) -> int:
         _print_result(error.result, options)
         raise
     return _code(result, options)
+
+
+def _print_observability(experiment: Experiment) -> None:
+    """What an estimator can tell of the reference's poses."""
+    if experiment.estimator is None:
+        return
+    from cardsflow_fmu.analysis import observable
+
+    found = observable.observed_poses(experiment)
+    for line in observable.observability_warnings(found):
+        print(f"cardsflow: warning: {line}", file=sys.stderr)
+    for line in observable.observability_remarks(found):
+        print(f"cardsflow: note: {line}", file=sys.stderr)
 
 
 def _require_hardware(experiment: Experiment) -> None:

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import InputError, Robot, check
 from addin_sdfusion.robot.checks.not_simulated import not_simulated
+from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
+from cardsflow_fmu.signals.roles import ESTIMATOR, ROLES, SENSORS
 from cardsflow_fmu.utils.key_file import key_warning
 
 from .carried_files import left_out, mesh_roots
 from .reader import read_carried_experiment, read_experiment
 from .settings.controller import ControllerSettings
+from .settings.estimator import EstimatorTable
 from .settings.hardware import HardwareSettings
 from .settings.loads import DisturbanceSettings
 from .settings.names import robot_names
@@ -55,6 +58,7 @@ class Experiment:
         world: The settings of the scene.
         parts: The robots that `robot` is made of; none where it is one by itself.
         hardware: What can be driven instead of the plant.
+        estimator: What makes the state of readings; None where there is none in use.
         named: Files that whoever loaded it named besides: they may travel from anywhere.
     """
 
@@ -76,11 +80,38 @@ class Experiment:
     parts: tuple[RobotPart, ...] = ()
     hardware: HardwareSettings = field(default_factory=HardwareSettings)
     named: tuple[Path, ...] = ()
+    estimator: EstimatorTable | None = None
 
     @property
     def name(self) -> str:
         """Name of the experiment's folder."""
         return self.file.resolve().parent.name
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """The participants of a run: those of every run, sensors and estimator."""
+        if self.estimator is None:
+            return ROLES
+        return (*ROLES, ESTIMATOR) if self.hardware.use else (*ROLES, SENSORS, ESTIMATOR)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The participants in the order of the columns of a run."""
+        return ("plant", "reference", *self.roles[len(ROLES) :], "controller")
+
+    @property
+    def coupling(self) -> Coupling:
+        """In what order these are stepped: sensors and estimator right before the controller."""
+        own = self.run.coupling
+        if own.scheme == "jacobi" or len(self.roles) == len(ROLES):
+            return own
+        at = own.order.index("controller")
+        return replace(own, order=(*own.order[:at], *self.roles[len(ROLES) :], *own.order[at:]))
+
+    @property
+    def feeding(self) -> EstimatorTable | None:
+        """The estimator that the controller gets its state from; None where it gets the truth."""
+        return self.estimator if self.estimator is not None and self.estimator.feeds else None
 
     @property
     def roots(self) -> tuple[Path, ...]:

@@ -13,6 +13,7 @@ from cardsflow_fmu.config.file import read_settings
 from cardsflow_fmu.config.key_path import set_value
 from cardsflow_fmu.config.multiples import require_multiple
 from cardsflow_fmu.config.table import Context
+from cardsflow_fmu.signals.estimation import estimation_wiring
 from cardsflow_fmu.signals.ports import load_signals
 from cardsflow_fmu.signals.world import wrench_signals
 from cardsflow_fmu.utils.multiples import whole_duration
@@ -20,8 +21,9 @@ from cardsflow_fmu.utils.multiples import whole_duration
 from .carried_files import mesh_roots, named_files, require_closed, require_own
 from .settings.controller import read_controller
 from .settings.controller_types import control_type
+from .settings.estimator import EstimatorTable, read_estimator
 from .settings.file import ExperimentTables
-from .settings.hardware import read_hardware
+from .settings.hardware import HardwareSettings, read_hardware
 from .settings.loads import complete_wiring, read_disturbance
 from .settings.muscles import with_muscle_settings
 from .settings.names import robot_names
@@ -117,6 +119,11 @@ def experiment_settings(
     if data.get("world"):
         world = _world(tables, robot, mains[0].parent, roots, context)
     plant = _plant(data.get("plant", {}), context, robot, run, has_world=bool(world))
+    hardware = read_hardware(data.get("hardware", {}), context, run.step)
+    estimator = _estimator(data.get("estimator"), tables, context, robot, run)
+    wiring = complete_wiring(tables.wiring, robot, disturbance, plant)
+    if estimator is not None:
+        wiring = _estimation(robot, estimator, hardware) | wiring
     return {
         "file": file,
         **robots,
@@ -127,12 +134,41 @@ def experiment_settings(
         "plant": plant,
         "controller": read_controller(data["controller"], context, run, reference, start),
         "run": run,
-        "wiring": complete_wiring(tables.wiring, robot, disturbance, plant),
+        "wiring": wiring,
+        "estimator": estimator,
         "fmus": tables.fmus.by_role,
         **world,
-        "hardware": read_hardware(data.get("hardware", {}), context, run.step),
+        "hardware": hardware,
         "named": named,
     }
+
+
+def _estimator(
+    data: Any, tables: ExperimentTables, context: Context, robot: Robot, run: RunSettings
+) -> EstimatorTable | None:
+    """The estimator where there is one in use."""
+    settings = None if data is None else read_estimator(data, context, robot, run.step)
+    if settings is not None and settings.use:
+        return settings
+    if tables.fmus.estimator is not None:
+        what = "there is no [estimator] in use whose place it could take"
+        raise context.error("fmus.estimator", what)
+    return None
+
+
+def _estimation(
+    robot: Robot, estimator: EstimatorTable, hardware: HardwareSettings
+) -> dict[str, str | float]:
+    """Connections of the estimator."""
+    return dict(
+        estimation_wiring(
+            robot,
+            estimator.encoded,
+            feeds=estimator.feeds,
+            has_hardware=hardware.use,
+            has_tensions=hardware.has_tensions,
+        )
+    )
 
 
 def _with_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:

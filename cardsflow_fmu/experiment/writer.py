@@ -45,6 +45,8 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
         data["robot"] = robot_data(robot, experiment.robot_path, experiment.robot_overrides)
     if experiment.world is not None:
         data["world"] = experiment.world.data()
+    if experiment.estimator is not None:
+        data["estimator"] = experiment.estimator.data()
     if disturbance is not None:
         points = [f.name for f in robot.task_frames if not f.is_orientation]
         own = disturbance.data()

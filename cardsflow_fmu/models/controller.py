@@ -10,6 +10,7 @@ import controllers
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.dependencies import Dependencies, controller_dependencies
+from cardsflow_fmu.signals.estimation import estimate_inputs
 from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.ports import controller_groups
@@ -24,6 +25,7 @@ from controllers import (
 from controllers.validation import resting
 from sim_dart import CoreDynamics, DartDynamics
 
+from .command_ramp import CommandRamp
 from .experiment_model import ExperimentModel
 from .muscle_control import MuscleControl
 from .own_law import Law, own_law
@@ -68,7 +70,7 @@ class ControllerModel(ExperimentModel):
         )
         modelled = bool(modelled_muscles(robot))
         self._muscles = MuscleControl(robot, settings.muscle_horizon) if modelled else None
-        self._begin = start(robot, experiment.start.q)
+        self._begin, self._start_q = start(robot, experiment.start.q), experiment.start.q
         views = self.views
         self._q, self._qd, self._loads, self._states = (
             views[name] for name in ("q", "qd", "loads", "states")
@@ -81,6 +83,9 @@ class ControllerModel(ExperimentModel):
             views[name] for name in ("kp", "kd", "f_min", "f_max", "period")
         )
         self.steady_outputs = self.indices("report")
+        self._estimated_loads, self._valid = views["estimated_loads"], views["valid"]
+        self._feeding = experiment.feeding
+        self._ramp: CommandRamp | None = None
         self._applied = np.empty(0)
         self._m = len(robot.muscles)
 
@@ -88,6 +93,7 @@ class ControllerModel(ExperimentModel):
     def groups(experiment: Experiment) -> Groups:
         """The variables for an experiment in named groups."""
         settings = experiment.controller
+        fed = experiment.feeding is not None
         return controller_groups(
             experiment.robot,
             settings.space,
@@ -95,6 +101,7 @@ class ControllerModel(ExperimentModel):
             settings.kd,
             settings.period,
             torque_gains=settings.torque_gains,
+            estimate=estimate_inputs(experiment.robot) if fed else {},
         )
 
     @classmethod
@@ -125,6 +132,9 @@ class ControllerModel(ExperimentModel):
             self._muscles.reset(self._begin.commands)
             self._commands[:] = self._muscles.commands
         self._loop.reset(forces)
+        if self._feeding is not None:
+            ramps = self._feeding.ramp_down, self._feeding.ramp_in
+            self._ramp = CommandRamp(*ramps, forces, np.array(self._start_q))
         self._forces[:] = forces
         self._slack[:] = 0.0
         self._report[:] = 0.0
@@ -136,6 +146,9 @@ class ControllerModel(ExperimentModel):
         self._loop.set_period(periods * period)
         if not np.array_equal(self._applied, self.parameters):
             self._apply_parameters()
+        if self._ramp is not None and not self._valid[0]:
+            self._fall(self._ramp)
+            return
         begin = time.perf_counter()
         solution = self._tick(self._known_load())
         self._forces[:] = self._loop.acting
@@ -146,7 +159,9 @@ class ControllerModel(ExperimentModel):
         """The loop's tick, among the forces that the muscles can come to."""
         q, qd, muscles = self._q, self._qd, self._muscles
         if muscles is None:
-            return self._loop.tick(q, qd, self._reference, load)
+            solution = self._loop.tick(q, qd, self._reference, load)
+            self._rise()
+            return solution
         m, period = self._m, self._loop.period
         applied = muscles.observe(q, qd, self._states)
         if applied is not None:
@@ -159,34 +174,58 @@ class ControllerModel(ExperimentModel):
             np.concatenate([f_min, self._f_min[m:]]), np.concatenate([f_max, self._f_max[m:]])
         )
         solution = self._loop.tick(q, qd, self._reference, load, applied=applied)
+        self._rise()
         muscles.update(self._loop.acting[:m], period)
         self._commands[:] = muscles.commands
         return solution
 
-    def get_state(self) -> bytes:
-        """The memory of the loop, of the law and of the muscles."""
-        parts = [self._loop.get_state(), self._law.get_state()]
+    def _rise(self) -> None:
+        """What acts is less while a lost state has not been back for long."""
+        if self._ramp is not None:
+            acting, rest = self._loop.acting, resting(self._f_min, self._f_max)
+            acting[:] = self._ramp.rising(self._loop.period, rest, acting, self._q)
+
+    def _fall(self, ramp: CommandRamp) -> None:
+        """A tick without a state: commands go down, and the loop forgets what it knew."""
+        period = self._loop.period
+        forces = ramp.falling(period, resting(self._f_min, self._f_max))
+        self._law.reset()
+        self._loop.reset(forces)
         if self._muscles is not None:
-            parts.append(self._muscles.get_state())
-        return np.concatenate(parts).tobytes()
+            self._muscles.observe(ramp.q, np.zeros_like(ramp.q), self._states)
+            self._muscles.update(forces[: self._m], period)
+            self._commands[:] = self._muscles.commands
+        self._forces[:] = forces
+        self._slack[:] = 0.0
+        self._report[:] = 0.0
+
+    def get_state(self) -> bytes:
+        """The memory of the loop, of the law, of the muscles and of the ramp."""
+        return np.concatenate([part.get_state() for part in self._remembering]).tobytes()
 
     def set_state(self, state: bytes) -> None:
         """Go back to a state from `get_state`."""
-        sizes = [self._loop.get_state().size, self._law.get_state().size]
-        if len(state) != 8 * (sum(sizes) + (self._muscles.size if self._muscles else 0)):
+        parts = self._remembering
+        sizes = [part.get_state().size for part in parts]
+        if len(state) != 8 * sum(sizes):
             raise InputError(f"a state of this controller does not have {len(state)} bytes")
-        loop, law, muscles = np.split(np.frombuffer(state), np.cumsum(sizes))
-        self._loop.set_state(loop)
-        self._law.set_state(law)
-        if self._muscles is not None:
-            self._muscles.set_state(muscles)
+        numbers = np.split(np.frombuffer(state), np.cumsum(sizes)[:-1])
+        for part, own in zip(parts, numbers, strict=True):
+            part.set_state(own)
+
+    @property
+    def _remembering(self) -> list[ControlLoop | Law | MuscleControl | CommandRamp]:
+        """What has a memory."""
+        parts = [self._loop, self._law, self._muscles, self._ramp]
+        return [part for part in parts if part is not None]
 
     def _known_load(self) -> FloatArray | None:
-        """w_e = -J'F of the forces on task points, shape (n,)."""
+        """w_e = -J'F + w of forces on task points and of estimated loads w, shape (n,)."""
+        estimated = self._estimated_loads.copy() if self._estimated_loads.any() else None
         if not self._loads.any():
-            return None
+            return estimated
         w_e: FloatArray = -self._dynamics.point_jacobian(self._q).T @ self._loads
-        return w_e
+        return w_e if estimated is None else w_e + estimated
 
     def _apply_parameters(self) -> None:
         self._law.set_gains(self._kp, self._kd)

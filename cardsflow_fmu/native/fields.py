@@ -17,7 +17,7 @@ from .binding import native_library
 Counts = dict[str, int]
 Fields = dict[str, ArrayLike]
 
-NATIVE_MODELS = ("plant", "controller", "reference")
+NATIVE_MODELS = ("plant", "controller", "reference", "sensors", "estimator")
 """In the order of native/layout.h."""
 
 _MAGIC = b"CARDSNAT"

@@ -40,8 +40,9 @@ class NativeLoop(StepLoop):
     """
 
     def __init__(self, experiment: Experiment) -> None:
-        files = native_models(experiment, list(MODELS))
-        tables = {name: model.table(experiment) for name, model in MODELS.items()}
+        self._names = experiment.columns
+        files = native_models(experiment, self._names)
+        tables = {name: MODELS[name].table(experiment) for name in self._names}
         self._library = native_library()
         self._loop: ctypes.c_void_p | None = opened_loop(files, tables, experiment.run.step)
         parts = [self._part(k, *entry) for k, entry in enumerate(tables.items())]
@@ -50,7 +51,7 @@ class NativeLoop(StepLoop):
         self._step, self.count = run.step, run.steps + 1
         self.names, self.units, _ = columns_of(parts)
         every = round(experiment.controller.period / run.step)
-        self._every = {"plant": 1, "reference": 1, "controller": every}
+        self._every = dict.fromkeys(self._names, 1) | {"controller": every}
         self._has_run, self._done, self._times = False, 0, np.zeros(self.count)
         self._plan(parts)
 
@@ -120,7 +121,7 @@ class NativeLoop(StepLoop):
         experiment = self._experiment
         copies = connect(parts, experiment.wiring)
         numbers = {part.name: k for k, part in enumerate(parts)}
-        groups, before = experiment.run.coupling.stages(list(numbers))
+        groups, before = experiment.coupling.stages(list(numbers))
         turns: list[list[int]] = []
         routes: list[tuple[int, ...]] = []
         changes: list[tuple[float, ...]] = []
@@ -156,7 +157,7 @@ class NativeLoop(StepLoop):
 
     def _error(self, failed: int, when: str) -> SimulationError:
         text = self._library.native_loop_message(self._loop).decode("utf-8", "replace")
-        return SimulationError(f"the {list(MODELS)[failed - 1]} failed {when}: {text}")
+        return SimulationError(f"the {self._names[failed - 1]} failed {when}: {text}")
 
     def _check(self, failed: int, when: str) -> None:
         if failed:

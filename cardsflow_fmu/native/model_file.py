@@ -11,10 +11,12 @@ from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.controller import ControllerSettings
 from cardsflow_fmu.models.controller import ControllerModel
+from cardsflow_fmu.models.estimator import EstimatorModel
 from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.muscle_control import late_periods
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.models.reference import ReferenceModel
+from cardsflow_fmu.models.sensors import SensorsModel
 from cardsflow_fmu.models.start_commands import start
 from cardsflow_fmu.signals.muscles import (
     commanded_muscles,
@@ -29,6 +31,7 @@ from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.core.wrench_points import wrench_points
 from sim_dart.plant.settings import core_lacks, python_laws
 
+from .estimation import estimator_file, sensors_file
 from .fields import NATIVE_MODELS, Counts, Fields, encode
 from .reference import reference_fields
 
@@ -36,9 +39,10 @@ NATIVE_FILE = "native.bin"
 MODELS: dict[str, type[ExperimentModel]] = {
     "plant": PlantModel,
     "reference": ReferenceModel,
+    "sensors": SensorsModel,
+    "estimator": EstimatorModel,
     "controller": ControllerModel,
 }
-"""In the order of the columns of a run."""
 
 _RULES = ("euler", "rk4")
 _LAWS = ("joint_space", "operational_space")
@@ -77,7 +81,7 @@ def missing_in_c(experiment: Experiment, model: str) -> str | None:
     """
     if model not in NATIVE_MODELS:
         return "links to hardware"
-    if model == "reference":
+    if model in ("reference", "sensors", "estimator"):
         return None
     if (experiment.plant if model == "plant" else experiment.controller).engine == "dart":
         return 'the engine "dart"'
@@ -107,6 +111,10 @@ def _native_file(experiment: Experiment, model: str) -> bytes:
     groups = MODELS[model].groups(experiment)
     if model == "reference":
         return encode(model, b"", groups, *reference_fields(experiment))
+    if model == "sensors":
+        return sensors_file(experiment, groups)
+    if model == "estimator":
+        return estimator_file(experiment, groups)
     if model == "plant":
         robot = experiment.plant_robot
         plant = experiment.plant
@@ -158,6 +166,9 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
         "start_forces": [] if begin is None else begin.forces,
         "start_commands": [] if begin is None else begin.commands,
         "observer": controller.observer,
+        "ramp_down": experiment.feeding.ramp_down if experiment.feeding else 0.0,
+        "ramp_in": experiment.feeding.ramp_in if experiment.feeding else 0.0,
+        "q_start": experiment.start.q,
         "ki": controller.ki,
         "delay": controller.delay,
         "predict": controller.predict,

@@ -10,6 +10,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.results.columns import chosen_columns
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
+from cardsflow_fmu.signals.estimation import ESTIMATE
 from cardsflow_fmu.signals.followed import Followed, followed_by_name
 from cardsflow_fmu.signals.ports import coordinate_signals, identifier
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -163,6 +164,28 @@ def _errors(result: RunData) -> list[Panel]:
     return panels
 
 
+def _estimates(result: RunData) -> list[Panel]:
+    """Errors of estimated positions, and three times their standard deviations."""
+    by_unit: dict[str, list[Curve]] = {}
+    time = result["time"]
+    for name in result.names:
+        prefix, _, rest = name.partition(".")
+        truth, sd = f"q.{rest}", f"{ESTIMATE['sd']}.{rest}"
+        if prefix != ESTIMATE["q"] or not {truth, sd} <= set(result.names):
+            continue
+        with np.errstate(invalid="ignore"):
+            error, bound = result[name] - result[truth], 3.0 * result[sd]
+        curves = by_unit.setdefault(result.units.get(truth) or "-", [])
+        curves.append(Curve(name, time, error))
+        curves.append(Curve(f"3 {sd}", time, bound, of=name, colour="black"))
+    return [Panel(f"error of the estimate [{unit}]", own) for unit, own in by_unit.items()]
+
+
+def _innovation(result: RunData) -> list[Panel]:
+    names = [name for name in ("innovation", "valid") if name in result.names]
+    return [Panel("innovation, validity", _curves(result, names))] if len(names) == 2 else []
+
+
 def _solve_times(result: RunData) -> list[Panel]:
     times = result.solve_times
     curve = [Curve("controller", times[:, 0], 1e6 * times[:, 1])]
@@ -196,13 +219,16 @@ def _moment_arms(result: RunData) -> list[Panel]:
 
 _POSES = 1000
 _NO_ARM = 1e-12
-_USUAL = ("forces", "torques", "tracking", "errors")
+_USUAL = ("forces", "torques", "tracking", "errors", "estimate")
 
 KINDS: dict[str, Callable[[RunData], list[Panel]]] = {
     "forces": _starting("f", "force command"),
     "torques": _starting("tau", "motor command"),
     "tracking": _tracking,
     "errors": _errors,
+    "estimate": _estimates,
+    "loads": _starting("w_hat", "estimated load"),
+    "innovation": _innovation,
     "lengths": _starting("l", "muscle length", by_change=True),
     "moment_arms": _moment_arms,
     "solve_times": _solve_times,

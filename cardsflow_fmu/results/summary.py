@@ -27,6 +27,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
 from .engines import MASTERS, engines, why_python
+from .estimation import estimation
 from .verdict import problems
 
 Columns = Mapping[str, FloatArray]
@@ -46,7 +47,11 @@ class Speed:
 
 
 def summarize(
-    experiment: Experiment, recording: Recording, speed: Speed, through: str
+    experiment: Experiment,
+    recording: Recording,
+    speed: Speed,
+    through: str,
+    observed: Mapping[str, Any] = {},
 ) -> dict[str, Any]:
     """The summary of an experiment's run; signals that an external FMU lacks are left out.
 
@@ -55,6 +60,7 @@ def summarize(
         recording: Its recording.
         speed: Its times.
         through: `direct`, `fmu` or `native`.
+        observed: What the sensors tell of the reference's poses; see `analysis.observable`.
     """
     robot, columns = experiment.robot, recording.columns
     followed = followed_signals(robot, experiment.reference.space, experiment.controller.passive)
@@ -72,7 +78,7 @@ def summarize(
         "robot": robot.name,
         "cable_set": robot.cable_set,
         **_course(recording, columns),
-        "coupling": experiment.run.coupling.scheme,
+        "coupling": experiment.coupling.scheme,
         "step": experiment.run.step,
         "control_period": experiment.controller.period,
         "engine": engines(experiment, through),
@@ -80,6 +86,7 @@ def summarize(
         "master": MASTERS[through],
         **(
             signals := _contacts(experiment, columns)
+            | estimation(experiment, columns, observed)
             | _signals(recording, columns, followed, bounds, slack)
         ),
         **_torques(motors, columns),

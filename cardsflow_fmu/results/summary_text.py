@@ -22,6 +22,7 @@ def describe_summary(summary: Mapping[str, Any], *, every: bool = False) -> list
     most = None if every else WORST
     lines = [f"WARNING: {warning}" for warning in summary.get("warnings") or ()]
     lines += [_title(summary), *_tracking_lines(summary, most), *_force_lines(summary, most)]
+    lines += _estimation_lines(summary, most)
     lines += _torque_lines(summary, most)
     lines += _infeasible_lines(summary, most)
     lines += _real_time_lines(summary)
@@ -100,6 +101,23 @@ def _tracking_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
     worst = _by_size(rows, lambda name: tracking["per_signal"][name]["max"])
     title = f"tracking    {_text(tracking['rms'])} {tracking['unit']}, RMS of the errors' 2-norm"
     return [title, *_rows(rows, worst, most)]
+
+
+def _estimation_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
+    """Errors of the estimate, where there is one."""
+    estimate = summary.get("estimation")
+    if not estimate:
+        return []
+    signals = estimate["per_signal"]
+    rows = {
+        name: f"error RMS {_text(e['rms'])}, max {_text(e['max'])} {e['unit']}, standard deviation "
+        f"up to {_text(e['largest_sd'])}"
+        for name, e in signals.items()
+    }
+    title = f"estimate    valid {estimate['valid_share']:.1%} of the time, "
+    title += f"mean innovation {_text(estimate['innovation'])}"
+    lines = [title if estimate["feeds"] else f"{title}; it only watches"]
+    return [*lines, *_rows(rows, _by_size(rows, lambda name: signals[name]["max"]), most)]
 
 
 def _by_size(names: Iterable[str], size: Callable[[str], float | None]) -> list[str]:

@@ -19,7 +19,19 @@ def problems(summary: Mapping[str, Any]) -> list[str]:
     Args:
         summary: From `summarize` or `summarize_system`, or as a run has written it.
     """
-    return [*_infeasible(summary), *_undecided(summary), *_slipping(summary), *_astray(summary)]
+    found = (_lost, _infeasible, _undecided, _slipping, _astray)
+    return [line for problem in found for line in problem(summary)]
+
+
+def _lost(summary: Mapping[str, Any]) -> list[str]:
+    """When the estimate was not to be relied on."""
+    estimate = summary.get("estimation") or {}
+    if estimate.get("first_lost_at_s") is None:
+        return []
+    return [
+        f"the estimate was lost in {1 - estimate['valid_share']:.1%} of the run, first at "
+        f"t = {estimate['first_lost_at_s']:.6g} s; it ends {estimate['status']}"
+    ]
 
 
 def _infeasible(summary: Mapping[str, Any]) -> list[str]:

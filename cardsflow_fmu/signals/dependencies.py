@@ -111,6 +111,7 @@ def controller_dependencies(
     names = _names(groups)
     followed = [name for name in names["reference"] if name.partition(".")[0] not in unused]
     read = [*names["q"], *names["qd"], *followed, *names["loads"], *names["states"]]
+    read += [*names["estimated_loads"], *names["valid"]]
     tuned = [name for prefix in ("kp", "kd", "f_min", "f_max") for name in names[prefix]]
     tick = frozenset([*read, *tuned])
     at_once, at_start = _no_dependencies(groups), _no_dependencies(groups)
@@ -134,6 +135,25 @@ def controller_dependencies(
 def reference_dependencies(groups: Groups) -> Dependencies:
     """Of a reference: it depends on time alone."""
     return Dependencies(_no_dependencies(groups), _no_dependencies(groups))
+
+
+def sampled_dependencies(
+    groups: Groups, *, delayed: bool = False, at_start: Mapping[str, str] = {}
+) -> Dependencies:
+    """Of what samples its inputs: a reading, or an estimate, depends on all of them.
+
+    Args:
+        groups: Its variables.
+        delayed: Whether outputs come later than the inputs that they follow from.
+        at_start: Group of parameters that each group of outputs is at the start.
+    """
+    inputs = frozenset(port.name for port in all_ports(groups) if port.causality == "input")
+    names, found = _names(groups), _no_dependencies(groups)
+    begin = dict(found)
+    for output, start in at_start.items():
+        pairs = zip(names[output], names[start], strict=True)
+        begin |= {name: frozenset([own]) for name, own in pairs}
+    return Dependencies(found if delayed else dict.fromkeys(found, inputs), begin)
 
 
 def hardware_dependencies(groups: Groups) -> Dependencies:

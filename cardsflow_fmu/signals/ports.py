@@ -7,7 +7,8 @@ value reference of a port is its index in the table of its model.
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import Coordinate, Robot
@@ -271,6 +272,7 @@ def controller_groups(
     period: float,
     *,
     torque_gains: bool = False,
+    estimate: Mapping[str, Sequence[Port]] = MappingProxyType({}),
 ) -> Groups:
     """Variables of a controller: state, reference and known loads in; forces and diagnostics out.
 
@@ -285,6 +287,7 @@ def controller_groups(
         kd: Velocity gains of what is followed.
         period: Time between two ticks, in [s].
         torque_gains: Whether the gains make torques of errors, instead of accelerations.
+        estimate: Inputs that an estimator feeds besides.
     """
     infeasible = "No force within the bounds fits"
     undecided = "No force that fits was found, though there may be one"
@@ -294,6 +297,8 @@ def controller_groups(
         "reference": _followed_ports(robot, space, "input"),
         "loads": _load_ports(robot, "input"),
         "states": state_ports(robot, "input"),
+        "estimated_loads": estimate.get("estimated_loads", []),
+        "valid": estimate.get("valid", []),
         "forces": [
             *_force_ports(robot, "output", "discrete"),
             *_torque_ports(robot, "output", "discrete"),

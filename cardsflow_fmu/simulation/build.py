@@ -13,15 +13,17 @@ from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.controller import ControllerModel
+from cardsflow_fmu.models.estimator import EstimatorModel
 from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.hardware import HardwareModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.models.reference import ReferenceModel
+from cardsflow_fmu.models.sensors import SensorsModel
 from cardsflow_fmu.native.fields import NATIVE_MODELS
 from cardsflow_fmu.native.model_file import missing_in_c, native_model
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.signals.muscles import modelled_muscles
-from cardsflow_fmu.signals.roles import HARDWARE
+from cardsflow_fmu.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
 from cardsflow_fmu.ssp.from_experiment import experiment_system, with_plant
 from cardsflow_fmu.ssp.writer import write_ssp
 from cardsflow_fmu.utils.archive import contents_of
@@ -36,6 +38,8 @@ MODELS: dict[str, type[ExperimentModel]] = {
     "plant": PlantModel,
     "controller": ControllerModel,
     "reference": ReferenceModel,
+    SENSORS: SensorsModel,
+    ESTIMATOR: EstimatorModel,
     HARDWARE: HardwareModel,
 }
 
@@ -98,8 +102,8 @@ def build(
 
 def _buildable(experiment: Experiment) -> list[str]:
     """All models, but that of the hardware where muscles are not commanded by their forces."""
-    has_hardware = not modelled_muscles(experiment.robot)
-    return [name for name in MODELS if name != HARDWARE or has_hardware]
+    names = list(ROLES) if experiment.estimator is None else [*ROLES, SENSORS, ESTIMATOR]
+    return names if modelled_muscles(experiment.robot) else [*names, HARDWARE]
 
 
 def native_or_not(experiment: Experiment, name: str, native: bool | None) -> bool:

@@ -6,12 +6,14 @@ import contextlib
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
+from cardsflow_fmu.analysis.observable import observability_warnings, observed_poses
 from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import Participant
+from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
@@ -23,9 +25,9 @@ from cardsflow_fmu.models.hardware import HardwareModel
 from cardsflow_fmu.native.loop import NativeLoop
 from cardsflow_fmu.results.files import EXPERIMENT, Contents
 from cardsflow_fmu.results.saved_run import experiment_archive
-from cardsflow_fmu.results.summary import summarize
+from cardsflow_fmu.results.summary import Speed, summarize
 from cardsflow_fmu.signals.ports import outer_signals
-from cardsflow_fmu.signals.roles import HARDWARE, ROLES
+from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import contents_of
 
 from .build import MODELS, build_fmus, model_name
@@ -95,11 +97,24 @@ def open_experiment(
             loop,
             driven.run.step,
             hardware,
-            partial(summarize, driven, through=through),
+            partial(_summary, driven, through, observed_poses(driven)),
             partial(Result, experiment=driven),
             contents,
             streamed,
         )
+
+
+def _summary(
+    experiment: Experiment,
+    through: Through,
+    observed: dict[str, Any],
+    recording: Recording,
+    speed: Speed,
+) -> dict[str, Any]:
+    """The summary, with what could not be observed among its warnings."""
+    summary = summarize(experiment, recording, speed, through, observed)
+    summary["warnings"] = [*observability_warnings(observed), *summary["warnings"]]
+    return summary
 
 
 def _built(
@@ -111,7 +126,7 @@ def _built(
     native: bool | None,
 ) -> dict[str, PreparedFmu]:
     """The FMUs of an experiment that may have been made to begin elsewhere."""
-    names = [model_name(role, experiment) for role in ROLES]
+    names = [model_name(role, experiment) for role in experiment.roles]
     if driven is not experiment:  # the controller is the same wherever the robot begins
         files = build_fmus(experiment, folder, ["controller"], fmi, arrays, native=native)
         names.remove("controller")
@@ -136,7 +151,7 @@ def _loop(
     settings = experiment.run
     with _participants(experiment, fmus, aside, recording) as participants:
         yield Master(
-            [participants[name] for name in ("plant", "reference", "controller")],
+            [participants[name] for name in experiment.columns],
             fitting_wiring(
                 experiment.wiring,
                 experiment.fmus,
@@ -145,7 +160,7 @@ def _loop(
             ),
             step=settings.step,
             steps=settings.steps,
-            coupling=settings.coupling,
+            coupling=experiment.coupling,
             every={"controller": round(experiment.controller.period / settings.step)},
         )
 
@@ -162,7 +177,7 @@ def _participants(
     connection = Connection(hardware.link, hardware.key_file, recording)
     with contextlib.ExitStack() as stack:
         participants: dict[str, Participant] = {}
-        for role in reversed(ROLES):
+        for role in reversed(experiment.roles):
             name = model_name(role, experiment)
             model, external = MODELS[name], experiment.fmus.get(name)
             participant: Participant

@@ -12,11 +12,11 @@ from cardsflow_fmu.cosim.external_fmu import ExternalFmu, fitting_wiring, rename
 from cardsflow_fmu.cosim.wiring import routes
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.ports import Port, outer_signals
+from cardsflow_fmu.signals.roles import ROLES
 from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit, conversion, variable_units
 
 from .system import Component, Connection, Connector, Parameter, System
 
-_ORDER = ("reference", "controller", "plant")
 _TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean"}
 
 
@@ -28,7 +28,8 @@ def experiment_system(
     Raises:
         InputError: Something does not fit, or an FMU has connectors that SSP cannot hold.
     """
-    parts = [_Part(role, fmus[role], experiment.fmus.get(role), tables[role]) for role in _ORDER]
+    order = ("reference", *experiment.roles[len(ROLES) :], "controller", "plant")
+    parts = [_Part(role, fmus[role], experiment.fmus.get(role), tables[role]) for role in order]
     by_role = {part.name: part for part in parts}
     connections: list[Connection] = []
     loads = outer_signals(experiment.robot, experiment.plant.wrenches)

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import CardsflowError, InputError, Robot, UnknownNameError
+from addin_sdfusion.robot import CardsflowError, InputError, Robot
 from addin_sdfusion.robot.checks.check import require_valid
 from sim_dart.core.arrays import FloatArray, vector
 from sim_dart.core.blob import compile_blob
-from sim_dart.core.frames import moving_frames, transform
 from sim_dart.core.library import Core, library
 
 from .estimated_robot import cable_compliances, estimated_robot, passive_muscles
 from .settings import EstimatorSettings, InertialUnit, arrays
+from .unit_places import unit_places
 
 STATUSES = ("waiting", "tracking", "ambiguous", "no pose fits", "unobservable", "diverged")
 """What an estimator says of itself, by its number."""
@@ -93,7 +93,7 @@ class PoseEstimator:
         self._core = Core(compile_blob(estimated_robot(robot)))
         n, m, i = len(robot.coordinates), len(robot.muscles), len(units)
         c = self._c = _bound()
-        self._frames, rotations, positions = _places(robot, units)
+        self._frames, rotations, positions = unit_places(robot, units)
         self._memory = np.empty(-(-c.estimator_size(self._core.handle, i) // 8))
         address = self._memory.ctypes.data
         self._handle = ctypes.c_void_p(
@@ -235,24 +235,3 @@ class PoseEstimator:
             for sd in (settings.start_sd, settings.start_speed_sd, settings.start_load_sd)
         ]
         rest[3 * n :] = settings.gyroscope_bias_sd, settings.accelerometer_bias_sd
-
-
-def _places(robot: Robot, units: Sequence[InertialUnit]) -> tuple[Any, FloatArray, FloatArray]:
-    """The frame of each unit, and its rotation and position there."""
-    _, places = moving_frames(robot)
-    frames, rotations, positions = [], [], []
-    for unit in units:
-        if unit.link not in places:
-            raise UnknownNameError("link", unit.link, list(places))
-        place = places[unit.link]
-        if place.frame < 0:
-            raise InputError(f"an inertial unit on {unit.link!r} tells nothing: it does not move")
-        T = place.T_frame_link @ transform(unit.pose)
-        frames.append(place.frame)
-        rotations.append(T[:3, :3])
-        positions.append(T[:3, 3])
-    return (
-        np.array(frames, dtype=np.int32),
-        np.array(rotations).reshape(-1, 9),
-        np.array(positions).reshape(-1, 3),
-    )

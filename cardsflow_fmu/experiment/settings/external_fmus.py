@@ -54,11 +54,12 @@ _WORDS = "an .fmu, or a table with its path and a name map"
 
 
 class FmusSettings(Table):
-    """External FMUs in the place of plant, controller, reference or hardware."""
+    """External FMUs in the place of plant, controller, reference, estimator or hardware."""
 
     plant: _Fmu = setting(_WORDS, None)
     controller: _Fmu = setting(_WORDS, None)
     reference: _Fmu = setting(_WORDS, None)
+    estimator: _Fmu = setting(_WORDS, None)
     hardware: _Fmu = setting(_WORDS, None)
 
     @property

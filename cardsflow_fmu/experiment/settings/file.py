@@ -10,6 +10,7 @@ from cardsflow_fmu.config.messages import SettingError
 from cardsflow_fmu.config.table import Listed, Table, setting
 
 from .controller import ControllerSettings
+from .estimator import EstimatorTable
 from .external_fmus import FmusSettings
 from .hardware import HardwareSettings
 from .loads import DisturbanceSettings, WiringSettings
@@ -46,12 +47,15 @@ class ExperimentTables(Table):
     disturbance: DisturbanceSettings = setting("Forces on task points from outside.", {})
     world: WorldSettings = setting("What is around the robot.", None)
     plant: PlantSettings = setting("The simulated robot.", {})
+    estimator: EstimatorTable = setting(
+        "The state from the muscles, between plant or hardware and controller.", None
+    )
     run: RunSettings = setting("The co-simulation.", {})
     wiring: WiringSettings = setting(
         "Inputs that are not connected to the output of the same name.", {}
     )
     fmus: FmusSettings = setting(
-        "External FMUs in the place of plant, controller, reference or hardware.", {}
+        "External FMUs in the place of plant, controller, reference, estimator or hardware.", {}
     )
     hardware: HardwareSettings = setting("What can be driven instead of the plant.", {})
 

@@ -15,7 +15,6 @@ from cardsflow_fmu.config.key_path import join_path, split_path
 from cardsflow_fmu.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.names import robot_names
-from cardsflow_fmu.signals.roles import ROLES
 from cardsflow_fmu.utils.extras import install
 
 from .metrics import DEFAULT_METRICS, spelled_out
@@ -144,7 +143,7 @@ def _require_engines(tables: StudyTables, base: Experiment, context: Context) ->
         from cardsflow_fmu.native.library import native_models
 
         with context.at("engine"):
-            native_models(base, ROLES)
+            native_models(base, base.roles)
     if "parquet" in tables.tables and importlib.util.find_spec("pyarrow") is None:
         raise context.error("tables", f"parquet needs pyarrow: {install('parquet')}")
 

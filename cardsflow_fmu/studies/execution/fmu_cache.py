@@ -12,7 +12,6 @@ from pathlib import Path
 
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
-from cardsflow_fmu.signals.roles import ROLES
 from cardsflow_fmu.simulation.build import MODELS, build, model_name
 from cardsflow_fmu.simulation.from_experiment import PreparedFmu
 from cardsflow_fmu.utils.archive import contents_of
@@ -55,7 +54,7 @@ def prepared_fmus(base: Experiment, experiment: Experiment, shared: Path) -> dic
 
 def _names(experiment: Experiment) -> list[str]:
     """Of the FMUs that a run is made of, without external ones."""
-    names = (model_name(role, experiment) for role in ROLES)
+    names = (model_name(role, experiment) for role in experiment.roles)
     return [name for name in names if name not in experiment.fmus]
 
 

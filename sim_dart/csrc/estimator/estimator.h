@@ -79,7 +79,7 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
      first_poses         of the search: the best pose, the second best; their sums of squares; 2 n + 2      */
 CORE_API real *estimator_array(estimator *e, const char *name, size_t *length);
 
-/* Forget all: the state is that of the start. */
+/* Forget all: the state is that of the start, which is valid where it is known well enough. */
 CORE_API void estimator_reset(estimator *e);
 
 /* Advance by steps of h with the tensions as they are, then take the measurements. An enum estimator_status. */

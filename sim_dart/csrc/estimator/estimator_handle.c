@@ -73,4 +73,7 @@ void estimator_reset(estimator *e)
     }
     e->mean_innovation[0] = 1;
     e->status[0] = ESTIMATOR_WAITING;
+    e->valid[0] = e->search[0] == 0;
+    for (size_t j = 0; j < e->n; j++)
+        if (!(e->sd[j] <= e->largest_sd[j])) e->valid[0] = 0;
 }

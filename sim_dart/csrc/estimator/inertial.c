@@ -10,33 +10,10 @@
 #include "../kinematics/bodies.h"
 #include "../kinematics/joint_variables.h"
 #include "../kinematics/points.h"
+#include "../sensors/specific_force.h"
 #include "correct.h"
 
 #include <string.h>
-
-/* Accelerations of all frames' origins, in the core, with the qdd of its last step. */
-static void accelerate_frames(estimator *e)
-{
-    core *c = e->core;
-    real *rates = c->qdd;
-    if (c->is_driven) variables_follow(c, c->qdd, rates = e->rates);
-    for (int32_t f = 0; f < c->blob.counts.frames; f++) {
-        real *a = c->acceleration + 6 * f;
-        bodies_carry(c, f, c->acceleration, a);
-        for (int k = 0; k < 6; k++) a[k] += c->drift[6 * f + k];
-        const real rate = rates[c->blob.coordinate[f]];
-        for (int k = 0; k < 3; k++) a[(c->blob.motion[f] == ROTATION ? 0 : 3) + k] += rate * c->axis[3 * f + k];
-    }
-}
-
-/* Acceleration less gravity, in the world, of a point at r from a frame's origin. */
-static void specific_force(const core *c, int32_t frame, const real r[3], real s[3])
-{
-    const real *a = c->acceleration + 6 * frame;
-    for (int k = 0; k < 3; k++) s[k] = a[3 + k] - c->blob.gravity[k];
-    add_cross3(s, a, r);
-    add_centripetal(s, c->spin + 3 * frame, r);
-}
 
 /* By q and qd, what a gyroscope reads along an axis in the world. */
 static void fill_turning(estimator *e, int32_t frame, const real along[3])
@@ -116,7 +93,7 @@ void estimator_take_inertial(estimator *e)
     if (!e->i) return;
     bodies_links(c);
     bodies_velocities(c, e->state + e->n);
-    accelerate_frames(e);
+    accelerate_frames(c, e->rates);
     for (size_t unit = 0; unit < e->i; unit++) {
         const int32_t frame = e->imu_frame[unit];
         real axes[9], r[3];

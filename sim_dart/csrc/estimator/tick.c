@@ -70,6 +70,7 @@ int estimator_tick(estimator *e, real h, int32_t steps)
     if (e->status[0] != ESTIMATOR_TRACKING && e->search[0] != 0) {
         e->status[0] = (real)estimator_find(e);
         if (update_sd(e)) return lose(e);
+        if (e->status[0] == ESTIMATOR_TRACKING) judge(e, 0);
         return (int)e->status[0];
     }
     e->status[0] = ESTIMATOR_TRACKING;

@@ -27,6 +27,7 @@ SETTINGS: dict[str, dict[str, object]] = {
     "planar_2r": {"run.duration": 0.6},
     "roboy_left_arm": {"run.duration": 0.3},
 }
+ESTIMATED = SETTINGS["roboy_left_arm"] | {"estimator.exact": True}
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 
 
@@ -69,7 +70,7 @@ def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
 @pytest.mark.native
 def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
     """Run on, go back, run on; and the same in another instance, from serialised bytes."""
-    experiment = Experiment.load(EXAMPLES / "roboy_left_arm", SETTINGS["roboy_left_arm"])
+    experiment = Experiment.load(EXAMPLES / "roboy_left_arm", ESTIMATED)
     file = build(experiment, tmp_path, native=True)[model]
     check_states_repeat(file, tmp_path / "unpacked", step=1e-2)
 
@@ -95,7 +96,7 @@ def test_what_the_core_lacks_is_refused_by_name(
 @pytest.mark.native
 def test_a_damaged_file_is_refused(model: str, tmp_path: Path) -> None:
     """Also with a checksum that fits: no number in it is trusted."""
-    experiment = Experiment.load(EXAMPLES / "roboy_left_arm", SETTINGS["roboy_left_arm"])
+    experiment = Experiment.load(EXAMPLES / "roboy_left_arm", ESTIMATED)
     file = build(experiment, tmp_path, native=True)[model]
     folder = tmp_path / "unpacked"
     fmpy.extract(str(file), str(folder))

@@ -14,7 +14,11 @@ def check_states_repeat(file: Path, folder: Path, step: float) -> None:
     fmpy.extract(str(file), str(folder))
     host = load(folder)
     slave = host.slave
-    inputs = {v.name: float(v.start) for v in host.variables if v.causality == "input"}
+    inputs = {
+        v.name: float(v.start)
+        for v in host.variables
+        if v.causality == "input" and v.type == "Real"
+    }
     outputs = [
         v.name
         for v in host.variables

@@ -24,7 +24,7 @@
 
 struct native_loop;
 
-/* The layout of a kind of model, 0 plant, 1 controller, 2 reference: see native/layout.h. NULL if there is no
+/* The layout of a kind of model, 0 plant, 1 controller, 2 reference, 3 sensors, 4 estimator: see native/layout.h. NULL if there is no
  * such kind. */
 NATIVE_LOOP_API const char *native_loop_layout(int32_t kind);
 NATIVE_LOOP_API uint32_t native_loop_layout_hash(int32_t kind);

@@ -6,7 +6,7 @@
  *     u32      version of this format, 2
  *     u32      length of the whole file
  *     u32      CRC-32 of all that follows
- *     u32      kind of model: 0 plant, 1 controller, 2 reference
+ *     u32      kind of model: 0 plant, 1 controller, 2 reference, 3 sensors, 4 estimator
  *     u32      length of the robot's blob; 0 for a reference, which has none
  *     u32      hash of the settings' layout
  *     the robot's blob, padded to 8 bytes; the settings, see layout.h

@@ -11,7 +11,8 @@
 
 const char *native_layout(enum native_kind kind)
 {
-    static const char *const layouts[] = {LAYOUT(PLANT), LAYOUT(CONTROLLER), LAYOUT(REFERENCE)};
+    static const char *const layouts[] = {LAYOUT(PLANT), LAYOUT(CONTROLLER), LAYOUT(REFERENCE),
+                                          LAYOUT(SENSORS), LAYOUT(ESTIMATOR)};
     return layouts[kind];
 }
 
@@ -47,3 +48,5 @@ static uint64_t padded(uint64_t bytes)
 READ_SETTINGS(plant, PLANT)
 READ_SETTINGS(controller, CONTROLLER)
 READ_SETTINGS(reference, REFERENCE)
+READ_SETTINGS(sensors, SENSORS)
+READ_SETTINGS(estimator, ESTIMATOR)

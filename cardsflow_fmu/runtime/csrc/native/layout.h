@@ -13,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KINDS };
+enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SENSORS, NATIVE_ESTIMATOR, NATIVE_KINDS };
 
 /* GROUP(name, how many variables: for n coordinates, m muscles, a actuators, which are the muscles and behind
  *       them the motors of joints, r rows of the reference, k tasks; or ANY)
@@ -65,6 +65,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
  *     muscle_horizon    in [s], 0 for late_periods periods; see muscles.h
  *     start_forces      tensions before the first tick, where muscles have laws; start_commands their commands
  *     observer          bandwidth in [rad/s]
+ *     ramp_down, ramp_in   of commands where the state is lost and back, in [s]; q_start is where it begins
  *     and what the arrays of the loop and of the law are named; in joint space those for tasks are 0 */
 #define CONTROLLER_GROUPS(GROUP)                                                                              \
     GROUP(q, n)                                                                                               \
@@ -72,6 +73,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
     GROUP(reference, 3 * r)                                                                                   \
     GROUP(loads, ANY)                                                                                         \
     GROUP(states, ANY)                                                                                        \
+    GROUP(estimated_loads, ANY)                                                                               \
+    GROUP(valid, ANY)                                                                                         \
     GROUP(forces, a)                                                                                          \
     GROUP(commands, ANY)                                                                                      \
     GROUP(slack, r)                                                                                           \
@@ -109,6 +112,9 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
     FIELD(double, start_forces, 1, modelled)                                                                  \
     FIELD(double, start_commands, 1, modelled)                                                                \
     FIELD(double, observer, 1, models)                                                                        \
+    FIELD(double, ramp_down, 1, models)                                                                       \
+    FIELD(double, ramp_in, 1, models)                                                                         \
+    FIELD(double, q_start, 1, q)                                                                              \
     CONTROLLER_LOOP_FIELDS(FIELD)                                                                             \
     CONTROLLER_LAW_FIELDS(FIELD)
 
@@ -134,6 +140,85 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_KIN
     FIELD(double, load_end, 1, models)                                                                        \
     FIELD(double, load_forces, 1, loads)
 
+/* Of sensors and estimators, with i inertial units:
+ *     measured          muscle of each length and tension
+ *     motors            coordinate of each torque; encoded of each encoder
+ *     imu_frame         frame of each unit
+ *     delay             in readings
+ *     exact             whether the transition matrix is exact
+ *     and what the arrays of sensors.h and estimator.h are named; channels and numbers are those of theirs. */
+#define READING_GROUPS(GROUP)                                                                                 \
+    GROUP(lengths, ANY)                                                                                       \
+    GROUP(measured_tensions, ANY)                                                                             \
+    GROUP(measured_torques, ANY)                                                                              \
+    GROUP(encoders, ANY)                                                                                      \
+    GROUP(gyroscopes, 3 * i)                                                                                  \
+    GROUP(accelerometers, 3 * i)
+#define SENSORS_GROUPS(GROUP)                                                                                 \
+    GROUP(q, n)                                                                                               \
+    GROUP(qd, n)                                                                                              \
+    GROUP(tensions, ANY)                                                                                      \
+    GROUP(torques, ANY)                                                                                       \
+    READING_GROUPS(GROUP)
+#define SENSORS_COUNTS(COUNT) COUNT(units) COUNT(channels) COUNT(muscles) COUNT(models)
+#define SENSORS_COPIED_FIELDS(FIELD)                                                                          \
+    FIELD(double, noise, 1, channels)                                                                         \
+    FIELD(double, resolution, 1, channels)                                                                    \
+    FIELD(double, offset, 1, channels)                                                                        \
+    FIELD(double, stuck, 1, channels)                                                                         \
+    FIELD(double, compliance, 1, muscles)                                                                     \
+    FIELD(double, seed, 1, models)                                                                            \
+    FIELD(double, imu_rotation, 9, units)                                                                     \
+    FIELD(double, imu_position, 3, units)
+#define SENSORS_FIELDS(FIELD)                                                                                 \
+    FIELD(uint32_t, measured, 1, lengths)                                                                     \
+    FIELD(uint32_t, motors, 1, torques)                                                                       \
+    FIELD(uint32_t, encoded, 1, encoders)                                                                     \
+    FIELD(int32_t, imu_frame, 1, units)                                                                       \
+    FIELD(uint32_t, delay, 1, models)                                                                         \
+    SENSORS_COPIED_FIELDS(FIELD)
+
+#define ESTIMATOR_GROUPS(GROUP)                                                                               \
+    READING_GROUPS(GROUP)                                                                                     \
+    GROUP(q, n)                                                                                               \
+    GROUP(qd, n)                                                                                              \
+    GROUP(w, n)                                                                                               \
+    GROUP(sd, n)                                                                                              \
+    GROUP(report, 4)                                                                                          \
+    GROUP(q_start, n)                                                                                         \
+    GROUP(offsets, ANY)                                                                                       \
+    GROUP(step, 1)
+#define ESTIMATOR_COUNTS(COUNT) COUNT(units) COUNT(muscles) COUNT(numbers) COUNT(models)
+#define ESTIMATOR_COPIED_FIELDS(FIELD)                                                                        \
+    FIELD(double, length_noise, 1, muscles)                                                                   \
+    FIELD(double, encoder_noise, 1, q)                                                                        \
+    FIELD(double, gyroscope_noise, 1, units)                                                                  \
+    FIELD(double, accelerometer_noise, 1, units)                                                              \
+    FIELD(double, compliance, 1, muscles)                                                                     \
+    FIELD(double, slack, 1, models)                                                                           \
+    FIELD(double, gate, 1, models)                                                                            \
+    FIELD(double, acceleration_noise, 1, q)                                                                   \
+    FIELD(double, load_drift, 1, q)                                                                           \
+    FIELD(double, bias_drift, 2, models)                                                                      \
+    FIELD(double, imu_rotation, 9, units)                                                                     \
+    FIELD(double, imu_position, 3, units)                                                                     \
+    FIELD(double, search, 1, models)                                                                          \
+    FIELD(double, starts, 1, models)                                                                          \
+    FIELD(double, start_low, 1, q)                                                                            \
+    FIELD(double, start_high, 1, q)                                                                           \
+    FIELD(double, start_sd, 1, numbers)                                                                       \
+    FIELD(double, largest_sd, 1, q)                                                                           \
+    FIELD(double, largest_innovation, 1, models)                                                              \
+    FIELD(double, innovation_time, 1, models)
+#define ESTIMATOR_FIELDS(FIELD)                                                                               \
+    FIELD(uint32_t, measured, 1, lengths)                                                                     \
+    FIELD(uint32_t, motors, 1, measured_torques)                                                              \
+    FIELD(uint32_t, encoded, 1, encoders)                                                                     \
+    FIELD(int32_t, imu_frame, 1, units)                                                                       \
+    FIELD(uint32_t, exact, 1, models)                                                                         \
+    FIELD(uint32_t, delay, 1, models)                                                                         \
+    ESTIMATOR_COPIED_FIELDS(FIELD)
+
 struct native_group {
     uint32_t first, count;
 };
@@ -154,6 +239,8 @@ struct native_group {
 NATIVE_SETTINGS(plant, PLANT)
 NATIVE_SETTINGS(controller, CONTROLLER)
 NATIVE_SETTINGS(reference, REFERENCE)
+NATIVE_SETTINGS(sensors, SENSORS)
+NATIVE_SETTINGS(estimator, ESTIMATOR)
 
 /* The layout of a kind of model: a line a group, count or field; and its hash. */
 const char *native_layout(enum native_kind kind);

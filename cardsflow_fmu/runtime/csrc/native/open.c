@@ -1,6 +1,7 @@
 #include "open.h"
 
 #include "controller/controller.h"
+#include "estimation/estimation_models.h"
 #include "model.h"
 #include "plant/plant.h"
 #include "reference.h"
@@ -24,8 +25,13 @@ static int fill(struct model *model, struct native_model *native, const char *re
         return native_reference_open(model, native, error);
     if (native_robot_open(&native->robot, &native->file, error))
         return 1;
-    return (native->file.kind == NATIVE_PLANT ? native_plant_open : native_controller_open)(model, native,
-                                                                                          error);
+    static int (*const open[NATIVE_KINDS])(struct model *, struct native_model *, struct text *) = {
+        [NATIVE_PLANT] = native_plant_open,
+        [NATIVE_CONTROLLER] = native_controller_open,
+        [NATIVE_SENSORS] = native_sensors_open,
+        [NATIVE_ESTIMATOR] = native_estimator_open,
+    };
+    return open[native->file.kind](model, native, error);
 }
 
 int native_open(struct model *model, const struct port_table *ports, const char *resources, struct text *error)

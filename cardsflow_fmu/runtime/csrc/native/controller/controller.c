@@ -4,6 +4,7 @@
 #include "../../../../../sim_dart/csrc/math/elementary.h"
 #include "../../platform/clock.h"
 #include "controller_settings.h"
+#include "falling.h"
 
 #include <float.h>
 #include <math.h>
@@ -131,6 +132,7 @@ static int initialize(struct model *model)
     memcpy(c->forces, loop_array(c, "acting", &length), c->a * sizeof(double));
     if (c->muscles.are_modelled)
         hold(native);
+    native_falling_reset((struct controller *)native->own, c->forces);
     memset(c->slack, 0, c->r * sizeof(double));
     memset(c->report, 0, c->settings.of.report.count * sizeof(double));
     return 0;
@@ -161,6 +163,7 @@ static int are_inputs_finite(const struct controller *c)
     return all_finite(c->q, c->settings.of.q.count) && all_finite(c->qd, c->settings.of.qd.count) &&
            all_finite(c->reference, c->settings.of.reference.count) &&
            all_finite(c->loads, c->settings.of.loads.count) &&
+           all_finite(c->estimated_loads, c->settings.of.estimated_loads.count) &&
            all_finite(c->states, c->settings.of.states.count);
 }
 
@@ -182,6 +185,23 @@ static void bound_by_muscles(const struct native_model *native, double period)
         memcpy(loop_array(c, "seen_forces", &length), muscles->applied, size);
 }
 
+/* A tick without a state: commands go down. */
+static void fall(struct native_model *native, double period)
+{
+    struct controller *c = native->own;
+    struct native_robot *robot = &native->robot;
+    native_falling_fall(c, period);
+    if (c->muscles.are_modelled) { /* where they were at last, and at rest */
+        const double *q = c->falling + 1 + c->a;
+        memset(robot->load, 0, robot->n * sizeof(double));
+        native_muscles_set_state(&c->muscles, robot, q, robot->load, c->states, c->f_min, c->f_max, period);
+        native_muscles_update(&c->muscles, robot, q, robot->load, c->forces, period);
+        write_commands(c);
+    }
+    memset(c->slack, 0, c->r * sizeof(double));
+    memset(c->report, 0, c->settings.of.report.count * sizeof(double));
+}
+
 static int step(struct model *model)
 {
     struct native_model *native = model->backend;
@@ -194,6 +214,10 @@ static int step(struct model *model)
         return 1;
     const double period = (double)periods * c->period[0];
     apply_parameters(native);
+    if (native_falling_is_due(c)) {
+        fall(native, period);
+        return 0;
+    }
     loop_array(c, "gain", &length)[0] = 1 - exponential(-c->settings.observer[0] * period);
     if (!are_inputs_finite(c) || core_move_checked(robot->core, c->q, c->qd)) {
         text_set(&model->error, "the state or the reference of the controller is not finite");
@@ -201,6 +225,8 @@ static int step(struct model *model)
     }
     const double begin = monotonic_seconds();
     native_robot_load(robot, c->settings.load_rows, c->settings.of.loads.count, c->loads, -1); /* w_e = -J'F */
+    for (size_t j = 0; j < c->settings.of.estimated_loads.count; j++)
+        robot->load[j] += c->estimated_loads[j];
     if (c->muscles.are_modelled)
         bound_by_muscles(native, period);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
@@ -208,6 +234,7 @@ static int step(struct model *model)
         text_set(&model->error, "no forces within the bounds move the robot as it must: QP failed");
         return 1;
     }
+    native_falling_rise(c, period);
     memcpy(c->forces, loop_array(c, "acting", &length), c->a * sizeof(double));
     if (c->muscles.are_modelled) {
         native_muscles_update(&c->muscles, robot, c->q, c->qd, c->forces, period);
@@ -227,27 +254,31 @@ static int get_state(struct model *model, void **bytes, size_t *size)
 {
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
-    size_t sizes[3];
+    size_t sizes[4];
     const double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
-                                   computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory};
+                                   computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory,
+                                   c->falling};
     sizes[2] = native_muscles_memory(&c->muscles);
-    return native_save(parts, sizes, 3, bytes, size, &model->error);
+    sizes[3] = native_falling_memory(c);
+    return native_save(parts, sizes, 4, bytes, size, &model->error);
 }
 
 static int set_state(struct model *model, const void *bytes, size_t size)
 {
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
-    size_t sizes[3];
+    size_t sizes[4];
     double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
-                             computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory};
+                             computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory, c->falling};
     sizes[2] = native_muscles_memory(&c->muscles);
-    return native_restore(parts, sizes, 3, bytes, size, &model->error);
+    sizes[3] = native_falling_memory(c);
+    return native_restore(parts, sizes, 4, bytes, size, &model->error);
 }
 
 static void free_controller(struct controller *c)
 {
     native_muscles_close(&c->muscles);
+    free(c->falling);
     free(c->loop);
     free(c);
 }
@@ -289,7 +320,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
     struct controller *c = calloc(1, sizeof *c);
     int failed = !c || native_controller_settings(c, native, error);
     if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) ||
-                           open_loop(native, c)))) {
+                           native_falling_open(c) || open_loop(native, c)))) {
         text_set(error, "there is no memory for the controller");
         failed = 1;
     }

@@ -17,6 +17,7 @@ struct controller {
     size_t r, k; /* rows of the reference; task coordinates that are followed, or 0 */
     size_t a;    /* actuators: muscles, and motors behind them */
     struct native_muscles muscles;
+    double *falling; /* see falling.h */
 };
 #undef VALUES_MEMBER
 

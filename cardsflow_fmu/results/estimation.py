@@ -1,0 +1,62 @@
+"""The summary of an estimate beside the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.estimation import ESTIMATE, STATUSES, VALID
+from cardsflow_fmu.signals.ports import coordinate_signals
+from cardsflow_fmu.utils.arrays import FloatArray
+
+
+def estimation(
+    experiment: Experiment, columns: Mapping[str, FloatArray], observed: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Errors, deviations, innovations, and when the estimate was lost; nothing without any.
+
+    Args:
+        experiment: The experiment.
+        columns: Those of the run.
+        observed: What can be observed; see `analysis.observable`.
+    """
+    if experiment.estimator is None or VALID not in columns or not len(columns[VALID]):
+        return {}
+    robot, valid, time = experiment.robot, columns[VALID] != 0, columns["time"]
+    lost = np.flatnonzero(~valid)
+    return {
+        "estimation": {
+            "valid_share": float(valid.mean()),
+            "first_lost_at_s": float(time[lost[0]]) if lost.size else None,
+            "last_lost_at_s": float(time[lost[-1]]) if lost.size else None,
+            "status": STATUSES[int(columns["status"][-1])],
+            "innovation": float(columns["innovation"].mean()),
+            "feeds": experiment.estimator.feeds,
+            "observability": dict(observed),
+            "per_signal": {
+                hat: _errors(columns[q] - columns[hat], columns[sd], c.unit)
+                for q, hat, sd, c in zip(
+                    coordinate_signals("q", robot),
+                    coordinate_signals(ESTIMATE["q"], robot),
+                    coordinate_signals(ESTIMATE["sd"], robot),
+                    robot.coordinates,
+                    strict=True,
+                )
+                if {q, hat, sd} <= set(columns)
+            },
+        }
+    }
+
+
+def _errors(error: FloatArray, sd: FloatArray, unit: str) -> dict[str, Any]:
+    within = np.abs(error) <= 3.0 * sd
+    return {
+        "rms": float(np.sqrt(np.mean(error**2))),
+        "max": float(np.abs(error).max()),
+        "largest_sd": float(sd.max()),
+        "within_3_sd": float(within.mean()),
+        "unit": unit,
+    }

@@ -1,0 +1,68 @@
+#include "falling.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+size_t native_falling_memory(const struct controller *c)
+{
+    return c->settings.of.valid.count ? 1 + c->a + c->settings.of.q.count : 0;
+}
+
+int native_falling_open(struct controller *c)
+{
+    c->falling = calloc(native_falling_memory(c) + 1, sizeof *c->falling);
+    return !c->falling;
+}
+
+void native_falling_reset(struct controller *c, const double *forces)
+{
+    if (!c->settings.of.valid.count)
+        return;
+    c->falling[0] = 1;
+    memcpy(c->falling + 1, forces, c->a * sizeof(double));
+    memcpy(c->falling + 1 + c->a, c->settings.q_start, c->settings.of.q.count * sizeof(double));
+}
+
+int native_falling_is_due(const struct controller *c)
+{
+    return c->settings.of.valid.count && c->valid[0] == 0;
+}
+
+/* The smallest force of a muscle, and no torque of a motor, where bounds allow it. */
+static double rest(const struct controller *c, size_t i)
+{
+    return fmin(fmax(0, c->f_min[i]), c->f_max[i]);
+}
+
+void native_falling_fall(struct controller *c, double period)
+{
+    double *share = c->falling, *law = share + 1;
+    const double down = c->settings.ramp_down[0];
+    size_t length;
+    *share = down > 0 ? fmax(0, *share - period / down) : 0;
+    for (size_t i = 0; i < c->a; i++)
+        c->forces[i] = rest(c, i) + *share * (law[i] - rest(c, i));
+    control_loop_reset(c->loop);
+    memcpy(loop_array(c, "acting", &length), c->forces, c->a * sizeof(double));
+    memcpy(loop_array(c, "coming", &length), c->forces, c->a * sizeof(double));
+}
+
+void native_falling_rise(struct controller *c, double period)
+{
+    double *share = c->falling, *law = share + 1;
+    size_t length;
+    double *acting = loop_array(c, "acting", &length);
+    const double up = c->settings.ramp_in[0];
+    if (!c->settings.of.valid.count)
+        return;
+    memcpy(law, acting, c->a * sizeof(double));
+    memcpy(law + c->a, c->q, c->settings.of.q.count * sizeof(double));
+    if (*share >= 1)
+        return;
+    *share = up > 0 ? fmin(1, *share + period / up) : 1;
+    for (size_t i = 0; i < c->a; i++)
+        if (*share < 1)
+            acting[i] = rest(c, i) + *share * (law[i] - rest(c, i));
+    memcpy(loop_array(c, "seen_forces", &length), acting, c->a * sizeof(double));
+}

@@ -1,0 +1,235 @@
+/* The estimator as a native model: readings in; state, loads, deviations and validity out. */
+#include "estimation_models.h"
+
+#include "../../../../../sim_dart/csrc/estimator/estimator.h"
+#include "../../../../../sim_dart/csrc/tangent/transition.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define VALUES_MEMBER(name, length) double *name;
+struct estimator_model {
+    struct estimator_settings settings;
+    ESTIMATOR_GROUPS(VALUES_MEMBER) /* the values of each group */
+    estimator *estimator;
+    void *transition;
+    double since; /* steps from the last tick to the next; below 0, ticks until the first readings come */
+    double *state, *deviations, *innovation, *used, *status, *is_valid;
+};
+#undef VALUES_MEMBER
+
+static double *array(const struct estimator_model *s, const char *name)
+{
+    size_t length;
+    return estimator_array(s->estimator, name, &length);
+}
+
+static int all_finite(const double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(values[i]))
+            return 0;
+    return 1;
+}
+
+/* The estimate; the last one where it is lost to what is no number. */
+static void write_outputs(const struct estimator_model *s, size_t n)
+{
+    if (all_finite(s->state, 3 * n) && all_finite(s->deviations, n)) {
+        memcpy(s->q, s->state, n * sizeof(double));
+        memcpy(s->qd, s->state + n, n * sizeof(double));
+        memcpy(s->w, s->state + 2 * n, n * sizeof(double));
+        memcpy(s->sd, s->deviations, n * sizeof(double));
+    }
+    s->report[0] = s->innovation[0];
+    s->report[1] = s->used[0];
+    s->report[2] = s->status[0];
+    s->report[3] = s->is_valid[0];
+}
+
+static int initialize(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    struct estimator_model *s = native->own;
+    const size_t n = native->robot.n;
+    if (!(s->step[0] > 0 && s->step[0] < 1e9)) {
+        text_set(&model->error, "the estimator's step must be a positive time in s, not %.17g", s->step[0]);
+        return 1;
+    }
+    if (!all_finite(s->q_start, n) || !all_finite(s->offsets, s->settings.of.offsets.count)) {
+        text_set(&model->error, "the start of the estimator, or an offset, is not finite");
+        return 1;
+    }
+    memcpy(array(s, "start"), s->q_start, n * sizeof(double));
+    for (size_t i = 0; i < s->settings.of.offsets.count; i++)
+        array(s, "offset")[s->settings.measured[i]] = s->offsets[i];
+    estimator_reset(s->estimator);
+    s->since = -(double)s->settings.delay[0];
+    write_outputs(s, n);
+    return 0;
+}
+
+static void take_readings(const struct estimator_model *s, int has_moved)
+{
+    const struct estimator_settings *of = &s->settings;
+    double *lengths = array(s, "lengths"), *tensions = array(s, "tensions"), *torques = array(s, "torques");
+    double *encoders = array(s, "encoders"), *accelerometers = array(s, "accelerometer");
+    for (size_t i = 0; i < of->of.lengths.count; i++) {
+        lengths[of->measured[i]] = s->lengths[i];
+        tensions[of->measured[i]] = s->measured_tensions[i];
+    }
+    for (size_t i = 0; i < of->of.measured_torques.count; i++)
+        torques[of->motors[i]] = s->measured_torques[i];
+    for (size_t i = 0; i < of->of.encoders.count; i++)
+        encoders[of->encoded[i]] = s->encoders[i];
+    memcpy(array(s, "gyroscope"), s->gyroscopes, of->of.gyroscopes.count * sizeof(double));
+    /* the first reading has no step whose acceleration it could tell */
+    for (size_t i = 0; i < of->of.accelerometers.count; i++)
+        accelerometers[i] = has_moved ? s->accelerometers[i] : NAN;
+}
+
+static int step(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    struct estimator_model *s = native->own;
+    const size_t steps =
+        native_whole_steps(native->clock[1], s->step[0], "the estimator's internal step", &model->error);
+    if (!steps)
+        return 1;
+    if (s->since < 0) {
+        s->since += 1;
+        return 0;
+    }
+    take_readings(s, s->since > 0);
+    estimator_tick(s->estimator, s->step[0], (int32_t)s->since);
+    s->since = (double)steps;
+    write_outputs(s, native->robot.n);
+    return 0;
+}
+
+static int get_state(struct model *model, void **bytes, size_t *size)
+{
+    const struct native_model *native = model->backend;
+    const struct estimator_model *s = native->own;
+    size_t sizes[2] = {1, 0};
+    const double *const parts[] = {&s->since, estimator_array(s->estimator, "remembered", &sizes[1])};
+    return native_save(parts, sizes, 2, bytes, size, &model->error);
+}
+
+static int set_state(struct model *model, const void *bytes, size_t size)
+{
+    const struct native_model *native = model->backend;
+    struct estimator_model *s = native->own;
+    size_t sizes[2] = {1, 0};
+    double *const parts[] = {&s->since, estimator_array(s->estimator, "remembered", &sizes[1])};
+    if (native_restore(parts, sizes, 2, bytes, size, &model->error))
+        return 1;
+    write_outputs(s, native->robot.n);
+    return 0;
+}
+
+static void free_estimator(struct estimator_model *s)
+{
+    if (!s)
+        return;
+    free(s->estimator);
+    free(s->transition);
+    free(s);
+}
+
+static void close_estimator(struct model *model)
+{
+    struct native_model *native = model->backend;
+    free_estimator(native->own);
+    native_close(native);
+}
+
+static const struct model_functions FUNCTIONS = {
+    .initialize = initialize,
+    .step = step,
+    .reset = native_reset,
+    .get_state = get_state,
+    .set_state = set_state,
+    .close = close_estimator,
+};
+
+/* Whether no index is beyond what there is, and all counts fit. */
+static int are_sound(const struct estimator_settings *s, const struct native_robot *robot)
+{
+    return native_all_below(s->measured, s->of.lengths.count, robot->m) &&
+           native_all_below(s->motors, s->of.measured_torques.count, robot->n) &&
+           native_all_below(s->encoded, s->of.encoders.count, robot->n) && s->of.muscles.count == robot->m &&
+           s->of.numbers.count == 3 * robot->n + 2 && s->of.lengths.count == s->of.measured_tensions.count &&
+           s->of.lengths.count == s->of.offsets.count && s->starts[0] >= 1 && s->starts[0] <= 100000;
+}
+
+static int place_values(struct estimator_model *s, const struct native_model *native, struct text *error)
+{
+    const size_t n = native->robot.n, i = s->settings.of.units.count;
+#define PLACE(name, length)                                                                                   \
+    if (!(s->name = native_values(native, s->settings.of.name, #name, length, error)))                        \
+        return 1;
+    ESTIMATOR_GROUPS(PLACE)
+#undef PLACE
+    return 0;
+}
+
+static int use_exact_transition(struct estimator_model *s, const core *c, struct text *error)
+{
+    const size_t size = core_transition_size(c);
+    core_transition *transition = NULL;
+    if (!size) {
+        text_set(error, "this library has no derivatives: choose exact = false");
+        return 1;
+    }
+    if ((s->transition = malloc(size)) != NULL)
+        transition = core_transition_open(c, s->transition);
+    if (!transition) {
+        text_set(error, "there is no memory for the estimator");
+        return 1;
+    }
+    estimator_use_transition(s->estimator, core_transition_fill, transition);
+    return 0;
+}
+
+static int fill(struct estimator_model *s, struct native_model *native, struct text *error)
+{
+    struct estimator_settings *of = &s->settings;
+    const struct native_robot *robot = &native->robot;
+    if (estimator_settings_read(of, native->file.settings, native->file.settings_size) || !are_sound(of, robot)) {
+        text_set(error, "native.bin does not fit its estimator");
+        return 1;
+    }
+    const int32_t units = (int32_t)of->of.units.count;
+    const size_t size = estimator_size(robot->core, units);
+    void *memory = size ? malloc(size) : NULL;
+    if (!memory || !(s->estimator = estimator_open(robot->core, units, of->imu_frame, memory))) {
+        text_set(error, memory ? "native.bin does not fit its estimator" : "there is no memory for the estimator");
+        free(memory);
+        return 1;
+    }
+#define COPY(type, name, per_item, group)                                                                     \
+    memcpy(array(s, #name), of->name, per_item * (size_t)of->of.group.count * sizeof(double));
+    ESTIMATOR_COPIED_FIELDS(COPY)
+#undef COPY
+    s->state = array(s, "state"), s->deviations = array(s, "sd"), s->innovation = array(s, "innovation");
+    s->used = array(s, "used"), s->status = array(s, "status"), s->is_valid = array(s, "valid");
+    if (of->exact[0] != 0 && use_exact_transition(s, robot->core, error))
+        return 1;
+    return place_values(s, native, error);
+}
+
+int native_estimator_open(struct model *model, struct native_model *native, struct text *error)
+{
+    struct estimator_model *s = calloc(1, sizeof *s);
+    if (!s)
+        text_set(error, "there is no memory for the model");
+    if (!s || fill(s, native, error)) {
+        free_estimator(s);
+        return 1;
+    }
+    native->own = s;
+    model->functions = &FUNCTIONS;
+    return 0;
+}

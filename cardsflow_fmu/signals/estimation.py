@@ -1,0 +1,241 @@
+"""Variables of sensors and of an estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.model.tension_laws import law_of
+
+from .groups import Groups
+from .muscles import is_modelled
+from .port import Causality, Port, coordinate_signals, motor_signals, muscle_signals, signal_names
+from .ports import TORQUE, WORKER_TIMEOUT, force_unit
+
+STATUSES = {
+    0: "waiting",
+    1: "tracking",
+    2: "ambiguous",
+    3: "no pose fits",
+    4: "unobservable",
+    5: "diverged",
+}
+"""What the estimator's output `status` says."""
+
+LENGTH, TENSION, MOTOR_TORQUE, POSITION = "l", "tension", "torque", "q"
+"""Readings as inputs of the estimator and outputs of hardware."""
+MEASURED = "_m"
+"""Behind them where they are outputs of simulated sensors, beside the truth."""
+ESTIMATE = {"q": "q_hat", "qd": "qd_hat", "w": "w_hat", "sd": "sd"}
+"""Prefixes of the estimator's outputs."""
+VALID = "valid"
+
+
+def measured_muscles(robot: Robot) -> list[int]:
+    """Indices of the muscles with a motor, and so with sensors."""
+    return [k for k, muscle in enumerate(robot.muscles) if law_of(muscle.model).command is not None]
+
+
+def _reading_ports(
+    robot: Robot, encoded: Sequence[int], units: Sequence[str], causality: Causality, mark: str
+) -> Groups:
+    """Ports of all readings, their prefixes followed by a mark."""
+    muscles = [(k, robot.muscles[k].name) for k in measured_muscles(robot)]
+    lengths = muscle_signals(LENGTH + mark, robot)
+    tensions = muscle_signals(TENSION + mark, robot)
+    positions = coordinate_signals(POSITION + mark, robot)
+    motors = zip(motor_signals(MOTOR_TORQUE + mark, robot), robot.motors, strict=True)
+    return {
+        "lengths": [
+            Port(lengths[k], "m", causality, "continuous", f"Measured length of muscle {name}")
+            for k, name in muscles
+        ],
+        "measured_tensions": [
+            Port(tensions[k], "N", causality, "continuous", f"Measured tension of muscle {name}")
+            for k, name in muscles
+        ],
+        "measured_torques": [
+            Port(name, force_unit(c), causality, "continuous", f"Measured torque of {c.name}")
+            for name, c in motors
+        ],
+        "encoders": [
+            Port(positions[j], c.unit, causality, "continuous", f"Measured position of {c.name}")
+            for j, c in enumerate(robot.coordinates)
+            if j in encoded
+        ],
+        **unit_ports(units, causality),
+    }
+
+
+def unit_ports(units: Sequence[str], causality: Causality) -> Groups:
+    """Three ports a gyroscope, and three an accelerometer, by the unit's link."""
+    return {
+        group: [
+            Port(f"{name}.{axis}", unit, causality, "continuous", f"{what} of {link} along {axis}")
+            for name, link in zip(signal_names(prefix, units), units, strict=True)
+            for axis in "xyz"
+        ]
+        for group, prefix, unit, what in (
+            ("gyroscopes", "gyroscope", "rad/s", "Measured angular velocity"),
+            ("accelerometers", "accelerometer", "m/s2", "Measured specific force"),
+        )
+    }
+
+
+def sensor_groups(robot: Robot, encoded: Sequence[int], units: Sequence[str]) -> Groups:
+    """Variables of sensors: the true state, tensions and torques in; readings out.
+
+    Args:
+        robot: The robot.
+        encoded: Coordinates with an encoder.
+        units: Links with an inertial unit.
+    """
+    tensions = muscle_signals(TENSION, robot)
+    torques = zip(motor_signals(MOTOR_TORQUE, robot), robot.motors, strict=True)
+    return {
+        **{
+            prefix: [
+                Port(name, c.unit + per, "input", "continuous", f"{what} of {c.name}")
+                for name, c in zip(
+                    coordinate_signals(prefix, robot), robot.coordinates, strict=True
+                )
+            ]
+            for prefix, per, what in (("q", "", "Position"), ("qd", "/s", "Velocity"))
+        },
+        "tensions": [
+            Port(tensions[k], "N", "input", "continuous", f"Tension of {robot.muscles[k].name}")
+            for k in measured_muscles(robot)
+        ],
+        "torques": [
+            Port(name, force_unit(c), "input", "continuous", f"Torque of the motor of {c.name}")
+            for name, c in torques
+        ],
+        **_reading_ports(robot, encoded, units, "output", MEASURED),
+        "worker_timeout": [WORKER_TIMEOUT],
+    }
+
+
+def estimator_groups(
+    robot: Robot,
+    encoded: Sequence[int],
+    units: Sequence[str],
+    q: Sequence[float],
+    offsets: Sequence[float],
+    step: float,
+) -> Groups:
+    """Variables of an estimator: readings in; state, loads, deviations and validity out.
+
+    Args:
+        robot: The robot.
+        encoded: Coordinates with an encoder.
+        units: Links with an inertial unit.
+        q: Pose at the start, or from which it is searched, in [rad] or [m].
+        offsets: Of the lengths, of every muscle, in [m].
+        step: Internal step, in [s].
+    """
+    words = (
+        ("q", "", "Estimated position"),
+        ("qd", "/s", "Estimated velocity"),
+        ("w", None, "Estimated unknown load"),
+        ("sd", "", "Standard deviation of the estimated position"),
+    )
+    outputs = {
+        key: [
+            Port(
+                name,
+                force_unit(c) if per is None else c.unit + per,
+                "output",
+                "continuous",
+                f"{what} of {c.name}",
+            )
+            for name, c in zip(
+                coordinate_signals(ESTIMATE[key], robot), robot.coordinates, strict=True
+            )
+        ]
+        for key, per, what in words
+    }
+    said = ", ".join(f"{number} {text}" for number, text in STATUSES.items())
+    starts = zip(coordinate_signals("q_start", robot), robot.coordinates, q, strict=True)
+    names = muscle_signals("offset", robot)
+    return {
+        **_reading_ports(robot, encoded, units, "input", ""),
+        **outputs,
+        "report": [
+            Port("innovation", "", "output", "discrete", "Mean square of normalised innovations"),
+            Port("readings", "", "output", "discrete", "Number of readings that were taken"),
+            Port("status", "", "output", "discrete", f"State of the estimator: {said}"),
+            Port(VALID, "", "output", "discrete", "The estimate is to be relied on", boolean=True),
+        ],
+        "q_start": [
+            Port(name, c.unit, "parameter", "fixed", f"Start position of {c.name}", value)
+            for name, c, value in starts
+        ],
+        "offsets": [
+            Port(
+                names[k],
+                "m",
+                "parameter",
+                "fixed",
+                f"Offset of the measured length of muscle {robot.muscles[k].name}",
+                offsets[k],
+            )
+            for k in measured_muscles(robot)
+        ],
+        "step": [Port("step", "s", "parameter", "fixed", "Internal step of the estimator", step)],
+        "worker_timeout": [WORKER_TIMEOUT],
+    }
+
+
+def estimate_inputs(robot: Robot) -> Groups:
+    """Inputs of a controller that an estimator feeds, beside the state: loads, and validity."""
+    loads = zip(coordinate_signals(ESTIMATE["w"], robot), robot.coordinates, strict=True)
+    relied = "The state is to be relied on; else commands ramp down"
+    return {
+        "estimated_loads": [
+            Port(name, force_unit(c), "input", "continuous", f"Estimated unknown load of {c.name}")
+            for name, c in loads
+        ],
+        "valid": [Port(VALID, "", "input", "discrete", relied, 1.0, boolean=True)],
+    }
+
+
+def estimation_wiring(
+    robot: Robot,
+    encoded: Sequence[int],
+    *,
+    feeds: bool,
+    has_hardware: bool,
+    has_tensions: bool = True,
+) -> dict[str, str]:
+    """Outputs for the inputs of sensors, estimator and controller that have no equal names.
+
+    Args:
+        robot: The robot.
+        encoded: Coordinates with an encoder.
+        feeds: Whether the controller gets the estimate.
+        has_hardware: Whether hardware gives the readings, in the place of sensors.
+        has_tensions: Whether it measures tensions, and torques of motors; else commands count.
+    """
+    muscles = measured_muscles(robot)
+    wiring: dict[str, str] = {}
+    forces, tensions = muscle_signals("f", robot), muscle_signals(TENSION, robot)
+    motors = zip(motor_signals(MOTOR_TORQUE, robot), motor_signals(TORQUE, robot), strict=True)
+    commanded = {tensions[k]: forces[k] for k in muscles if not is_modelled(robot.muscles[k])}
+    commanded |= dict(motors)
+    if not has_hardware:
+        wiring |= {f"sensors.{name}": f"controller.{own}" for name, own in commanded.items()}
+        for group in _reading_ports(robot, encoded, (), "input", "").values():
+            for port in group:
+                prefix, _, rest = port.name.partition(".")
+                wiring[f"estimator.{port.name}"] = f"sensors.{prefix}{MEASURED}.{rest}"
+    elif not has_tensions:
+        wiring |= {f"estimator.{name}": f"controller.{own}" for name, own in commanded.items()}
+    if feeds:
+        for key in ("q", "qd"):
+            names = zip(
+                coordinate_signals(key, robot),
+                coordinate_signals(ESTIMATE[key], robot),
+                strict=True,
+            )
+            wiring |= {f"controller.{own}": f"estimator.{name}" for own, name in names}
+    return wiring

@@ -1,0 +1,172 @@
+"""[estimator] in experiments: the same in C and Python, lost estimates, what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.robots.robots import EXAMPLES
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.analysis.observable import (
+    observability_remarks,
+    observability_warnings,
+    observed_poses,
+)
+from cardsflow_fmu.experiment.writer import experiment_data
+from cardsflow_fmu.simulation.result import Result
+from cardsflow_fmu.simulation.run import simulate
+
+UNITS = [
+    {"link": "upper_arm_left"},
+    {"link": "lower_arm_left", "position": [0.0, 0.0, 0.1], "gyroscope_bias": [0.005, 0.0, 0.0]},
+]
+SENSORS = {
+    "length_resolution": 1e-5,
+    "delay": 0.001,
+    "seed": 3,
+    "tension_noise": 0.1,
+    "encoder_resolution": 1e-4,
+}
+PERIOD = 0.005
+
+
+def roboy(duration: float, **estimator: object) -> Experiment:
+    """Roboy's arm with an estimator in the loop."""
+    return Experiment.load(
+        EXAMPLES / "roboy_left_arm", {"estimator": estimator, "run.duration": duration}
+    )
+
+
+def difference(a: Result, b: Result) -> float:
+    """The largest one, beside the columns' sizes."""
+    assert a.names == b.names
+    return max(float(np.abs(a[n] - b[n]).max()) / (1.0 + np.abs(a[n]).max()) for n in a.names)
+
+
+@pytest.mark.native
+def test_native_and_python_models_agree() -> None:
+    """With all kinds of sensors; the estimate is good enough to be followed."""
+    experiment = roboy(0.3, units=UNITS, sensors=SENSORS, encoder_noise={"joint_1": 1e-3})
+    native, direct = (simulate(experiment, through=how) for how in ("native", "direct"))
+    assert difference(native, direct) < 1e-9
+    assert native["valid"].all()
+    for name in ("joint_1", "joint_2", "joint_3", "joint_4"):
+        error = native[f"q_hat.{name}"] - native[f"q.{name}"]
+        assert np.abs(error).max() < 5.0 * native[f"sd.{name}"].max()
+    told = native.summary["estimation"]
+    assert told["valid_share"] == 1.0
+    assert 0.8 < told["innovation"] < 1.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", ["hill_arm", "planar_2r", "pneumatic_elbow"])
+def test_every_kind_of_muscle_and_motor_has_one(example: str) -> None:
+    settings: dict[str, object] = {"estimator": {"exact": False}, "run.duration": 0.2}
+    if example == "planar_2r":
+        settings |= {"robot.joints.joint_2.motor": True}
+    experiment = Experiment.load(EXAMPLES / example, settings)
+    native, fmu, python = (simulate(experiment, through=how) for how in ("native", "fmu", "python"))
+    assert difference(native, fmu) == 0.0
+    assert difference(native, python) < 1e-8
+    assert native["valid"].all()
+    assert native.summary["status"] == "complete"
+
+
+def falling(forces: np.ndarray, valid: np.ndarray, f_min: float, down: float) -> np.ndarray:
+    """Forces at ticks without an estimate, of the last ones with it."""
+    lost = np.flatnonzero(valid == 0)
+    share = np.clip(1.0 - PERIOD / down * np.arange(1, len(lost) + 1), 0.0, 1.0)
+    return f_min + share[:, None] * (forces[lost[0] - 1] - f_min)
+
+
+@pytest.mark.parametrize("through", ["native", "direct"])
+def test_commands_ramp_down_where_the_estimate_is_lost(through: str) -> None:
+    """A length that sticks: it is noticed, and forces fall to f_min in a straight line."""
+    stuck = {"stuck": {"motor0": 1.0, "motor1": 1.0, "motor2": 1.0}}
+    experiment = roboy(1.6, exact=False, sensors=stuck, ramp_down=0.1, gate=1000.0)
+    result = simulate(experiment, through=through)  # type: ignore[arg-type]
+    ticks = slice(0, len(result.rows) - 1, 5)
+    valid = result["valid"][ticks]
+    forces = result.columns([f"f.{m.name}" for m in experiment.robot.muscles])[ticks]
+    first = int(np.argmin(valid))
+    assert valid[:first].all()
+    assert 1.0 < first * PERIOD < 1.5
+    assert not valid[first : first + 20].any()
+    told = falling(forces[: first + 20], valid[: first + 20], 10.0, 0.1)
+    assert np.allclose(forces[first : first + 20], told, atol=1e-9)
+    assert np.allclose(forces[first + 19], 10.0)
+    line = "the estimate was lost"
+    assert any(warning.startswith(line) for warning in result.summary["warnings"])
+
+
+def test_the_first_pose_is_found_by_the_first_reading() -> None:
+    """Without knowing where the arm starts."""
+    result = simulate(roboy(0.2, exact=False, search=True, slack=0.5), through="native")
+    assert result["valid"].all()
+    assert result["status"][0] == 1.0
+    assert np.abs(result["q_hat.joint_1"][0] - result["q.joint_1"][0]) < 5e-3
+
+
+def test_an_estimator_may_only_watch() -> None:
+    """The controller has the truth: the run is that without any estimator."""
+    watched = simulate(roboy(0.1, feeds=False), through="native")
+    alone = simulate(
+        Experiment.load(EXAMPLES / "roboy_left_arm", {"run.duration": 0.1}), through="native"
+    )
+    assert np.array_equal(watched["q.joint_2"], alone["q.joint_2"])
+    assert "q_hat.joint_2" in watched.names
+
+
+def test_it_reads_back_as_the_same(tmp_path: Path) -> None:
+    experiment = roboy(0.1, units=UNITS, sensors={"length_offset": {"motor1": 1e-3}})
+    data = json.loads(json.dumps(experiment_data(experiment)))
+    data["robot"]["path"] = str(experiment.robot_path.resolve())
+    file = tmp_path / "experiment.json"
+    file.write_text(json.dumps(data))
+    again = Experiment.load(file)
+    assert again.estimator == experiment.estimator
+    assert again.wiring == experiment.wiring
+    unused = Experiment.load(EXAMPLES / "roboy_left_arm", {"estimator.use": False})
+    assert unused.estimator is None
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"estimator.units": [{"link": "hand"}]}, r"estimator.units\[0\].link: no link 'hand'"),
+        ({"estimator.sensors.delay": 0.0015}, "estimator.sensors.delay: 0.0015 s is not a whole"),
+        ({"estimator.length_noise": -1.0}, "estimator.length_noise"),
+        ({"estimator.length_noise.motor99": 1e-3}, "no muscle 'motor99'"),
+        ({"estimator.sensors.nothing": 1}, "estimator.sensors: no key 'nothing'|nothing"),
+        ({"estimator.gate": 0.0}, "estimator.gate"),
+        (
+            {"estimator.units": [{"link": "upper_arm_left"}, {"link": "upper_arm_left"}]},
+            "estimator.units: .*rename one",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused(settings: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Experiment.load(EXAMPLES / "roboy_left_arm", settings)
+
+
+def test_what_cannot_be_observed_is_told_before_a_run() -> None:
+    """No lengths of the elbow's muscles: joint_4 is open, at every pose of the reference."""
+    found = observed_poses(roboy(0.1))
+    assert not observability_warnings(found)
+    assert set(found["critical"]) == {"motor9", "motor10"}
+    assert any("motor10 and motor9" in line for line in observability_remarks(found))
+    blind = roboy(0.1, length_noise={"motor9": 0.0, "motor10": 0.0, "*": 1e-4})
+    (line,) = observability_warnings(observed_poses(blind))
+    assert "joint_4 at 33 of 33 poses" in line
+    helped = roboy(
+        0.1,
+        length_noise={"motor9": 0.0, "motor10": 0.0, "*": 1e-4},
+        encoder_noise={"joint_4": 1e-3},
+    )
+    assert not observability_warnings(observed_poses(helped))
+    assert line in simulate(blind, through="native").summary["warnings"]
