@@ -203,7 +203,8 @@ def test_missing_columns_and_rows_are_reported(tmp_path: Path, cardsflow: Comman
 
 def test_every_kind_of_figure_shows_its_signals(finished: tuple[Path, Result]) -> None:
     panels = all_panels(finished[1])
-    assert set(panels) == set(KINDS) - {"torques"}  # of motors at joints, which it does not have
+    absent = {"torques", "estimate", "loads", "innovation"}  # of motors at joints, of an estimator
+    assert set(panels) == set(KINDS) - absent
     (forces,) = panels["forces"]
     assert [c.name for c in forces.curves] == [f"f.cable_{k}" for k in (1, 2, 3, 4)]
     (errors,) = panels["errors"]
