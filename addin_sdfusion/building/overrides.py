@@ -1,4 +1,4 @@
-"""What the user has chosen for single links and joints, in place of the design's."""
+"""The user's choices for single links and joints, in place of the design's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is otherwise in a robot than in the one that was exported before."""
+"""Differences between a robot and the one that was exported before."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What designs keep beside their construction points, that of inserted designs included.
+"""Data that designs keep beside their construction points, those of inserted designs included.
 
 A design that is inserted into another brings its muscles; points on components of other documents
 are kept in the design that these are put into, each in the frame of its occurrence.

@@ -1,4 +1,4 @@
-"""What a design stores as attributes, as the records of its snapshot, with findings on the way."""
+"""Attributes of a design as the records of its snapshot, with findings on the way."""
 
 from __future__ import annotations
 

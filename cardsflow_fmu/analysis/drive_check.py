@@ -1,4 +1,4 @@
-"""What a robot's muscles cannot do, as findings: of a robot, and of an experiment with it."""
+"""Findings on what muscles cannot drive: of a robot, and of an experiment with it."""
 
 from __future__ import annotations
 

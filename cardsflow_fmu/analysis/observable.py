@@ -1,4 +1,4 @@
-"""What the sensors of an experiment tell of the poses of its reference, before a run."""
+"""Observability of an experiment's reference poses from its sensors, before a run."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def observability_warnings(found: dict[str, Any]) -> list[str]:
 
 
 def observability_remarks(found: dict[str, Any]) -> list[str]:
-    """How well the pose is told while all muscles are taut, and what slack ones would do."""
+    """Lines on how observable the pose is with all muscles taut, and with some slack."""
     if not found or found["least_rank"] < found["coordinates"]:
         return []
     worst = max(found["sd"], key=lambda name: found["sd"][name])

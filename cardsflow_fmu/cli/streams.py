@@ -1,4 +1,4 @@
-"""What the commands print: without control characters, whatever stands at the other end."""
+"""Output streams of the commands: no control characters, and closed pipes without errors."""
 
 from __future__ import annotations
 

@@ -95,7 +95,7 @@ class DdsNode:
 
     def close(self) -> None:
         """Leave the graph."""
-        # entities go when nothing refers to them: those of others first
+        # entities go when nothing refers to them: dependent ones first
         for inbox in self._inboxes:
             inbox.close()
         self._inboxes.clear()

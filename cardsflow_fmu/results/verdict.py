@@ -1,4 +1,4 @@
-"""What is wrong with a run, in lines: no forces that fit, a reference that is not followed."""
+"""Warnings of a run, as lines: no forces that fit, a reference that is not followed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with a run, as diagnostics: at its beginning, and where something changes."""
+"""Warnings of a run as ROS diagnostics: at its beginning, and where something changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the outputs of FMUs depend on at once; hosts order and solve their systems by it.
+"""Direct dependencies of FMUs' outputs; hosts order and solve their systems by them.
 
 With an input held over a step, an output depends on it at once if its value at the end of the step
 changes with it however short the step is. A plant's positions depend on no input so: a force moves

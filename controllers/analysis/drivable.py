@@ -1,4 +1,4 @@
-"""Which coordinates muscles can drive at a pose, and what is missing for the others.
+"""Coordinates that muscles can drive at a pose, and what is missing for the others.
 
 Muscles drive the coordinates S if they can hold them and give each some acceleration either way:
 the torque G_S is inside of {A_S f : low <= f <= high}. That is so exactly if A_S has full row rank

@@ -1,4 +1,4 @@
-"""What descriptions hold of muscle paths and the C core does not compute yet."""
+"""Refusals of muscle paths that descriptions hold and the C core does not compute yet."""
 
 from __future__ import annotations
 

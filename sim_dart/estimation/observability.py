@@ -1,4 +1,4 @@
-"""What sensors tell of a robot's pose: the rank of their derivatives by q."""
+"""Observability of a robot's pose from its sensors: the rank of their derivatives by q."""
 
 from __future__ import annotations
 

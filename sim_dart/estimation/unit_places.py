@@ -1,4 +1,4 @@
-"""Where inertial units are, as the C core has frames."""
+"""Places of inertial units in the C core's frames."""
 
 from __future__ import annotations
 

@@ -236,8 +236,8 @@ class Plant:
         """Advance by one step with constant commands.
 
         Args:
-            commands: Of every muscle, shape (m,): of an ideal cable its tension, in [N]; of others
-                the command of their law, in its unit. A cable cannot push: a negative tension
+            commands: Of every muscle, shape (m,): of an ideal cable its tension, in [N]; of other
+                laws the command of the law, in its unit. A cable cannot push: a negative tension
                 acts as zero; any other command beyond its law's range as the nearest one in it, and
                 that of a passive muscle as nothing. f_min and f_max are bounds of the controller
                 alone.

@@ -1,4 +1,4 @@
-"""What tests of the add-in share."""
+"""Fixtures of the add-in's tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How exact it is, measured: `pytest tests/benchmarks/test_accuracy.py -s`.
+"""Accuracy, measured: `pytest tests/benchmarks/test_accuracy.py -s`.
 
 Each figure is the largest difference that was found; docs/accuracy.md quotes them.
 """

@@ -1,4 +1,4 @@
-"""What a derivative costs: `pytest tests/benchmarks/test_derivative_speed.py -s`.
+"""Cost of derivatives: `pytest tests/benchmarks/test_derivative_speed.py -s`.
 
 One direction over a communication step, of all outputs, against that step, both through FMI 2.0. A
 call for a derivative goes to where the plant is first, as nothing there has been followed along the

@@ -1,4 +1,4 @@
-"""How late steps of 1 ms are, and how well hardware is tracked in real time.
+"""Lateness of steps of 1 ms, and tracking of hardware in real time.
 
 Needs a quiet machine: what else runs there shows in the tails.
 """

@@ -1,4 +1,4 @@
-"""What tension laws add to the muscle kernel, as ratios measured in turn in one run."""
+"""Cost of tension laws beside the muscle kernel, as ratios measured in turn in one run."""
 
 from __future__ import annotations
 

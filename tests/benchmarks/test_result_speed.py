@@ -1,4 +1,4 @@
-"""How long tables and figures take, and what streaming costs a run."""
+"""Time of tables and figures, and cost of streaming in a run."""
 
 from __future__ import annotations
 

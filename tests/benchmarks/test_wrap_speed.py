@@ -1,4 +1,4 @@
-"""What a wrap surface costs, as a ratio measured in turn in one run."""
+"""Cost of wrap surfaces, as a ratio measured in turn in one run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is no number, or too many of them, is an input error that says so: never a raw exception."""
+"""Values that are not finite, or too many of them, are input errors that say so."""
 
 from __future__ import annotations
 
@@ -77,5 +77,5 @@ def test_wrong_input_is_an_input_error_that_names_it(what: str) -> None:
     [(2000.0, 1e-200, 2e-200 / 6e3), (1e-200, 1e200, 1e-200), (1.0, 1e-9, 2e-9 / 3.0)],
 )
 def test_gains_far_apart_have_a_largest_period_too(kp: float, kd: float, limit: float) -> None:
-    """Of stiff loops without damping it is 2/3 Kd/Kp, of others 1/Kd."""
+    """Of stiff loops without damping it is 2/3 Kd/Kp, of other loops 1/Kd."""
     assert largest_stable_period(kp, kd, 1) == pytest.approx(limit, rel=1e-9)

@@ -1,4 +1,4 @@
-"""What holds for both examples of muscles with laws."""
+"""Both examples of muscles with laws."""
 
 from __future__ import annotations
 

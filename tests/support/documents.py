@@ -1,4 +1,4 @@
-"""What is written in README.md and docs/, taken apart: blocks of code, links, anchors."""
+"""README.md and docs/ taken apart: blocks of code, links, anchors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot's description holds and no engine simulates: a line a kind, for every run."""
+"""Parts of a robot's description that no engine simulates: a line a kind, for every run."""
 
 from __future__ import annotations
 

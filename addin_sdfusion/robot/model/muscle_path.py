@@ -1,4 +1,4 @@
-"""What of a muscle's path depends on coordinates: points in use at times, branches, terms."""
+"""Parts of a muscle's path that depend on coordinates: conditional points, branches, terms."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 /* Variables: the coordinates q and what follows them, x = phi(q). With p' = Gamma u the tree runs in x, and
    forces on x are Gamma' times as much on q. All of this is for robots that are driven (`is_driven`) only:
-   of others all variables are q.                                                                      */
+   in robots that are not, all variables are q.                                                                     */
 #ifndef CARDSFLOW_VARIABLES_H
 #define CARDSFLOW_VARIABLES_H
 

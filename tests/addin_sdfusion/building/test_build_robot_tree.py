@@ -1,4 +1,4 @@
-"""Where the tree starts, what carries each link, closed loops, and what links are called."""
+"""Trees of links: where they start, parents, closed loops, names."""
 
 from __future__ import annotations
 

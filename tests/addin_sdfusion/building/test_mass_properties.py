@@ -1,4 +1,4 @@
-"""What links weigh: closed forms, signs, and masses that the user has set."""
+"""Masses of links: closed forms, signs, and masses that the user has set."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the commands show and store where components are several times there, or ambiguous."""
+"""Commands where components occur several times, or ambiguously."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an export writes: read back, checked, run."""
+"""Exported robots: read back, checked, run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is chosen for single links and joints, and for other programs."""
+"""Choices for single links and joints, and for other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What running Fusion was seen to do is what the fake does by default."""
+"""Facts seen in running Fusion are the fake's default behaviour."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How strong muscles must be: the command and what it rests on."""
+"""Sizing of muscles: the command and what it rests on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What commands import: libraries that a command does not need cost seconds of its cold start."""
+"""Imports of the commands: libraries that a command does not need cost seconds at its start."""
 
 from __future__ import annotations
 

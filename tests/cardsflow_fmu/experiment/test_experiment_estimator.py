@@ -57,9 +57,9 @@ def test_native_and_python_models_agree() -> None:
     for name in ("joint_1", "joint_2", "joint_3", "joint_4"):
         error = native[f"q_hat.{name}"] - native[f"q.{name}"]
         assert np.abs(error).max() < 5.0 * native[f"sd.{name}"].max()
-    told = native.summary["estimation"]
-    assert told["valid_share"] == 1.0
-    assert 0.8 < told["innovation"] < 1.2
+    summary = native.summary["estimation"]
+    assert summary["valid_share"] == 1.0
+    assert 0.8 < summary["innovation"] < 1.2
 
 
 @pytest.mark.slow
@@ -96,8 +96,8 @@ def test_commands_ramp_down_where_the_estimate_is_lost(through: str) -> None:
     assert valid[:first].all()
     assert 1.0 < first * PERIOD < 1.5
     assert not valid[first : first + 20].any()
-    told = falling(forces[: first + 20], valid[: first + 20], 10.0, 0.1)
-    assert np.allclose(forces[first : first + 20], told, atol=1e-9)
+    expected = falling(forces[: first + 20], valid[: first + 20], 10.0, 0.1)
+    assert np.allclose(forces[first : first + 20], expected, atol=1e-9)
     assert np.allclose(forces[first + 19], 10.0)
     line = "the estimate was lost"
     assert any(warning.startswith(line) for warning in result.summary["warnings"])

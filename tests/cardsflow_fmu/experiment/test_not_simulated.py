@@ -1,4 +1,4 @@
-"""What a robot's files hold and no engine simulates is reported by init, info and run."""
+"""Parts of a robot's files that no engine simulates are reported by init, info and run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What counts of messages on a topic: names, numbers, order, age, one publisher."""
+"""Rules for messages on a topic: names, numbers, order, age, one publisher."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run prints for people."""
+"""The summary of a run, printed for people."""
 
 from __future__ import annotations
 

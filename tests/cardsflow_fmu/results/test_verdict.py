@@ -1,4 +1,4 @@
-"""What is wrong with a run comes first: on the screen, in summary, report, replay; exit codes."""
+"""Warnings of a run come first: on the screen, in summary, report, replay; exit codes."""
 
 from __future__ import annotations
 

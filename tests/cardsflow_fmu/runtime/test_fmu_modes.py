@@ -1,4 +1,4 @@
-"""What holds in the host's process and in a worker process alike."""
+"""Python FMUs in the host's process and in a worker process alike."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which Python a worker process is made of, and the message where there is none."""
+"""Search for the Python of a worker process, and the message where there is none."""
 
 from __future__ import annotations
 

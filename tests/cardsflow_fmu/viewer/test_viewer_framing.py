@@ -1,4 +1,4 @@
-"""What is in the picture at first: the robot with its meshes and hulls, and labels on request."""
+"""First view: the robot with its meshes and hulls, and labels on request."""
 
 from __future__ import annotations
 

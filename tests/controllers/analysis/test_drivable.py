@@ -1,4 +1,4 @@
-"""What muscles can drive, against the facets of the torques that they can make."""
+"""Drivable coordinates, against the facets of the torques that muscles can make."""
 
 from __future__ import annotations
 

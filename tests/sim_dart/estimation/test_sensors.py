@@ -78,8 +78,8 @@ def test_units_read_what_differences_say(arm: Robot) -> None:
     assert np.allclose(sensors.readings[-6:], oracle.read(q, before, before).ravel(), atol=1e-5)
     sensors.qd[:] = after
     sensors.read(STEP)
-    told = oracle.read(q, after, (after - before) / STEP).ravel()
-    assert np.allclose(sensors.readings[-6:], told, atol=1e-5)
+    expected = oracle.read(q, after, (after - before) / STEP).ravel()
+    assert np.allclose(sensors.readings[-6:], expected, atol=1e-5)
 
 
 def test_a_state_leads_back(arm: Robot) -> None:

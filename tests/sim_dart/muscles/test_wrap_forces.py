@@ -1,4 +1,4 @@
-"""What muscles pull at: power, Newton's third law, and the lines that are drawn."""
+"""Forces of wrapped muscles: power, Newton's third law, and the lines that are drawn."""
 
 from __future__ import annotations
 

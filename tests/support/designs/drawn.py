@@ -1,4 +1,4 @@
-"""What a drawn design should read as: from the fake's data, by products of 4x4 matrices in SI."""
+"""Expected reading of a drawn design: from the fake's data, by products of 4x4 matrices in SI."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every class of the fake has: refusal of unknown names, argument types, threads, the dead.
+"""Base of the fake's classes: refusal of unknown names, argument types, threads, deleted objects.
 
 A class of the API is written as an ordinary class under `@api("adsk.core")`. Its public functions
 and properties are the API's; whatever begins with an underscore is the fake's own. Annotations of

@@ -1,4 +1,4 @@
-"""How a test draws a design: what a user would have done before the add-in runs.
+"""Designs drawn by tests, as a user would have drawn them before the add-in runs.
 
 A Builder works on plain data and hands out paths (tuples of OccurrenceData); `Builder.done()` gives
 the API's Design of a new active document. Lengths in cm, angles in rad, masses in kg; poses are 4x4

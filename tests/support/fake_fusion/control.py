@@ -1,4 +1,4 @@
-"""What a test does with the running fake: reads what the user was shown, plays the user."""
+"""Control of the running fake by tests: reads what the user was shown, plays the user."""
 
 # ruff: noqa: A002 -- the API's names
 

@@ -1,4 +1,4 @@
-"""What the fake knows beyond the objects: the transaction, the options, what the user was shown."""
+"""State of the fake beyond the objects: the transaction, the options, what the user was shown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the outputs of FMUs depend on: as declared, and as seen when each variable is changed."""
+"""Dependencies of FMUs' outputs: as declared, and as seen when each variable is changed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writes example.h: the robot and the settings of an example as constant data in C."""
+"""example.h: the robot and the settings of an example as constant data in C."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where two robots differ, but for the last digits of their numbers."""
+"""Differences between two robots, but for the last digits of their numbers."""
 
 from __future__ import annotations
 

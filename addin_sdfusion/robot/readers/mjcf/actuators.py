@@ -1,4 +1,4 @@
-"""What drives an MJCF's tendons and joints: muscles, cables that pull, motors, tendon springs."""
+"""Actuators of an MJCF's tendons and joints: muscles, cables that pull, motors, tendon springs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What drives the joints of a URDF: its transmissions, or ROS 2's control."""
+"""Motors at the joints of a URDF: its transmissions, or ROS 2's control."""
 
 from __future__ import annotations
 

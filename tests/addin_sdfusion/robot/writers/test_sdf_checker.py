@@ -1,4 +1,4 @@
-"""What is written passes the checker of libsdformat."""
+"""Written SDF passes the checker of libsdformat."""
 
 from __future__ import annotations
 

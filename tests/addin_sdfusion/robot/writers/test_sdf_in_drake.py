@@ -1,4 +1,4 @@
-"""What is written is read by Drake, as the same robot."""
+"""Written SDF is read by Drake, as the same robot."""
 
 from __future__ import annotations
 

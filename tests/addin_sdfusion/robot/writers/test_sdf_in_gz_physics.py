@@ -1,4 +1,4 @@
-"""What is written is simulated by gz-physics, Gazebo's own, as the core does."""
+"""Written SDF is simulated by gz-physics, Gazebo's own, as the core does."""
 
 from __future__ import annotations
 

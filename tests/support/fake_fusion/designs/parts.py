@@ -1,4 +1,4 @@
-"""What designs are made of."""
+"""Parts of designs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What entities of a design share: name, attributes, tokens, and proxies in assembly contexts."""
+"""Common properties of a design's entities: name, attributes, tokens, proxies in assemblies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How an add-in puts inputs into its dialog."""
+"""Inputs that an add-in puts into its dialog."""
 
 # ruff: noqa: A002 -- the API's names
 

@@ -1,4 +1,4 @@
-"""What the user interface holds: buttons, panels, tabs, palettes."""
+"""The user interface: buttons, panels, tabs, palettes."""
 
 # ruff: noqa: A002 -- the API's names
 

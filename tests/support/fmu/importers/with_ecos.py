@@ -1,4 +1,4 @@
-"""Runs an .ssp in ecos: argv = file, step, steps, variables as component.variable."""
+"""An .ssp run in ecos: argv = file, step, steps, variables as component.variable."""
 
 import json
 import sys
