@@ -44,8 +44,8 @@ def record_schema(cls: type) -> dict[str, Any]:
 
 
 def _default(value: Any) -> dict[str, Any]:
-    told = isinstance(value, str | bool | int | float) and value != ""
-    return {"default": value} if told else {}
+    is_plain = isinstance(value, str | bool | int | float) and value != ""
+    return {"default": value} if is_plain else {}
 
 
 def _described(text: str | None) -> dict[str, str]:

@@ -169,7 +169,7 @@ class Inputs:
 class _Table:
     """A table with a line of headings, whose rows are updated where they are.
 
-    Deleting a row deletes its inputs, and that is not allowed while one of them tells of a change.
+    Deleting a row deletes its inputs, and that is not allowed while an event of one is running.
     """
 
     def __init__(self, table: Any, item: Input, icons: Path) -> None:

@@ -129,11 +129,11 @@ class _Export:
             self._write_caspr(robot, name)
         if self._settings.osim:
             self._write_osim(robot, name)
-        for program, format_, wanted in (
+        for program, format_, is_chosen in (
             ("URDF", "urdf", self._settings.urdf),
             ("MuJoCo", "mjcf", self._settings.mjcf),
         ):
-            if wanted:
+            if is_chosen:
                 self._write_with_meshes(program, format_, robot)
         findings = in_order(self._findings)
         reports = {"findings.txt": report_text(findings), "findings.json": report_json(findings)}

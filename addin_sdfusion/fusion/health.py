@@ -11,7 +11,7 @@ from .notes import Notes, optional
 
 
 def _with_health(entity: Any) -> Any:
-    """What knows an entity's health: its object in the timeline where it does not itself.
+    """The object with an entity's health: its own, else that in the timeline.
 
     As-built joints and rigid groups have none of their own.
     """
@@ -22,14 +22,14 @@ def _with_health(entity: Any) -> Any:
 
 def problem_of(entity: Any, subject: Subject, notes: Notes) -> str:
     """What makes an entity unusable; empty if nothing. What is doubtful becomes a finding."""
-    told = _with_health(entity)
-    state = optional(lambda: told.healthState)
+    source = _with_health(entity)
+    state = optional(lambda: source.healthState)
     states = adsk.fusion.FeatureHealthStates
     if state == states.RolledBackFeatureHealthState:
         return "it is rolled back: move the timeline's marker to the end"
     if state not in (states.ErrorFeatureHealthState, states.WarningFeatureHealthState):
         return ""
-    text = " ".join(str(told.errorOrWarningMessage or "").split())
+    text = " ".join(str(source.errorOrWarningMessage or "").split())
     if state == states.ErrorFeatureHealthState:
         return text or "Fusion reports an error"
     message = f"{subject.kind} {subject.name!r}: Fusion warns: {text or 'it is out of date'}"

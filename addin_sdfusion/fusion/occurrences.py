@@ -109,7 +109,7 @@ def _below(above: Occurrence, notes: Notes) -> list[Any]:
 
 
 def identity(occurrence: Occurrence) -> tuple[str, str]:
-    """What tells an occurrence's component from others; copies of a document have the same ids."""
+    """Id and name of an occurrence's component: copies of a document have the same ids."""
     component = occurrence.component
     found = optional(lambda: (str(component.id), str(component.name)))
     return found or ("", occurrence.path)

@@ -152,7 +152,7 @@ def _meant(
 
 
 def _link_at(item: Located, link_of: Mapping[str, str]) -> str:
-    """The link that moves with a point or face, or a name that tells where it is."""
+    """The link that moves with a point or face, or a name for where it is."""
     return link_of.get(item.occurrence, item.occurrence or WORLD)
 
 

@@ -1,4 +1,4 @@
-"""Whether the content of a file is the mesh that its name says."""
+"""Check of a mesh file: its content is of the format that its name says."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from .mesh_content import mesh_problem
 
 MODEL_URIS = ("model://", "package://")
 _FILE_URI = "file://"
-_NETWORK = ("//", "\\\\")  # to look there tells another machine who asks
+_NETWORK = ("//", "\\\\")  # looking there shows another machine who asks
 
 
 def mesh_file(uri: str, folder: Path | None, roots: Iterable[Path] | None = None) -> Path:

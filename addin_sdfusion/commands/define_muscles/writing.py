@@ -166,10 +166,10 @@ class Writer:
                     point.name = w.name
             self._set(point, POINT, point_text(w.attribute), w.name, self._why_not(w.row))
 
-    def _only_number(self, point: Any, wanted: DesiredPoint) -> bool:
+    def _only_number(self, point: Any, desired: DesiredPoint) -> bool:
         """Whether a point that is read-only here needs no more than another muscle's number."""
-        known, named = parse_point_name(point.name), parse_point_name(wanted.name)
-        if known is None or named is None or not self._why_not(wanted.row):
+        known, named = parse_point_name(point.name), parse_point_name(desired.name)
+        if known is None or named is None or not self._why_not(desired.row):
             return False
         return replace(known, motor=0, copy=0) == replace(named, motor=0, copy=0)
 

@@ -55,7 +55,7 @@ def ball_axes(
     It is not documented whether Fusion gives the axes of a ball joint as they are on `two`, or each
     as the rotations before it have carried it. Three things decide: the yaw axis is the geometry's
     unless the user chose another; the rotations must lead to the pose of `one`; on `two` the roll
-    axis is square to the others. Values are told on a grid of 0.1 degrees, so that what is carried
+    axis is square to the others. Values come on a grid of 0.1 degrees, so that what is carried
     back by them is as coarse; an axis of the geometry is not.
 
     Args:

@@ -93,12 +93,12 @@ def _lifted(joint: Any, read: Callable[[Any], Any], place: Place) -> Transform |
 
     What is the same as that of the native joint is in the frame of the component.
     """
-    told = optional(lambda: _transform(read(joint)))
+    given = optional(lambda: _transform(read(joint)))
     native = optional(lambda: joint.nativeObject)
-    if told is None or native is None:
-        return told
+    if given is None or native is None:
+        return given
     own = optional(lambda: _transform(read(native)))
-    return place.occurrence.T.compose(told) if own is None or _equal(told, own) else told
+    return place.occurrence.T.compose(given) if own is None or _equal(given, own) else given
 
 
 def _equal(a: Transform, b: Transform) -> bool:

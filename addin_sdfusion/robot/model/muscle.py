@@ -132,7 +132,7 @@ class WrapSurface:
         radius: In [m]; of an ellipsoid, its half axis along x.
         pose: In the link's frame.
         length: Of a cylinder, in [m]; infinite where it has no ends.
-        half_axes: Of an ellipsoid, the half axes along y and z, in [m]; of others not used.
+        half_axes: Of an ellipsoid, the half axes along y and z, in [m]; unused for other shapes.
     """
 
     name: str

@@ -95,7 +95,7 @@ class Mesh:
         pose: In the link's frame.
         scale: Factors along x, y, z that make metres of the file's units.
         name: Its name in the robot's file; may be empty.
-        color: Of a visual one: red, green, blue and opacity from 0 to 1; None where not told.
+        color: Of a visual one: red, green, blue and opacity from 0 to 1; None where not known.
     """
 
     role: Literal["visual", "collision"]

@@ -113,9 +113,13 @@ def _parts(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]
             return []
     parts = [by_name[name] for name in names]
     moved_by = [part.name for part in parts for _ in part.motions]
-    told = list(enumerate(moved_by))
+    actual = list(enumerate(moved_by))
     said = [(word.motion, word.joint) for word in words]
-    if movers != moved_by or not movers or not (set(said) <= set(told) if driven else said == told):
+    if (
+        movers != moved_by
+        or not movers
+        or not (set(said) <= set(actual) if driven else said == actual)
+    ):
         node.error(
             "bad-chain", f"<joint> does not name each motion of {shortened(str(names))} once"
         )

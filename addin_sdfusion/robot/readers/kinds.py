@@ -1,4 +1,4 @@
-"""Formats of robots' files, told by their names and by what is in them."""
+"""Formats of robots' files, recognised by name and content."""
 
 from __future__ import annotations
 

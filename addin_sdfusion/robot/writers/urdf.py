@@ -259,7 +259,7 @@ def _joint(root: ElementTree.Element, single: SingleJoint, starts: Mapping[str, 
     element(node, "child", link=single.child)
     if single.motion is None or single.coordinate is None:
         return
-    c = _told(single.name, single.coordinate)
+    c = _shown(single.name, single.coordinate)
     element(node, "axis", xyz=numbers(normalized(single.motion.axis)))
     leader, function = _followed(single)
     if function is not None:
@@ -284,12 +284,12 @@ def _type(single: SingleJoint) -> str:
         return "fixed"
     if single.motion.kind == "translation":
         return "prismatic"
-    told = _told(single.name, single.coordinate)
-    return "revolute" if _is_limited(told) else "continuous"
+    shown = _shown(single.name, single.coordinate)
+    return "revolute" if _is_limited(shown) else "continuous"
 
 
-def _told(name: str, c: Coordinate) -> Coordinate:
-    """What a joint element tells of a coordinate: a joint that follows it has nothing of it."""
+def _shown(name: str, c: Coordinate) -> Coordinate:
+    """The coordinate in a joint element; an empty one in a joint that follows it."""
     if name != c.name:
         return Coordinate(name)
     return replace(c, lower=c.initial, upper=c.initial) if c.locked else c

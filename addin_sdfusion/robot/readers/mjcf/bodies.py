@@ -116,7 +116,7 @@ def _inside(
 
 
 def _name(node: Node, names: set[str], number: int) -> str:
-    """The name of a body; those without one are numbered, those of two bodies told apart."""
+    """The name of a body; one without a name gets a number, unique in the model."""
     given = node.attribute("name", "")
     if given and given != WORLD:
         return given

@@ -104,7 +104,7 @@ def _split(joint: Joint, names: Names) -> Iterator[SdfJoint]:
             parent,
             child,
             motions,
-            tuple(_told(joint, joint.motions.index(motion)) for motion in motions),
+            tuple(_shown(joint, joint.motions.index(motion)) for motion in motions),
             T_parent_joint,
             joint.T_child_joint if last else IDENTITY,
             between=not last,
@@ -116,11 +116,11 @@ def _type(motions: tuple[Motion, ...]) -> str:
     return _TYPES[motions[0].kind] if motions else "fixed"
 
 
-def _told(joint: Joint, place: int) -> Coordinate:
-    """What the axis of a motion tells: its coordinate, or nothing where another one's does."""
+def _shown(joint: Joint, place: int) -> Coordinate:
+    """The coordinate in the axis of a motion; an empty one where it is in another axis."""
     own = joint.motions[place].coordinate
-    tells = not joint.motions[place].is_fixed and joint.home(own) == place
-    return joint.coordinates[own] if tells else Coordinate("")
+    is_here = not joint.motions[place].is_fixed and joint.home(own) == place
+    return joint.coordinates[own] if is_here else Coordinate("")
 
 
 KINDS: dict[LoopType, MotionKind] = {

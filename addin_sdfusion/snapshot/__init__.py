@@ -1,0 +1,51 @@
+"""Snapshot of a design as plain records: all that an export needs of a CAD system.
+
+SI units. Positions and directions are given in the design's root frame, at the
+design's pose. An occurrence is named by its full path, such as `arm:1+hand:1`; the root component
+has the empty path. `snapshot_file` writes and reads it; `docs/snapshot.md` describes the file.
+"""
+
+from .color import COLOR, Color
+from .design import DesignIntent, DesignSnapshot, SourceSnapshot
+from .joints import CouplingSnapshot, JointKind, JointSnapshot, MotionSnapshot
+from .muscles import (
+    DEFAULT_COLOR,
+    F_MAX,
+    F_MIN,
+    MuscleSnapshot,
+    PointSnapshot,
+    PointUse,
+    Role,
+    SurfaceSnapshot,
+    SurfaceUse,
+    WrapUse,
+)
+from .parts import ROOT, BodySnapshot, GroupSnapshot, MassSnapshot, MeshSnapshot, OccurrenceSnapshot
+
+__all__ = [
+    "COLOR",
+    "DEFAULT_COLOR",
+    "F_MAX",
+    "F_MIN",
+    "ROOT",
+    "BodySnapshot",
+    "Color",
+    "CouplingSnapshot",
+    "DesignIntent",
+    "DesignSnapshot",
+    "GroupSnapshot",
+    "JointKind",
+    "JointSnapshot",
+    "MassSnapshot",
+    "MeshSnapshot",
+    "MotionSnapshot",
+    "MuscleSnapshot",
+    "OccurrenceSnapshot",
+    "PointSnapshot",
+    "PointUse",
+    "Role",
+    "SourceSnapshot",
+    "SurfaceSnapshot",
+    "SurfaceUse",
+    "WrapUse",
+]
