@@ -33,7 +33,8 @@ from ..snapshot import (
 from .bodies.bodies import count_bodies, read_bodies
 from .bodies.mass import Accuracy, read_mass
 from .bodies.meshes import Mesher
-from .inserted import attributes_of_designs, read_kept, read_muscles
+from .inserted import attributes_of_designs, read_kept
+from .instances import Instances
 from .joints.couplings import read_couplings
 from .joints.groups import read_groups
 from .joints.joints import read_joints
@@ -108,12 +109,14 @@ class _Reading:
         parts, bodies = self._parts(occurrences, mesher)
         keys = Keys(occurrences.values())
         held = attributes_of_designs(attributes, occurrences)
+        instances = Instances(held, self._name(), notes)
         points = [
-            point
+            instances.point(point)
             for occurrence in occurrences.values()
             for point in self._all("points", occurrence, read_points(occurrence, keys, notes))
         ]
-        points += read_kept(held, occurrences, notes)
+        kept = read_kept(held, occurrences, notes)
+        points += [instances.point(point, path) for path, point in kept]
         groups = self._named("group", read_groups, occurrences)
         joints = self._named("joint", read_joints, occurrences)
         by_place = {(path, own.name, own.as_built): named for path, own, named in joints}
@@ -128,8 +131,8 @@ class _Reading:
             groups=_in_order(named for _, _, named in groups),
             joints=_in_order(named for _, _, named in joints),
             points=tuple(sorted(points, key=_point_key)),
-            surfaces=self._surfaces(list(occurrences.values()), keys),
-            muscles=read_muscles(held, self._name(), notes),
+            surfaces=self._surfaces(list(occurrences.values()), keys, instances),
+            muscles=instances.muscles,
             intent=self._intent(),
             findings=notes.sorted(),
             source=self._source(),
@@ -188,11 +191,12 @@ class _Reading:
         return [(path, own, unique) for (path, own), unique in zip(found, named, strict=True)]
 
     def _surfaces(
-        self, occurrences: Sequence[Occurrence], keys: Keys
+        self, occurrences: Sequence[Occurrence], keys: Keys, instances: Instances
     ) -> tuple[SurfaceSnapshot, ...]:
         subject, read = Subject("design", "wrap surfaces"), list[SurfaceSnapshot]()
         found = read_surfaces(self._design, occurrences, keys, self._notes)
         self._notes.attempt(subject, "faces", read.extend, found)
+        read = [instances.surface(surface) for surface in read]
         return tuple(sorted(read, key=lambda s: (natural_key(s.occurrence), natural_key(s.entity))))
 
     def _all(self, what: str, occurrence: Occurrence, found: Iterator[Item]) -> list[Item]:

@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from ..muscles.attributes import POINTS, KeptPoint, read_kept_points
-from ..muscles.stored import stored_muscles
 from ..robot.errors import InputError
 from ..robot.finding import Subject
-from ..snapshot import MuscleSnapshot, PointSnapshot
+from ..snapshot import PointSnapshot
 from .notes import Notes, optional
 from .occurrences import Occurrence, Occurrences
 from .points import own_attributes
@@ -45,23 +44,10 @@ def _is_inserted(occurrence: Occurrence, occurrences: Occurrences) -> bool:
     return designs[0] is not None and designs[0] != designs[1]
 
 
-def read_muscles(held: Held, design: str, notes: Notes) -> tuple[MuscleSnapshot, ...]:
-    """The muscles of all designs; of one name, that of the open design or the first counts."""
-    found: dict[str, MuscleSnapshot] = {}
-    listed: list[MuscleSnapshot] = []
-    for path, attributes in held:
-        for muscle in stored_muscles(attributes, path or design, notes.findings):
-            if not path:
-                listed.append(muscle)  # also twice of one name, which is found later
-                found[muscle.name] = muscle
-            elif muscle.name not in found:
-                listed.append(muscle)
-                found[muscle.name] = muscle
-    return tuple(listed)
-
-
-def read_kept(held: Held, occurrences: Occurrences, notes: Notes) -> Iterator[PointSnapshot]:
-    """The points that designs keep."""
+def read_kept(
+    held: Held, occurrences: Occurrences, notes: Notes
+) -> Iterator[tuple[str, PointSnapshot]]:
+    """The points that designs keep, each with the path that its design is inserted at."""
     for path, attributes in held:
         for number, kept in enumerate(_kept(path, attributes, notes)):
             at = "+".join(part for part in (path, kept.occurrence) if part)
@@ -75,7 +61,8 @@ def read_kept(held: Held, occurrences: Occurrences, notes: Notes) -> Iterator[Po
                 notes.warn(Subject("point", name), "lost-point", message)
                 continue
             entity = f"{KEPT}{path}/{number}"
-            yield PointSnapshot(name, at, occurrence.T.apply(kept.position), entity, kept.use)
+            place = occurrence.T.apply(kept.position)
+            yield path, PointSnapshot(name, at, place, entity, kept.use)
 
 
 def _kept(path: str, attributes: Mapping[str, str], notes: Notes) -> tuple[KeptPoint, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from typing import TypeVar
 
@@ -25,7 +25,7 @@ def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Note
     for path, item in pairs:
         name = item.name
         if name in seen:
-            name = _free(name, taken)
+            name = free_name(name, taken)
             taken.add(name)
             message = (
                 f"{kind} {item.name!r} of {path or 'the root component'} is called {name!r} in the "
@@ -39,7 +39,8 @@ def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Note
     return made
 
 
-def _free(name: str, taken: set[str]) -> str:
+def free_name(name: str, taken: Collection[str]) -> str:
+    """A name with the smallest number behind it that makes it free."""
     number = 2
     while f"{name}_{number}" in taken:
         number += 1

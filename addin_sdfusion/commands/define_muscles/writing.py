@@ -7,7 +7,7 @@ user is given a name and an attribute, and its own name back when it is no longe
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -27,7 +27,7 @@ from ...muscles.attributes import (
     wrap_text,
 )
 from ...muscles.point_names import natural_key, parse_point_name
-from ...muscles.rows import MuscleTable
+from ...muscles.rows import MuscleTable, ViaPointRow
 from ...robot.errors import InputError
 from ...robot.finding_builders import listed
 from ...robot.model.robot import WORLD
@@ -79,16 +79,21 @@ class Writer:
         """
         desired = []
         kept = []
+        inserted = {row for row in rows_of(before) if self._is_inserted(row)}
+        self._require_unchanged(inserted - set(rows_of(after)))
         for item in desired_points(after):
+            if item.row in inserted:
+                continue
             home = self._kept_at(item)
             if home is None:
                 desired.append(item)
             else:
                 kept.append(kept_point(as_made(item), self._occurrences.get(home), home))
-        self._remove(before, {w.row.entity for w in desired if w.row.entity})
+        used = {row.entity for row in (*inserted, *(w.row for w in desired)) if row.entity}
+        self._remove(before, used)
         points: list[Any] = []
         free: list[int] = []
-        used: set[str] = set()
+        used = set()
         for i, item in enumerate(desired):
             point = self._points.get(item.row.entity)
             if point is None or item.row.entity in used:
@@ -109,6 +114,17 @@ class Writer:
             self._set(self._design, POINTS, kept_points_text(kept), "the design")
 
     # Points
+
+    def _is_inserted(self, row: AnyRow) -> bool:
+        """Whether a point is stored in another document, and so read-only here."""
+        if row.entity.startswith(KEPT):
+            return not row.entity.startswith(f"{KEPT}/")
+        return row.entity in self._points and bool(self._why_not(row))
+
+    def _require_unchanged(self, rows: Iterable[AnyRow]) -> None:
+        for row in rows:
+            name = row.muscle if isinstance(row, ViaPointRow) else row.name
+            raise InputError(f"a point of {name!r} cannot be written: {self._why_not(row)}")
 
     def _kept_at(self, item: DesiredPoint) -> str | None:
         """The occurrence that a point is kept at in the design; None if a component can hold it.
@@ -155,23 +171,15 @@ class Writer:
         """Names and attributes; first, points give up names that others shall have."""
         changed = [(p, w) for p, w in points if not is_called(p, w.name)]
         names = {w.name for _, w in changed}
-        changed = [(p, w) for p, w in changed if not self._only_number(p, w)]
         for i, (point, w) in enumerate(changed):
             if point.name in names:
                 with About(f"construction point {point.name!r}", self._why_not(w.row)):
                     point.name = f"cardsflow renames {i}"
         for point, w in points:
             with About(f"construction point {w.name!r}", self._why_not(w.row)):
-                if not is_called(point, w.name) and not self._only_number(point, w):
+                if not is_called(point, w.name):
                     point.name = w.name
             self._set(point, POINT, point_text(w.attribute), w.name, self._why_not(w.row))
-
-    def _only_number(self, point: Any, desired: DesiredPoint) -> bool:
-        """Whether a point that is read-only here needs no more than another muscle's number."""
-        known, named = parse_point_name(point.name), parse_point_name(desired.name)
-        if known is None or named is None or not self._why_not(desired.row):
-            return False
-        return replace(known, motor=0, copy=0) == replace(named, motor=0, copy=0)
 
     def _with_origin(self, item: DesiredPoint, point: Any) -> DesiredPoint:
         """The name that the user gave the point is remembered."""
@@ -253,11 +261,14 @@ class Writer:
                     if attribute:
                         attribute.deleteMe()
         for wrap in after.wraps:
+            why = problem_of(None, self._occurrences.get(wrap.occurrence))
+            if why and wrap in before.wraps:  # of another document
+                continue
             face = self._faces.get(wrap.entity) or native(self._picks.entity(wrap.entity))
             if face is None:
-                raise InputError(f"wrap surface {wrap.name!r}: its face is gone; pick it again")
+                problem = why or "its face is gone; pick it again"
+                raise InputError(f"wrap surface {wrap.name!r}: {problem}")
             text = wrap_text(SurfaceUse(wrap.name, wrap.link, wrap.muscles, wrap.occurrence))
-            why = problem_of(None, self._occurrences.get(wrap.occurrence))
             self._set(face, WRAP, text, f"wrap surface {wrap.name!r}", why)
 
     def _set(self, owner: Any, name: str, text: str, about: str, why: str = "") -> None:

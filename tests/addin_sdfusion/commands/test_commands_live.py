@@ -160,11 +160,11 @@ def test_an_export_weighs_everything_once_and_says_so(
     assert fusion.world.progress[0].title == "Export"
 
 
-def inserted(build: Builder, name: str, muscles: str) -> None:
-    """All that is drawn so far comes from another document, whose design lists muscles."""
+def inserted(build: Builder, name: str, muscles: str, first: int = 0) -> None:
+    """The parts, from the first on, come from another document, whose design lists muscles."""
     source = DesignData(name)
     source.attributes["CARDSFlow", "muscles"] = muscles
-    for component in build.design.components[1:]:
+    for component in build.design.components[first + 1 :]:
         component.referenced, component.source = True, source
 
 
@@ -222,7 +222,7 @@ def test_muscles_of_an_inserted_design_keep_their_forces(fusion: Any, tmp_path: 
     paths = designs.chain(build, ("base", "upper"))
     designs.muscle(build, 0, [("base", paths[0]), ("upper", paths[1])])
     build.done()
-    inserted(build, "arm", '[{"name": "motor0", "f_min": 3, "f_max": 77, "color": "#123456"}]')
+    inserted(build, "arm", '[{"name": "motor0", "f_min": 3, "f_max": 77, "color": "#123456"}]', 1)
     command = fusion.run_command(CHECK)
     assert not any("force limits" in str(row) for row in command.table("findings"))
     command.cancel()
