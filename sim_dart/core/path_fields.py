@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import Muscle, Robot, Wrap
+from addin_sdfusion.robot import Muscle, Robot, Wrap, WrapSurface
 from addin_sdfusion.robot.model.rotations import rotation
 
 from .arrays import FloatArray
@@ -92,10 +92,10 @@ def _surface_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, Arra
         "surface_kind": [_KINDS.index(surface.shape) for surface in surfaces],
         "surface_frame": [places[surface.link].frame for surface in surfaces],
         "surface_centre": [places[s.link].point(s.pose.position) for s in surfaces],
-        "surface_axis": [
-            _turned(places[s.link], tuple(row[2] for row in rotation(s.pose.rpy))) for s in surfaces
-        ],
+        "surface_axis": [_axis(places[s.link], s, 2) for s in surfaces],
+        "surface_across": [_axis(places[s.link], s, 0) for s in surfaces],
         "surface_radius": [surface.radius for surface in surfaces],
+        "surface_half_axes": [surface.half_axes or (0.0, 0.0) for surface in surfaces],
         "surface_half": [s.length / 2 if e else 0.0 for s, e in zip(surfaces, ended, strict=True)],
     }
 
@@ -123,6 +123,11 @@ def _pulley_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, Array
         ],
         "pulley_radius": [pulley.radius[0] for pulley in pulleys],
     }
+
+
+def _axis(place: Place, surface: WrapSurface, k: int) -> FloatArray:
+    """The x, y or z axis of a surface's pose in its moving frame."""
+    return _turned(place, tuple(row[k] for row in rotation(surface.pose.rpy)))
 
 
 def _turned(place: Place, direction: tuple[float, ...]) -> FloatArray:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from addin_sdfusion.robot import InputError, Muscle, Robot
+from addin_sdfusion.robot import InputError, Muscle, Robot, WrapSurface
+
+LONGEST_HALF_AXIS = 10.0
+"""As of layout.h: over longer ellipsoids the search for the shortest path may fail."""
 
 
 def refuse_uncomputed(robot: Robot) -> None:
@@ -17,16 +20,22 @@ def refuse_uncomputed(robot: Robot) -> None:
         if c.friction and c.coupling:
             problem = "friction of a coupled coordinate cannot be simulated; put it on another"
             raise InputError(f"coordinate {c.name!r}: {problem}")
-    ellipsoids = {s.name for s in robot.wrap_surfaces if s.shape == "ellipsoid"}
+    long = {s.name for s in robot.wrap_surfaces if _is_long(s)}
     for muscle in robot.muscles:
-        for what in _uncomputed(muscle, ellipsoids):
+        for what in _uncomputed(muscle, long):
             raise InputError(f"muscle {muscle.name!r}: {what} cannot be simulated yet")
 
 
-def _uncomputed(muscle: Muscle, ellipsoids: set[str]) -> Iterator[str]:
+def _is_long(surface: WrapSurface) -> bool:
+    axes = (surface.radius, *(surface.half_axes or ()))
+    return surface.half_axes is not None and max(axes) > LONGEST_HALF_AXIS * min(axes)
+
+
+def _uncomputed(muscle: Muscle, long: set[str]) -> Iterator[str]:
     for wrap in muscle.wraps:
-        if wrap.surface in ellipsoids:
-            yield f"a wrap over the ellipsoid {wrap.surface!r}"
+        if wrap.surface in long:
+            problem = f"with a half axis over {LONGEST_HALF_AXIS:g} times as long as another one"
+            yield f"a wrap over the ellipsoid {wrap.surface!r} {problem}"
     if muscle.wraps and any(p.when is not None and p.when.smoothing for p in muscle.via_points):
         yield "wraps beside a via point whose condition is smoothed"
     if muscle.pulley is not None and _has_route(muscle):

@@ -63,6 +63,7 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
    Of the paths:
      points         via points in the world, points x 3
      surface_places a surface's centre and z axis in the world, surfaces x 6
+     surface_across an ellipsoid's x axis in the world, surfaces x 3
      wrap_contacts, pulley_contacts    see core_trace
      wrap_before    via point before each wrap, -1 where it is in no use; wrap_rank its place among
                     those between the same points, wraps
@@ -99,7 +100,8 @@ CORE_API int core_pull(core *c, const real *f);
 
 /* wrap_contacts and pulley_contacts at the last q, 22 numbers each, in the world: the point where a span
    pulls at the body and the span's direction towards it; the same of the span that leaves; where the
-   contact begins and ends; the axis that it turns about; its angle in [rad], 0 where the cable runs free.
+   contact begins and ends; the axis that it turns about; its angle in [rad], 0 where the cable runs free. Over an ellipsoid there
+   is no axis, and the length of the contact in [m] is in the angle's place.
    A cable with the tension f pulls at a surface with -f and f times the two directions.               */
 CORE_API void core_trace(core *c);
 

@@ -65,6 +65,7 @@ real *core_array(core *c, const char *name, size_t *length)
         {"task_jacobian", c->task_jacobian, 3 * tasks * dofs},
         {"points", c->point, 3 * points},
         {"surface_places", c->surface_place, 6 * surfaces},
+        {"surface_across", c->surface_across, 3 * surfaces},
         {"wrap_contacts", c->wrap_contact, CONTACT_NUMBERS * wraps},
         {"pulley_contacts", c->pulley_contact, CONTACT_NUMBERS * pulleys},
         {"wrap_turning", c->wrap_turning, wraps},

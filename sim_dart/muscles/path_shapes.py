@@ -12,6 +12,7 @@ from addin_sdfusion.robot import Muscle, Robot
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.library import Core
 from sim_dart.core.path_fields import first_points, ordered_wraps, pulley_muscles
+from sim_dart.muscles.geodesics import PlacedEllipsoid, geodesic_line
 
 _NUMBERS = 22
 _IN_USE = 0.5
@@ -50,6 +51,7 @@ class _Contact(NamedTuple):
     angle: float
     centre: FloatArray
     is_pulley: bool
+    ellipsoid: PlacedEllipsoid | None = None
 
 
 class PathShapes:
@@ -72,6 +74,10 @@ class PathShapes:
         }
         surfaces = {surface.name: k for k, surface in enumerate(robot.wrap_surfaces)}
         self._surfaces = [surfaces[each.wrap.surface] for each in self._wraps]
+        self._half_axes = [
+            np.array([s.radius, *s.half_axes]) if s.half_axes else None for s in robot.wrap_surfaces
+        ]
+        self._across = core.array("surface_across", len(surfaces), 3)
         self._links = [robot.wrap_surfaces[k].link for k in self._surfaces]
         self._points = core.array("points", sum(len(m.via_points) for m in robot.muscles), 3)
         self._places = core.array("surface_places", len(surfaces), 6)
@@ -116,11 +122,20 @@ class PathShapes:
             link = self._muscles[k].via_points[0].link
             contacts[self._firsts[k]] = [_pulley_contact(link, numbers, self._radii[k])]
         for k in np.lexsort((self._rank, self._before)):
-            centre = self._places[self._surfaces[k], :3]
-            contact = _contact(self._links[k], self._wrap_numbers[k], centre)
+            surface = self._surfaces[k]
+            contact = _contact(self._links[k], self._wrap_numbers[k], self._places[surface, :3])
+            contact = contact._replace(ellipsoid=self._ellipsoid(surface))
             contacts.setdefault(int(self._before[k]), []).append(contact)
         for first, muscle in zip(self._firsts, self._muscles, strict=True):
             yield first, muscle, contacts
+
+    def _ellipsoid(self, surface: int) -> PlacedEllipsoid | None:
+        half_axes = self._half_axes[surface]
+        if half_axes is None:
+            return None
+        centre, z = self._places[surface, :3].copy(), self._places[surface, 3:].copy()
+        x = self._across[surface].copy()
+        return PlacedEllipsoid(centre, np.column_stack([x, np.cross(z, x), z]), half_axes)
 
     def _line(
         self, first: int, muscle: Muscle, contacts: dict[int, list[_Contact]]
@@ -189,6 +204,10 @@ def _arc(contact: _Contact) -> Iterator[FloatArray]:
     """Points from the touch to the lift, both included; one where a cable runs inside a surface."""
     if np.array_equal(contact.touch, contact.lift):
         yield contact.touch
+        return
+    if contact.ellipsoid is not None:
+        ends = (contact.touch, contact.lift)
+        yield from geodesic_line(contact.ellipsoid, *ends, contact.entering, contact.angle)
         return
     n, steps = contact.axis, max(1, math.ceil(contact.angle / ARC_STEP))
     start = contact.touch - contact.centre

@@ -125,6 +125,9 @@ class WrapSurface:
     the axis beyond an end, the radius that counts falls to zero within one radius. So a cable
     slips off an end without a jump of its length.
 
+    Over an ellipsoid the cable is taut along a geodesic, the shortest one: where two are as short,
+    its direction jumps, but not its length.
+
     Attributes:
         name: Its name, unique among the wrap surfaces.
         link: The link it is fixed to, or `WORLD`.
@@ -170,9 +173,11 @@ class Wrap:
       on its side: also where the straight line clears the surface on the other side. With one
       inside, the cable is led through the surface. Cylinders have no ends.
     * `opensim`: in the quadrant `all` as the straight line decides, else in the half of space that
-      the quadrant says. A cylinder is left where the cable touches it beyond its ends only. Of the
-      segments up to `last_segment` the cable goes round in the first whose straight line meets the
-      surface, else in the one that becomes longer by the least.
+      the quadrant says; over an ellipsoid only where the straight line meets it, and of several
+      shortest paths along one that touches it in that half. A cylinder is left where the cable
+      touches it beyond its ends only. Of the segments up to `last_segment` the cable goes round in
+      the first whose straight line meets the surface, else in the one that becomes longer by the
+      least.
 
     Attributes:
         surface: Name of the surface.

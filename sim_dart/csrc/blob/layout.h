@@ -89,7 +89,9 @@
      surface_frame    frame that a surface is fixed to, or -1
      surface_centre   in that frame, in [m]
      surface_axis     its z axis there: unit vector
-     surface_radius   in [m]
+     surface_across   its x axis there: unit vector
+     surface_radius   in [m]; of an ellipsoid its half axis along x
+     surface_half_axes  of an ellipsoid those along y and z, in [m]; 0 of others
      surface_half     half the length of a cylinder, in [m]; 0 if it has no ends
      wrap_point       via point before it, one of all, in order; never a muscle's last
      wrap_surface     what it goes over
@@ -161,7 +163,9 @@
     FIELD(int32_t, surface_frame, 1, surfaces)                                                         \
     FIELD(real, surface_centre, 3, surfaces)                                                           \
     FIELD(real, surface_axis, 3, surfaces)                                                             \
+    FIELD(real, surface_across, 3, surfaces)                                                           \
     FIELD(real, surface_radius, 1, surfaces)                                                           \
+    FIELD(real, surface_half_axes, 2, surfaces)                                                        \
     FIELD(real, surface_half, 1, surfaces)                                                             \
     FIELD(int32_t, wrap_point, 1, wraps)                                                               \
     FIELD(int32_t, wrap_surface, 1, wraps)                                                             \
@@ -203,7 +207,10 @@ enum rule { RULE_TAUT = 0, RULE_MUJOCO = 1, RULE_OPENSIM = 2, RULES };
 /* A wrap_side: the cable is led through the surface, which it touches from within. */
 #define WRAP_INSIDE 2
 
-enum surface { SURFACE_SPHERE = 0, SURFACE_CYLINDER = 1, SURFACES };
+enum surface { SURFACE_SPHERE = 0, SURFACE_CYLINDER = 1, SURFACE_ELLIPSOID = 2, SURFACES };
+
+/* How many times longer than another one a half axis of an ellipsoid may be. */
+#define LONGEST_HALF_AXIS 10
 
 /* Functions of one variable. */
 enum term { TERM_POLYNOMIAL = 0, TERM_PIECES = 1, TERMS };

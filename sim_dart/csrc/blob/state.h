@@ -100,6 +100,7 @@
     ARRAY(force_high, muscles)                                                                         \
     ARRAY(commands, muscles)                                                                           \
     ARRAY(surface_place, 6 * surfaces) /* centre and axis in the world */                              \
+    ARRAY(surface_across, 3 * surfaces) /* of an ellipsoid: its x axis in the world */                 \
     ARRAY(wrap_radius, wraps)          /* of the surface, in the order of the wraps; and what follows */ \
     ARRAY(wrap_half, wraps)            /* infinite where there are no ends */                          \
     ARRAY(wrap_has_axis, wraps)        /* 1 for a cylinder, 0 for a sphere */                          \

@@ -17,11 +17,14 @@ typedef struct {
     real half;          /* of a cylinder's length, in [m]; 0 if it has no ends */
     const real *centre; /* in the world */
     const real *axis;   /* z axis in the world */
+    const real *across; /* of an ellipsoid: its x axis in the world */
+    const real *half_axes; /* its half axes along y and z, in [m]; that along x is the radius */
 } wrap_surface;
 
 /* Which of the ways round a surface. */
 typedef struct {
-    int32_t side;      /* sense of turning about the axis; 0 for the shorter way, or WRAP_INSIDE */
+    int32_t side;      /* sense of turning about the axis; 0 for the shorter way, or WRAP_INSIDE; of an ellipsoid
+                          the half that it touches, 1, 2, 3 for x, y, z, below 0 for the other one; 0 for any */
     int32_t turns;     /* whole turns besides */
     int32_t is_counted; /* whether turns go on from move to move: of a cylinder only */
     int32_t is_forced; /* that side in any case, whether or not the straight line is clear */
@@ -36,7 +39,7 @@ typedef struct {
     real length;      /* from a to b */
     real entering[3]; /* -dl/da: a unit vector from a to the surface, but for the cases in wrap.c */
     real leaving[3];  /* dl/db */
-    real angle;       /* that it turns by in contact, in [rad]: above 0 where it touches */
+    real angle;       /* that it turns by in contact, in [rad]: above 0 where it touches; on an ellipsoid its way */
     real turning;     /* from a to b about the axis, in [rad], with all turns; only if counted */
 } pull;
 

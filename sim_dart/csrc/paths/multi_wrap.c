@@ -60,7 +60,8 @@ static void evaluate_part(const cable *c, int i, const real a[3], const real b[3
 {
     const sequence_part *p = c->parts + i;
     const wrap_way followed = {.is_counted = 1, .remembered = c->followed[i]};
-    const wrap_way shorter = {.side = p->way.side == WRAP_INSIDE ? WRAP_INSIDE : 0, .turns = p->way.turns};
+    const int is_kept = p->way.side == WRAP_INSIDE || (p->surface && p->surface->kind == SURFACE_ELLIPSOID);
+    const wrap_way shorter = {.side = is_kept ? p->way.side : 0, .turns = p->way.turns};
     if (p->surface)
         wrap_over(p->surface, is_followed(p) ? &followed : &shorter, a, b, out);
     else
@@ -263,6 +264,7 @@ static real turning_angle(const sequence_part *p, int sense, const real a[3], co
 static int is_open(const sequence_part *p)
 {
     if (!p->surface || p->way.side == WRAP_INSIDE) return 0;
+    if (p->surface->kind == SURFACE_ELLIPSOID) return !p->way.side;
     if (!is_followed(p)) return 1;
     return !p->way.side && (!p->way.is_counted || isnan(p->way.remembered));
 }

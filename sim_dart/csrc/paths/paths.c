@@ -168,12 +168,14 @@ static inline int32_t next_way(const blob_view *blob, const progress *at)
     return next;
 }
 
-/* A surface's centre and axis, with one look at its frame. */
+/* A surface's centre and axis, with one look at its frame; the x axis that an ellipsoid has besides. */
 static inline void place_surface(const core *c, int32_t s)
 {
     const real *centre = c->blob.surface_centre + 3 * s, *axis = c->blob.surface_axis + 3 * s;
     const int32_t frame = c->blob.surface_frame[s];
     real *place = c->surface_place + 6 * s;
+    if (c->blob.surface_kind[s] == SURFACE_ELLIPSOID)
+        tree_direction(c, frame, c->blob.surface_across + 3 * s, c->surface_across + 3 * s);
     if (frame < 0) {
         memcpy(place, centre, 3 * sizeof(real));
         memcpy(place + 3, axis, 3 * sizeof(real));

@@ -19,7 +19,8 @@ static inline wrap_surface placed_surface(const core *c, int32_t s)
 {
     const real *place = c->surface_place + 6 * s;
     const wrap_surface placed = {c->blob.surface_kind[s], c->blob.surface_radius[s],
-                                 c->blob.surface_half[s], place, place + 3};
+                                 c->blob.surface_half[s], place, place + 3,
+                                 c->surface_across + 3 * s, c->blob.surface_half_axes + 2 * s};
     return placed;
 }
 

@@ -1,4 +1,5 @@
-/* A cable over one sphere or cylinder, in closed form; wrap_inside.c has the way inside.
+/* A cable over one sphere or cylinder, in closed form; wrap_inside.c has the way inside, ellipsoid/ the one over
+   an ellipsoid.
 
    Seen along the axis (of the plane through both ends and the centre, for a sphere) the cable is two
    tangents and an arc on a circle. On a cylinder it climbs evenly along that planar way P, so that it is a
@@ -23,6 +24,7 @@
 #include "../math/elementary.h"
 #include "../math/quick_arc.h"
 #include "../math/vectors.h"
+#include "ellipsoid/ellipsoid.h"
 #include "wrap_inside.h"
 
 #include <math.h>
@@ -108,6 +110,7 @@ static inline void find_normal(const wrap_surface *s, view *v)
 
 int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3])
 {
+    if (s->kind == SURFACE_ELLIPSOID) return ellipsoid_is_clear(s, a, b);
     if (way->side == WRAP_INSIDE) return wrap_inside_is_clear(s, a, b);
     view v;
     return look(s, a, b, &v);
@@ -249,6 +252,7 @@ static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int 
 int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3], int ends,
               pull *out)
 {
+    if (s->kind == SURFACE_ELLIPSOID) return ellipsoid_pull(s, way, a, b, out);
     if (way->side == WRAP_INSIDE) return wrap_inside_pull(s, a, b, out);
     view v;
     const int is_clear = look(s, a, b, &v);
@@ -276,6 +280,10 @@ void wrap_over(const wrap_surface *s, const wrap_way *way, const real A[3], cons
     view v;
     pull plain;
     out->pull.turning = 0;
+    if (s->kind == SURFACE_ELLIPSOID) {
+        if (!ellipsoid_over(s, way, A, B, out)) run_straight(A, B, ellipsoid_nearest(s, A, B), out);
+        return;
+    }
     if (way->side == WRAP_INSIDE) {
         if (!wrap_inside_over(s, A, B, out)) run_straight(A, B, 0.5, out);
         return;

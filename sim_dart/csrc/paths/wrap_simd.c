@@ -183,10 +183,11 @@ void wrap_simd_prepare(core *c)
     for (int32_t w = 0; w < blob->counts.wraps; w++) {
         const int32_t s = blob->wrap_surface[w], side = blob->wrap_side[w];
         const int is_cylinder = blob->surface_kind[s] == SURFACE_CYLINDER;
+        const int is_ellipsoid = blob->surface_kind[s] == SURFACE_ELLIPSOID;
         c->wrap_radius[w] = blob->surface_radius[s], c->wrap_has_axis[w] = is_cylinder;
         c->wrap_half[w] = value_of(blob->surface_half[s]) > 0 ? blob->surface_half[s] : INFINITY;
         c->wrap_sense[w] = side;
-        c->wrap_is_special[w] = side == WRAP_INSIDE || blob->wrap_turns[w] ||
+        c->wrap_is_special[w] = side == WRAP_INSIDE || is_ellipsoid || blob->wrap_turns[w] ||
                                 (c->is_counting && is_cylinder) || has_company(blob, w, &pulley);
         c->wrap_ends |= wrap_ends(blob, w);
     }

@@ -37,13 +37,14 @@ def test_springs_in_cables_are_told_with_their_size(tmp_path: Path, cardsflow: C
 
 def test_a_robot_that_cannot_be_simulated_is_shown(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = planar_2r()
-    egg = WrapSurface("egg", "link_1", "ellipsoid", 0.01, half_axes=(0.02, 0.01))
+    egg = WrapSurface("egg", "link_1", "ellipsoid", 0.01, half_axes=(0.2, 0.01))
     muscles = [replace(muscle, wraps=(Wrap("egg", 0),)) for muscle in robot.muscles[:1]]
     write_sdf(replace(robot.with_muscles(muscles), wrap_surfaces=(egg,)), tmp_path / "robot")
     info = cardsflow.json("info", tmp_path / "robot")
     assert info["muscles"][0]["length"] is None
-    assert "ellipsoid 'egg' cannot be simulated" in info["not_simulated"][0]
-    assert "ellipsoid 'egg' cannot be simulated" in cardsflow.refused("init", tmp_path / "robot")
+    problem = "ellipsoid 'egg' with a half axis over 10 times as long as another one"
+    assert problem in info["not_simulated"][0]
+    assert f"{problem} cannot be simulated" in cardsflow.refused("init", tmp_path / "robot")
 
 
 def test_ideal_cables_are_no_news(cardsflow: CommandLine) -> None:

@@ -89,7 +89,7 @@ def test_paths_that_are_not_computed_are_refused() -> None:
     smooth = replace(MIDDLE, when=replace(when, smoothing=0.5))
     pulley = BasePulley("rotating", (("pulley_radius", (0.1,)), ("cable_entry_vector", (0, 0, 1))))
     ball = WrapSurface("ball", WORLD, "sphere", 0.05)
-    egg = WrapSurface("egg", WORLD, "ellipsoid", 0.05, half_axes=(0.04, 0.03))
+    egg = WrapSurface("egg", WORLD, "ellipsoid", 0.05, half_axes=(0.04, 0.003))
     for muscle, what in (
         (Muscle("m", (A, smooth, B), f_max=1.0, wraps=(Wrap("ball", 0),)), "smoothed"),
         (Muscle("m", (A, replace(MIDDLE, when=when), B), f_max=1.0, pulley=pulley), "pulley"),
@@ -208,10 +208,6 @@ def test_published_tendons(shared: Path, name: str) -> None:
 def test_published_paths_of_opensim(shared: Path, name: str) -> None:
     """Straight paths and single cylinders to 1e-9, those within 5e-4 m of OpenSim's own."""
     robot = read_robot(shared / f"models/opensim/{name}.osim")
-    egg = {s.name for s in robot.wrap_surfaces if s.shape == "ellipsoid"}
-    kept = [m for m in robot.muscles if egg.isdisjoint(wrap.surface for wrap in m.wraps)]
-    left = tuple(s for s in robot.wrap_surfaces if s.name not in egg)
-    robot = replace(robot.with_muscles(kept), wrap_surfaces=left)
     paths = MusclePaths(robot)
     content = json.loads((shared / f"reference/opensim/{name}.json").read_text())
     names = [coordinate["name"] for coordinate in content["coordinates"]]
@@ -222,6 +218,9 @@ def test_published_paths_of_opensim(shared: Path, name: str) -> None:
         for muscle, length in zip(robot.muscles, lengths, strict=True):
             i = theirs[muscle.name]
             exact = pose["exact_cylinder_length"][i] if muscle.wraps else pose["length"][i]
-            if exact is not None:
+            if content["muscles"][i]["ellipsoid"]:
+                disagrees = pose["fd_disagreement"][i] > 1e-3  # of OpenSim's with itself
+                assert disagrees or length == pytest.approx(pose["length"][i], abs=1e-4)
+            elif exact is not None:
                 assert length == pytest.approx(exact, rel=1e-9)
                 assert length == pytest.approx(pose["length"][i], abs=5e-4)

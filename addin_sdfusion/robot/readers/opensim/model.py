@@ -136,7 +136,8 @@ def _note_approximations(model: Node, muscles: list[Muscle]) -> None:
     if wrapped:
         problem = (
             f"{wrapped} muscles wrap: they take the shortest path here; OpenSim's own is longer by "
-            "up to some 1e-4 m, and its moment arms are not always the derivative of its lengths"
+            "up to some 1e-4 m, over ellipsoids it is some 1e-5 m off either way, and its moment "
+            "arms are not always the derivative of its lengths"
         )
         model.warning("wraps-exact", problem)
     if any(muscle.model.kind.startswith("hill") for muscle in muscles):

@@ -1,5 +1,6 @@
 #include "check_paths.h"
 
+#include "../../math/elementary.h"
 #include "../../math/vectors.h"
 #include "../../numbers/real_functions.h"
 #include "check_points.h"
@@ -32,6 +33,36 @@ static int check_surfaces(const blob_view *b, char *message, size_t capacity)
         if (b->surface_half[k] != 0 && b->surface_kind[k] != SURFACE_CYLINDER)
             return refuse(message, capacity, "surface %d: only a cylinder has ends", k);
     }
+    return 0;
+}
+
+static int check_ellipsoids(const blob_view *b, char *message, size_t capacity)
+{
+    for (int k = 0; k < b->counts.surfaces; k++) {
+        const real *axes = b->surface_half_axes + 2 * k, radius = b->surface_radius[k];
+        const real *across = b->surface_across + 3 * k;
+        if (b->surface_kind[k] != SURFACE_ELLIPSOID) {
+            if (axes[0] != 0 || axes[1] != 0)
+                return refuse(message, capacity, "surface %d: only an ellipsoid has half axes", k);
+            continue;
+        }
+        if (!is_unit(across) || !(fabs(dot3(across, b->surface_axis + 3 * k)) < UNIT_TOLERANCE))
+            return refuse(message, capacity, "surface %d: its x axis is no unit vector across its z axis", k);
+        if (!is_size(axes[0]) || !is_size(axes[1]))
+            return refuse(message, capacity, "surface %d: its half axes are not above zero and finite", k);
+        const real longest = larger(larger(axes[0], axes[1]), radius), least = smaller(smaller(axes[0], axes[1]), radius);
+        if (longest > LONGEST_HALF_AXIS * least * (1 + UNIT_TOLERANCE))
+            return refuse(message, capacity, "surface %d: a half axis is more than %d times as long as another one", k,
+                          LONGEST_HALF_AXIS);
+    }
+    return 0;
+}
+
+static int check_ellipsoid_wrap(const blob_view *b, int k, char *message, size_t capacity)
+{
+    if (b->surface_kind[b->wrap_surface[k]] == SURFACE_ELLIPSOID &&
+        (b->wrap_side[k] || b->wrap_turns[k] || b->wrap_rule[k] == RULE_MUJOCO))
+        return refuse(message, capacity, "wrap %d: over an ellipsoid there is no side, no turn and no rule of MuJoCo's", k);
     return 0;
 }
 
@@ -71,6 +102,7 @@ static int check_wraps(const blob_view *b, char *message, size_t capacity)
             return refuse(message, capacity, "wrap %d: a side or turns are for our own rules", k);
         if (b->wrap_side[k] == WRAP_INSIDE && b->wrap_turns[k])
             return refuse(message, capacity, "wrap %d: inside a surface there are no turns", k);
+        if (check_ellipsoid_wrap(b, k, message, capacity)) return 1;
     }
     return 0;
 }
@@ -98,6 +130,6 @@ int check_paths(const blob_view *b, char *message, size_t capacity)
 {
     return check_points("surface", b->surface_frame, b->surface_centre, b->counts.surfaces, b->counts.frames,
                         message, capacity) ||
-           check_surfaces(b, message, capacity) || check_wraps(b, message, capacity) ||
+           check_surfaces(b, message, capacity) || check_ellipsoids(b, message, capacity) || check_wraps(b, message, capacity) ||
            check_pulleys(b, message, capacity) || check_routes(b, message, capacity);
 }

@@ -7,6 +7,7 @@
 #include "../../blob/layout.h"
 #include "../../math/elementary.h"
 #include "../../math/vectors.h"
+#include "../ellipsoid/ellipsoid.h"
 #include "../wrap_inside.h"
 
 #include <math.h>
@@ -171,9 +172,18 @@ static int opensim_rule(const wrap_surface *s, const flat *f, const real *guide,
     return is_met && (is_a || is_b) ? RULE_MEETS : RULE_WRAPS;
 }
 
+/* OpenSim's: where the straight line meets it, the way is the shortest of those that touch it in the quadrant. */
+static int ellipsoid_rule(const wrap_surface *s, const real *guide, const real A[3], const real B[3], wrap_way *way)
+{
+    if (ellipsoid_holds(s, A, B) || ellipsoid_is_clear(s, A, B)) return RULE_STRAIGHT;
+    way->side = guide ? ellipsoid_side(s, guide) : 0;
+    return RULE_MEETS;
+}
+
 int wrap_rule(int32_t rule, const wrap_surface *s, const real *guide, const real A[3], const real B[3],
               wrap_way *way)
 {
+    if (s->kind == SURFACE_ELLIPSOID) return ellipsoid_rule(s, guide, A, B, way);
     flat f;
     const int is_outside = flatten(s, A, B, &f);
     way->is_forced = 1, way->side = 0;

@@ -1,0 +1,333 @@
+/* A cable over one ellipsoid: two tangents and a geodesic between them, found by shooting.
+
+   The tangents from the end a touch on an ellipse, at the angle alpha say (see fan.h); so do those from b, at
+   beta. The geodesic that goes on from the one at alpha comes, after the way s, to a point Q with the direction
+   T; the tangent to b begins at P with the direction t. With m across t on the surface the cable is taut where
+
+       (Q - P).t = 0,    (Q - P).m = 0,    T.m = 0.
+
+   Newton's rule solves this for s, alpha and beta; the derivative of Q and T by alpha is a Jacobi field, which
+   is integrated with the geodesic. It begins at the shortest ways in planes (fan.c), at each one that is shorter
+   than those beside it, and the shortest that is found counts: the length depends on the ends alone, not on
+   earlier moves. Its gradient is that of the straight parts (envelope theorem).
+
+   An end inside has the ellipsoid shrink in proportion to pass through it, as a sphere does. The length is then
+   a function of this scale c, too, and as it is homogeneous in a, b and c,
+
+       c dl/dc = l - a.dl/da - b.dl/db.                                                                     */
+#include "ellipsoid.h"
+
+#include "../../math/elementary.h"
+#include "../../math/vectors.h"
+#include "fan.h"
+#include "geodesic.h"
+
+#include <math.h>
+#include <string.h>
+
+#define MOST_SHOTS 40
+#define HALVINGS 6
+#define LAST_SHOT_STEP PRECISE(1e-8, 2e-4) /* of angles and the way: what is left is about its square */
+#define AS_GOOD PRECISE(1e-24, 1e-10)      /* of the square of what is left: only rounding errors are */
+#define LONGEST_TURN 0.5
+
+/* Ends and half axes in the ellipsoid's own frame, over the longest of its half axes. */
+typedef struct {
+    real R[3][3]; /* its axes in the world */
+    real a[3], b[3], r[3], unit;
+    real scaled_a[3], scaled_b[3]; /* over the half axes */
+    int shrunk_by;                 /* 0, or 1 for a, 2 for b: the end that it passes through */
+    real scale;
+    real nearest; /* where on the straight line, 0 to 1, it is nearest to the centre, scaled */
+} egg_view;
+
+/* Where a tangent touches: cable directions there and how they change with its angle. */
+typedef struct {
+    real x[3], t[3], m[3]; /* point, direction from a to b, across it on the surface */
+    real span;             /* from the end */
+    real by_t, by_m, turn; /* derivatives: of x along t and m, of t along m */
+} tangent_at;
+
+typedef struct {
+    way_over way;
+    tangent_at a, b;
+    geodesic_point end;
+    real gap[3], square; /* the three equations; the sum of their squares */
+} shot;
+
+/* ------------------------------------------------------------------------------ the ellipsoid and the ends */
+
+/* Whether the straight line clears it. */
+static int view_egg(const wrap_surface *s, const real A[3], const real B[3], egg_view *v)
+{
+    const real size[3] = {s->radius, s->half_axes[0], s->half_axes[1]};
+    v->unit = larger(larger(size[0], size[1]), size[2]);
+    memcpy(v->R[0], s->across, sizeof v->R[0]);
+    memcpy(v->R[2], s->axis, sizeof v->R[2]);
+    cross3(v->R[1], s->axis, s->across);
+    const real a[3] = {A[0] - s->centre[0], A[1] - s->centre[1], A[2] - s->centre[2]};
+    const real b[3] = {B[0] - s->centre[0], B[1] - s->centre[1], B[2] - s->centre[2]};
+    real aa = 0, ab = 0, bb = 0, x[3];
+    for (int k = 0; k < 3; k++) {
+        v->r[k] = size[k] / v->unit;
+        v->a[k] = dot3(v->R[k], a) / v->unit, v->b[k] = dot3(v->R[k], b) / v->unit;
+        v->scaled_a[k] = v->a[k] / v->r[k], v->scaled_b[k] = v->b[k] / v->r[k];
+    }
+    aa = dot3(v->scaled_a, v->scaled_a), bb = dot3(v->scaled_b, v->scaled_b), ab = dot3(v->scaled_a, v->scaled_b);
+    cross3(x, v->scaled_a, v->scaled_b);
+    const real inner = smaller(aa, bb), dd = aa + bb - 2 * ab;
+    v->nearest = value_of(ab) >= value_of(aa) ? 0 : value_of(ab) >= value_of(bb) ? 1 : (aa - ab) / dd;
+    v->shrunk_by = value_of(inner) >= 1 ? 0 : value_of(aa) <= value_of(bb) ? 1 : 2;
+    v->scale = v->shrunk_by ? sqrt(inner) : 1;
+    const real RR = v->shrunk_by ? inner : 1;
+    return value_of(ab) >= value_of(aa) || value_of(ab) >= value_of(bb) || value_of(dot3(x, x)) >= value_of(RR * dd);
+}
+
+static void shrink_egg(egg_view *v)
+{
+    if (!v->shrunk_by) return;
+    for (int k = 0; k < 3; k++) v->r[k] *= v->scale, v->scaled_a[k] /= v->scale, v->scaled_b[k] /= v->scale;
+}
+
+/* ------------------------------------------------------------------------------ shooting */
+
+/* `sense`: 1 where the cable goes along the tangent, -1 where it comes against it. */
+static void find_tangent(const egg_view *v, const tangent_cone *c, const real end[3], const real angle[2], int sense,
+                         tangent_at *out)
+{
+    real u[3], du[3], n[3];
+    for (int k = 0; k < 3; k++) {
+        u[k] = v->r[k] * (angle[0] * c->first[k] + angle[1] * c->second[k] - c->rho * c->at[k]);
+        du[k] = v->r[k] * (angle[0] * c->second[k] - angle[1] * c->first[k]);
+    }
+    const real size = sqrt(dot3(u, u));
+    for (int k = 0; k < 3; k++) {
+        out->x[k] = end[k] + c->rho * u[k];
+        out->t[k] = sense * u[k] / size;
+        n[k] = out->x[k] / (v->r[k] * v->r[k]);
+    }
+    cross3(out->m, n, out->t);
+    const real across = sqrt(dot3(out->m, out->m));
+    for (int k = 0; k < 3; k++) out->m[k] /= across;
+    out->span = c->rho * size;
+    out->by_t = c->rho * dot3(du, out->t);
+    out->by_m = c->rho * dot3(du, out->m);
+    out->turn = sense * dot3(du, out->m) / size;
+}
+
+static void shoot(const egg_view *v, const tangent_cone cones[2], shot *s)
+{
+    real missed[3];
+    find_tangent(v, cones, v->a, s->way.a, 1, &s->a);
+    find_tangent(v, cones + 1, v->b, s->way.b, -1, &s->b);
+    memcpy(s->end.x, s->a.x, sizeof s->end.x);
+    memcpy(s->end.v, s->a.t, sizeof s->end.v);
+    s->end.j = s->a.by_m, s->end.dj = s->a.turn;
+    geodesic_follow(v->r, s->way.contact, &s->end);
+    for (int k = 0; k < 3; k++) missed[k] = s->end.x[k] - s->b.x[k];
+    s->gap[0] = dot3(missed, s->b.t), s->gap[1] = dot3(missed, s->b.m), s->gap[2] = dot3(s->end.v, s->b.m);
+    s->square = dot3(s->gap, s->gap);
+    if (!(value_of(dot3(s->end.v, s->b.t)) > 0)) s->square += 4; /* it comes from the other side */
+}
+
+/* By that angle, or nearly. */
+static void turn_tangent(real angle[2], real by)
+{
+    const real t = 0.5 * by, per = 1 / (1 + t * t), c = angle[0], s = angle[1];
+    const real cosine_ = (1 - t * t) * per, sine_ = 2 * t * per;
+    angle[0] = cosine_ * c - sine_ * s, angle[1] = sine_ * c + cosine_ * s;
+}
+
+static void move_way(way_over *way, const real step[3], real part)
+{
+    turn_tangent(way->a, part * step[0]);
+    turn_tangent(way->b, part * step[1]);
+    way->contact += part * step[2];
+}
+
+/* Newton's step of alpha, beta and s; its size. */
+static real aim(const shot *s, real step[3])
+{
+    const real det = s->end.dj * s->b.by_m - s->end.j * s->b.turn;
+    if (det == 0) return INFINITY;
+    step[0] = (s->b.turn * s->gap[1] - s->b.by_m * s->gap[2]) / det;
+    step[1] = (s->end.dj * s->gap[1] - s->end.j * s->gap[2]) / det;
+    step[2] = -s->gap[0] - s->a.by_t * step[0] + s->b.by_t * step[1];
+    return value_of(fabs(step[0])) + value_of(fabs(step[1])) + value_of(fabs(step[2]));
+}
+
+/* Whether it has been found; each step is shortened until it comes nearer. */
+static int settle_way(const egg_view *v, const tangent_cone cones[2], shot *s)
+{
+    int is_found = 0;
+    shoot(v, cones, s);
+    for (int shots = 1; shots < MOST_SHOTS;) {
+        real step[3];
+        const real size = aim(s, step);
+        if (!isfinite(size)) return 0;
+        const int is_last = value_of(size) <= LAST_SHOT_STEP || value_of(s->square) <= AS_GOOD;
+        real part = value_of(size) > LONGEST_TURN ? LONGEST_TURN / size : 1;
+        shot next = *s;
+        for (int halving = 0;; halving++, part *= 0.5) {
+            next.way = s->way;
+            move_way(&next.way, step, part);
+            if (is_last && (!HAS_TANGENT || is_found)) { /* only the tangents of the ends are asked for yet */
+                find_tangent(v, cones, v->a, next.way.a, 1, &next.a);
+                find_tangent(v, cones + 1, v->b, next.way.b, -1, &next.b);
+                *s = next;
+                return 1;
+            }
+            shoot(v, cones, &next), shots++;
+            if (is_last || halving == HALVINGS || value_of(next.square) < value_of(s->square)) break;
+        }
+        *s = next;
+        is_found = is_last;
+    }
+    return 0;
+}
+
+static real whole_length(const shot *s)
+{
+    return s->a.span + s->way.contact + s->b.span;
+}
+
+/* Whether the contact begins or ends in a half. */
+static int is_on_side(const shot *s, int side)
+{
+    const int k = (side < 0 ? -side : side) - 1, sign = side < 0 ? -1 : 1;
+    return !side || value_of(sign * s->a.x[k]) >= 0 || value_of(sign * s->b.x[k]) >= 0;
+}
+
+/* The shortest of those found from that many planes; 0 if one of the starts leads nowhere. */
+static int search_ways(const egg_view *v, const tangent_cone cones[2], int planes, int side, shot *best, int *is_found)
+{
+    way_over starts[MOST_STARTS];
+    const int count = fan_starts(v->r, cones, planes, starts);
+    int is_complete = count > 0;
+    for (int k = 0; k < count; k++) {
+        shot s;
+        s.way = starts[k];
+        if (!settle_way(v, cones, &s) || !(value_of(s.way.contact) > 0)) {
+            is_complete = 0;
+            continue;
+        }
+        const int rank = is_on_side(&s, side) ? 2 : 1; /* those in the half come first */
+        if (rank < *is_found) continue;
+        if (rank > *is_found || value_of(whole_length(&s)) < value_of(whole_length(best))) *best = s;
+        *is_found = rank;
+    }
+    return is_complete;
+}
+
+/* The way in the best plane, which is longer, for the few ends across a long ellipsoid where shooting fails. */
+static int take_plane(const egg_view *v, const tangent_cone cones[2], shot *best)
+{
+    way_over starts[MOST_STARTS];
+    if (!fan_starts(v->r, cones, MANY_PLANES, starts)) return 0;
+    best->way = starts[0];
+    find_tangent(v, cones, v->a, best->way.a, 1, &best->a);
+    find_tangent(v, cones + 1, v->b, best->way.b, -1, &best->b);
+    return 1;
+}
+
+static int find_way(const egg_view *v, int side, shot *best)
+{
+    tangent_cone cones[2];
+    int is_found = 0;
+    fan_cones(v->scaled_a, v->scaled_b, cones);
+    if (search_ways(v, cones, FEW_PLANES, side, best, &is_found)) return 1;
+    search_ways(v, cones, MANY_PLANES, side, best, &is_found);
+    return is_found || take_plane(v, cones, best);
+}
+
+/* ------------------------------------------------------------------------------ what it pulls */
+
+/* The directions, and what the scale adds to them, which is the distance of an end. */
+static void direct_egg(const egg_view *v, const shot *s, pull *out)
+{
+    real entering[3], leaving[3];
+    memcpy(entering, s->a.t, sizeof entering);
+    memcpy(leaving, s->b.t, sizeof leaving);
+    const real length = whole_length(s);
+    if (v->shrunk_by) {
+        const real *end = v->shrunk_by == 1 ? v->a : v->b;
+        const real rate = (length + dot3(v->a, entering) - dot3(v->b, leaving)) / (v->scale * v->scale);
+        for (int k = 0; k < 3; k++) {
+            const real r = v->r[k] / v->scale, by_end = rate * end[k] / (r * r);
+            if (v->shrunk_by == 1)
+                entering[k] -= by_end;
+            else
+                leaving[k] += by_end;
+        }
+    }
+    out->length = v->unit * length;
+    out->angle = v->unit * s->way.contact;
+    for (int k = 0; k < 3; k++) {
+        out->entering[k] = v->R[0][k] * entering[0] + v->R[1][k] * entering[1] + v->R[2][k] * entering[2];
+        out->leaving[k] = v->R[0][k] * leaving[0] + v->R[1][k] * leaving[1] + v->R[2][k] * leaving[2];
+    }
+}
+
+static int solve_egg(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3], egg_view *v,
+                     shot *found)
+{
+    if (view_egg(s, A, B, v) || !(value_of(v->scale) > 0)) return 0;
+    shrink_egg(v);
+    return find_way(v, (int)way->side, found);
+}
+
+int ellipsoid_pull(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3], pull *out)
+{
+    egg_view v;
+    shot found;
+    if (!solve_egg(s, way, A, B, &v, &found)) return 0;
+    direct_egg(&v, &found, out);
+    return 1;
+}
+
+int ellipsoid_over(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3], contact *out)
+{
+    egg_view v;
+    shot found;
+    if (!solve_egg(s, way, A, B, &v, &found)) return 0;
+    direct_egg(&v, &found, &out->pull);
+    for (int k = 0; k < 3; k++) {
+        out->touch[k] = s->centre[k], out->lift[k] = s->centre[k], out->axis[k] = 0;
+        for (int i = 0; i < 3; i++) {
+            out->touch[k] += v.unit * v.R[i][k] * found.a.x[i];
+            out->lift[k] += v.unit * v.R[i][k] * found.b.x[i];
+        }
+    }
+    return 1;
+}
+
+int ellipsoid_is_clear(const wrap_surface *s, const real A[3], const real B[3])
+{
+    egg_view v;
+    return view_egg(s, A, B, &v);
+}
+
+real ellipsoid_nearest(const wrap_surface *s, const real A[3], const real B[3])
+{
+    egg_view v;
+    view_egg(s, A, B, &v);
+    return v.nearest;
+}
+
+int ellipsoid_holds(const wrap_surface *s, const real A[3], const real B[3])
+{
+    egg_view v;
+    view_egg(s, A, B, &v);
+    return v.shrunk_by != 0;
+}
+
+int ellipsoid_side(const wrap_surface *s, const real direction[3])
+{
+    real y[3];
+    cross3(y, s->axis, s->across);
+    const real at[3] = {dot3(s->across, direction), dot3(y, direction), dot3(s->axis, direction)};
+    int most = 0;
+    for (int k = 1; k < 3; k++)
+        if (value_of(fabs(at[k])) > value_of(fabs(at[most]))) most = k;
+    return value_of(at[most]) < 0 ? -1 - most : 1 + most;
+}

@@ -1,0 +1,84 @@
+"""Lines along geodesics of ellipsoids, for drawing."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from sim_dart.core.arrays import FloatArray
+
+_STEP = 0.1
+"""Of a drawn line, over the least half axis."""
+_MOST_STEPS = 200
+_MISS = 1e-3
+"""How far from its end a geodesic may come, over the least half axis, before it is none."""
+
+
+class PlacedEllipsoid(NamedTuple):
+    """An ellipsoid where it is.
+
+    Attributes:
+        centre: In the world, shape (3,), in [m].
+        R_world_ellipsoid: Its axes as columns, shape (3, 3).
+        half_axes: Along x, y and z, shape (3,), in [m].
+    """
+
+    centre: FloatArray
+    R_world_ellipsoid: FloatArray
+    half_axes: FloatArray
+
+
+def geodesic_line(
+    egg: PlacedEllipsoid, touch: FloatArray, lift: FloatArray, direction: FloatArray, length: float
+) -> list[FloatArray]:
+    """Points along a geodesic, both ends included, in the world.
+
+    Args:
+        egg: The ellipsoid.
+        touch: Where it begins, on the surface, or inside, which shrinks the ellipsoid.
+        lift: Where it ends.
+        direction: In which it begins, a unit vector.
+        length: In [m].
+    """
+    R, least = egg.R_world_ellipsoid, float(egg.half_axes.min())
+    steps = min(_MOST_STEPS, max(1, math.ceil(length / (_STEP * least))))
+    begin, end = R.T @ (touch - egg.centre), R.T @ (lift - egg.centre)
+    r = egg.half_axes * np.linalg.norm(begin / egg.half_axes)
+    points = _followed(r, begin, R.T @ direction, length / steps, steps)
+    if np.linalg.norm(points[-1] - end) > _MISS * least:
+        points = _straight_seen_from_centre(r, begin, end, steps)
+    return [touch, *(egg.centre + R @ point for point in points[:-1]), lift]
+
+
+def _followed(
+    r: FloatArray, x: FloatArray, v: FloatArray, h: float, steps: int
+) -> list[FloatArray]:
+    """By Runge and Kutta's rule: x'' = -(v'Av) / |Ax|^2 Ax with A = diag(1/r^2)."""
+    A, points = 1.0 / (r * r), []
+
+    def bend(x: FloatArray, v: FloatArray) -> FloatArray:
+        n = A * x
+        bent: FloatArray = -float(v @ (A * v)) / float(n @ n) * n
+        return bent
+
+    for _ in range(steps):
+        k1, v2 = bend(x, v), v + 0.5 * h * bend(x, v)
+        k2 = bend(x + 0.5 * h * v, v2)
+        v3 = v + 0.5 * h * k2
+        k3 = bend(x + 0.5 * h * v2, v3)
+        v4 = v + h * k3
+        k4 = bend(x + h * v3, v4)
+        x = x + h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4)
+        v = v + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        points.append(x)
+    return points
+
+
+def _straight_seen_from_centre(
+    r: FloatArray, begin: FloatArray, end: FloatArray, steps: int
+) -> list[FloatArray]:
+    a, b = begin / r, end / r
+    mixed = [a + (b - a) * k / steps for k in range(1, steps + 1)]
+    return [r * point / np.linalg.norm(point) for point in mixed]
