@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+from cardsflow_fmu.report import figures, run_figures
 from sim_dart.plant import plant
 from sim_dart.plant.settings import chosen_engine
 
@@ -67,6 +69,22 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     for mark in item.iter_markers("extra"):
         if find_spec(EXTRAS[mark.args[0]]) is None:
             pytest.skip(f"needs the extra `{mark.args[0]}`")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def undrawn_figures() -> Iterator[None]:
+    """Figures of runs in the tests' process are empty files: drawing takes longer than many."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run_figures, "image", lambda figure, form, mark: b"")
+        yield
+
+
+@pytest.fixture(scope="module")
+def drawn_figures() -> Iterator[None]:
+    """Figures of runs are drawn, until the module's last test."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run_figures, "image", figures.image)
+        yield
 
 
 @pytest.fixture

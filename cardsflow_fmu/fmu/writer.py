@@ -46,6 +46,7 @@ def write_fmu(
     libraries: Mapping[str, Path] | None = None,
     native: NativeModel | None = None,
     dependencies: Dependencies | None = None,
+    sources: bool = True,
 ) -> Path:
     """Pack a model into an FMU for co-simulation.
 
@@ -64,6 +65,7 @@ def write_fmu(
             None.
         native: From `native_model`: the model computes in C alone, without any Python.
         dependencies: What the outputs depend on; when None, hosts take it that on everything.
+        sources: Whether a native model carries its C sources, for other platforms.
 
     Returns:
         The path.
@@ -84,14 +86,16 @@ def write_fmu(
         model_class.has_derivatives if native is None else native.has_derivatives,
         model_class.has_state,
         needs_tool=native is None,
-        sources=() if native is None else compiled_files(),
+        sources=compiled_files() if native is not None and sources else (),
         dependencies=dependencies,
     )
     files = {_resource_name(name): contents_of(source) for name, source in resources.items()}
     if native is None:
         files |= _python_files(model_class, ports)
     else:
-        files |= {f"resources/{NATIVE_FILE}": native.contents} | source_files(model_name, fmi)
+        files[f"resources/{NATIVE_FILE}"] = native.contents
+        if sources:
+            files |= source_files(model_name, fmi)
     guid = _guid({**files, "modelDescription.xml": model_description(fmu, "", fmi)})
     files["modelDescription.xml"] = model_description(fmu, guid, fmi)
     files[f"resources/{_PORTS_FILE}"] = encode_port_table(

@@ -140,6 +140,7 @@ def build_fmus(
     arrays: bool = True,
     libraries: Libraries | None = None,
     native: bool | None = None,
+    sources: bool = True,
 ) -> dict[str, Path]:
     """All FMUs but external ones, by the name of the model, in a folder that exists."""
     kinds = {name: native_or_not(experiment, name, native) for name in names}
@@ -165,6 +166,7 @@ def build_fmus(
             libraries=(libraries or {}).get(kinds[name]),
             native=native_model(experiment, name) if kinds[name] else None,
             dependencies=MODELS[name].dependencies(experiment),
+            sources=sources,
         )
         for name in names
         if name not in experiment.fmus

@@ -127,12 +127,13 @@ def _built(
 ) -> dict[str, PreparedFmu]:
     """The FMUs of an experiment that may have been made to begin elsewhere."""
     names = [model_name(role, experiment) for role in experiment.roles]
+    made = partial(build_fmus, fmi=fmi, arrays=arrays, native=native, sources=False)
     if driven is not experiment:  # the controller is the same wherever the robot begins
-        files = build_fmus(experiment, folder, ["controller"], fmi, arrays, native=native)
+        files = made(experiment, folder, ["controller"])
         names.remove("controller")
-        files = build_fmus(driven, folder, names, fmi, arrays, native=native) | files
+        files = made(driven, folder, names) | files
     else:
-        files = build_fmus(experiment, folder, names, fmi, arrays, native=native)
+        files = made(experiment, folder, names)
     return {name: PreparedFmu(file, folder / f"unpacked_{name}") for name, file in files.items()}
 
 

@@ -15,6 +15,8 @@ from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.robot.files import file_error, opened_file, read_file, write_new
 
+_LEVEL = 4  # a library is packed in half the time of the default's, 2 % larger
+_PACKED = (".fmu", ".zip", ".png")
 _EARLIEST_TIME = (1980, 1, 1, 0, 0, 0)
 _UNIX = 3
 _READABLE = 0o644 << 16
@@ -28,7 +30,7 @@ def archive_bytes(files: Mapping[str, bytes]) -> bytes:
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
-            archive.writestr(_entry(name), files[name])
+            archive.writestr(_entry(name), files[name], compresslevel=_LEVEL)
     return memory.getvalue()
 
 
@@ -63,7 +65,8 @@ def _entry(name: str) -> zipfile.ZipInfo:
     entry = zipfile.ZipInfo(name, _EARLIEST_TIME)
     entry.create_system = _UNIX
     entry.external_attr = _READABLE
-    entry.compress_type = zipfile.ZIP_DEFLATED
+    packed = name.endswith(_PACKED)
+    entry.compress_type = zipfile.ZIP_STORED if packed else zipfile.ZIP_DEFLATED
     return entry
 
 

@@ -109,6 +109,7 @@ def test_however_it_is_drawn_the_robot_is_the_same(how: dict) -> None:
     same_dynamics(robot, tasks=not old)
 
 
+@pytest.mark.slow
 @given(
     rotation=st.tuples(*[st.floats(-3.0, 3.0)] * 3),
     shift=st.tuples(*[st.floats(-200.0, 200.0)] * 3),

@@ -100,6 +100,7 @@ def test_weaker_muscles_work_harder_until_they_cannot() -> None:
     assert faint.summary["tracking"]["max"] > 0.02
 
 
+@pytest.mark.slow
 def test_with_elastic_tendons_the_hand_comes_nearly_as_near() -> None:
     changes: dict[str, object] = {f"muscles.{name}.model.elastic_tendon": 1.0 for name in MUSCLES}
     result = simulate(Experiment.load(HILL_ARM, changes), through="direct")

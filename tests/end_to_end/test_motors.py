@@ -131,6 +131,7 @@ def test_native_fmus_drive_motors_as_those_with_python_do(case: str, tmp_path: P
     assert np.abs(recording.rows[:, tau]).max() > 0.1
 
 
+@pytest.mark.slow
 def test_a_motor_is_another_column_of_the_distribution() -> None:
     """Of all f and tau with -L'f + A tau as desired, those of the least sum of squares."""
     settings = {"controller.motor_weights": 4.0, "robot.joints.joint_2.effort": 500.0}

@@ -74,6 +74,7 @@ def test_the_table_carries_the_box_until_the_fingers_do() -> None:
     np.testing.assert_allclose(fingers[held], -WEIGHT, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_the_fingers_press_with_what_their_gains_make() -> None:
     result = picked_up()
     held = result["time"] > 3.5

@@ -74,6 +74,7 @@ def test_control_at_100_hz_is_casprs_closed_loop(shared: Path, file: str, cable_
     assert result.summary["infeasible_ticks"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
     [
@@ -124,6 +125,7 @@ def test_finer_plant_steps_change_the_motion_by_the_order_of_the_step() -> None:
     assert 0 < fine < 0.8 * coarse
 
 
+@pytest.mark.usefixtures("drawn_figures")
 def test_a_run_writes_readable_results(tmp_path: Path) -> None:
     result = run(Experiment.load(PLANAR_2R, {"run.duration": 0.1}), tmp_path / "out")
     with (tmp_path / "out/results.csv").open() as file:

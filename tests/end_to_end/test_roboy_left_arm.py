@@ -122,6 +122,7 @@ def test_fmus_and_a_plain_python_loop_give_equal_columns() -> None:
     assert fmu["w.hand.fz"][350] == 0.0
 
 
+@pytest.mark.usefixtures("drawn_figures")
 def test_the_approach_leads_from_the_start_to_the_flower(tmp_path: Path) -> None:
     result = run(Experiment.load(ROBOY_LEFT_ARM, {"run.duration": 2.5}), tmp_path)
     y_d = result.columns([f"y_d.hand.{axis}" for axis in AXES])

@@ -59,6 +59,7 @@ def use(path: Path) -> None:
     core.step(core.handle, dynamics.f_min.tobytes(), None, 1e-3, 5)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning")
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
 @pytest.mark.parametrize("example", ROBOTS)

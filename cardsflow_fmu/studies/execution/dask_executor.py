@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import socket
+import traceback
 from collections.abc import Iterator
 from typing import Any
 
@@ -53,6 +55,7 @@ def dask_executor(address: str, jobs: int) -> Iterator[ExecutorAdapter]:
             )
         except (OSError, ValueError, TypeError, RuntimeError) as error:
             reason = " ".join(str(error).split())
+            _drop_client(error)
             raise InputError(f"no Dask scheduler at {address}: {reason}", key="--dask") from None
         workers = sum(client.nthreads().values()) or 1
         executor = stack.enter_context(client.get_executor(pure=False))
@@ -71,6 +74,14 @@ def dask_warning(address: str) -> str | None:
         f"{address} is not encrypted: whoever reaches scheduler or workers can run code as their "
         "users; give them certificates and use tls://, as docs/studies.md tells"
     )
+
+
+def _drop_client(error: BaseException | None) -> None:
+    """Collect Dask's half-made client now: while another client starts it would deadlock."""
+    while error is not None:
+        traceback.clear_frames(error.__traceback__)
+        error = error.__context__
+    gc.collect()
 
 
 def _require_answer(address: str) -> None:

@@ -118,6 +118,7 @@ def test_a_robot_whose_muscles_cannot_hold_it_runs_all_the_same(tmp_path):
     assert np.isfinite(result["q.joint_5"]).all()
 
 
+@pytest.mark.slow
 @given(robots())
 def test_any_robot_that_can_run_loads(tmp_path_factory, robot):
     robot = replace(robot, links=tuple(replace(link, end=None) for link in robot.links))

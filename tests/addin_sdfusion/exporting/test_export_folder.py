@@ -246,6 +246,7 @@ def test_an_interrupted_swap_is_undone(tmp_path, arm):
         assert files_of(arm) == before, number
 
 
+@pytest.mark.slow
 def test_after_a_crash_the_next_export_begins_with_the_old_one(tmp_path, arm):
     """The process dies in the middle of the moves, and nothing is tidied up."""
     before = files_of(arm)

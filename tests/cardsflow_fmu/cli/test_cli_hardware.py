@@ -206,6 +206,7 @@ def test_a_device_with_a_key_answers_signed_frames_only(recorded: Path, tmp_path
     assert "others can read this key" in device.errors
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", [None, bytes(range(32))])
 @pytest.mark.parametrize("host", few(["0.0.0.0", "127.0.0.1"]))
 def test_a_device_that_others_reach_without_a_key_warns(

@@ -112,6 +112,7 @@ def test_a_hanging_link_is_moved_where_its_one_muscle_can_hold_it(
     assert float(dynamics.gravity(q)[0] * -dynamics.muscle_jacobian(q)[0, 0]) > 0.0
 
 
+@pytest.mark.slow
 def test_what_no_muscle_moves_is_locked_and_told(tmp_path: Path, cardsflow: CommandLine) -> None:
     summary, err = started(two_links(*strands(ABOVE, BELOW)), tmp_path, cardsflow)
     assert_tracks(summary)
@@ -223,6 +224,7 @@ def test_massless_motions_are_locked(tmp_path: Path, cardsflow: CommandLine) -> 
     assert "it moves no mass" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", few(["cardsflow/shoulder_testbed", "cardsflow/theClaw", "caspr/CAREX", "caspr/BMArm"])
 )
@@ -236,6 +238,7 @@ def test_published_robots_track(
     assert_tracks(json.loads(out))
 
 
+@pytest.mark.slow
 def test_a_motor_drives_what_no_muscle_moves(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = two_links(*strands(ABOVE, BELOW))
     motor = Coordinate("wrist", actuated=True, tau_min=-20.0, tau_max=20.0)

@@ -83,6 +83,7 @@ def falling(forces: np.ndarray, valid: np.ndarray, f_min: float, down: float) ->
     return f_min + share[:, None] * (forces[lost[0] - 1] - f_min)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("through", ["native", "direct"])
 def test_commands_ramp_down_where_the_estimate_is_lost(through: str) -> None:
     """A length that sticks: it is noticed, and forces fall to f_min in a straight line."""

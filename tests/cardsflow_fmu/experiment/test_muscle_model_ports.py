@@ -130,6 +130,7 @@ def test_a_computed_torque_works_on_top_of_pneumatic_muscles(pneumatic: Result) 
         np.testing.assert_allclose(tension[1:], f[:-1], rtol=0.02)  # there at the next tick
 
 
+@pytest.mark.slow
 def test_the_summary_and_the_figure_show_tensions(pneumatic: Result) -> None:
     forces = pneumatic.summary["forces"]
     names = [f"tension.cable_{k}" for k in (1, 2, 3, 4)]
@@ -352,6 +353,7 @@ def test_energy_is_an_output_that_balances() -> None:
     assert np.ptp(result["work.muscles"]) > 1e-4
 
 
+@pytest.mark.slow
 def test_a_passive_muscle_is_a_load_when_muscles_are_sized() -> None:
     """Its antagonist pulls by so much more as a stiffer ligament does, by their levers."""
     rows, experiments = [], []

@@ -86,6 +86,7 @@ def test_forces_make_the_acceleration_of_what_is_driven() -> None:
         assert solution.slack[1] == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("through", "engine"), [("direct", "dart"), ("native", "auto"), ("fmu", "auto")]
 )

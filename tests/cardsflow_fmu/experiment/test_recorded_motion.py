@@ -141,6 +141,7 @@ def test_a_pickle_is_never_run(tmp_path: Path) -> None:
         followed({"file": str(tmp_path / "motion.npy")})
 
 
+@pytest.mark.slow
 def test_the_example_follows_what_encoders_recorded(tmp_path: Path) -> None:
     shutil.copytree(PLANAR_2R / "robot", tmp_path / "planar_2r/robot")
     shutil.copytree(EXAMPLES / "recorded_motion", tmp_path / "recorded_motion")

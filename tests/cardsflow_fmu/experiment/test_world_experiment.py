@@ -138,6 +138,7 @@ def falling() -> dict[str, Any]:
     return {"ground": {"height": 0.5}, "objects": [BALL], "contacts": ["ball"]}
 
 
+@pytest.mark.slow
 def test_a_ball_falls_and_rests_beside_the_arm_in_fmus_as_without() -> None:
     experiment = load(falling(), **{"run.duration": 1.2})
     direct, fmu = (simulate(experiment, through=way) for way in ("direct", "python"))

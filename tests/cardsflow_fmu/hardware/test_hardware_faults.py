@@ -233,6 +233,7 @@ def test_in_lock_step_no_fault_changes_a_trajectory(
     assert world.device.state == "safe"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("faults", "most_missed", "key_file"),
     few(

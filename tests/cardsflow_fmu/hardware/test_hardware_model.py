@@ -124,6 +124,7 @@ def test_in_lock_step_hardware_has_the_trajectory_of_the_plant(
     assert with_hardware.summary["hardware"]["missed"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("folder", "settings"),
     [

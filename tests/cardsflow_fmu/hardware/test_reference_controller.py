@@ -43,6 +43,8 @@ SHORT = {"run.duration": 0.1}
 KEY = b"a pre-shared key of some length"
 TIMEOUT = 300
 
+pytestmark = pytest.mark.slow  # compiles core and laws anew
+
 _spec = importlib.util.spec_from_file_location("make_controller", FOLDER / "make_controller.py")
 assert _spec is not None
 assert _spec.loader is not None
@@ -141,7 +143,6 @@ def test_is_short() -> None:
     assert len((FOLDER / "controller.c").read_text().splitlines()) < 300
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("folder", "settings"),
     [(PLANAR_2R, SHORT), (ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25})],
@@ -182,7 +183,6 @@ def test_a_law_of_single_precision_does_nearly_the_same(
         2,
     ),
 )
-@pytest.mark.slow
 def test_in_lock_step_it_does_what_the_experiments_controller_does(
     folder: Path,
     settings: dict[str, Any],
@@ -211,7 +211,6 @@ def test_in_lock_step_it_does_what_the_experiments_controller_does(
     np.testing.assert_allclose(found[:, 1 + n :].T, forces, rtol=0, atol=1e-6 * forces.max())
 
 
-@pytest.mark.slow
 def test_bad_answers_do_no_harm_under_the_sanitizers(
     compiler: str, libraries: list[str], tmp_path: Path
 ) -> None:

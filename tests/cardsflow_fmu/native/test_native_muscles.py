@@ -61,6 +61,7 @@ def experiment_of(case: str, duration: float = 0.2) -> Experiment:
     return Experiment.load(EXAMPLES / example, {"run.duration": duration, **settings})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", few(CASES, 2))
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """The same ports, and the same numbers."""

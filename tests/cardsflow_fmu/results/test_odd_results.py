@@ -21,7 +21,7 @@ Change = Callable[[Path], object]
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def results(tmp_path_factory: pytest.TempPathFactory, drawn_figures: None) -> Path:
     folder = tmp_path_factory.mktemp("good") / "results"
     run(Experiment.load(PLANAR_2R, {"run.duration": 0.1}), folder, through="direct")
     return folder
@@ -94,6 +94,7 @@ def commands(folder: Path, aside: Path) -> dict[str, list[str]]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", few(DRAWN, 1, 4))
 def test_odd_numbers_are_drawn(
     case: str, results: Path, tmp_path: Path, cardsflow: CommandLine
@@ -246,7 +247,7 @@ def test_external_files_stay_and_our_own_are_replaced(
 
 
 @pytest.mark.parametrize("k", few(range(5), 2))
-@pytest.mark.parametrize("place", ["file/x", "x" * 300, "a\0b", "/proc/x"])
+@pytest.mark.parametrize("place", few(["file/x", "x" * 300, "a\0b", "/proc/x"], 2))
 def test_places_that_cannot_be_written_are_reported(
     k: int, place: str, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:

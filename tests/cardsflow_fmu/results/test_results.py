@@ -334,6 +334,7 @@ def test_an_incomplete_run_is_reported_as_such(finished: tuple[Path, Result]) ->
     assert "<b>gone" not in page
 
 
+@pytest.mark.slow
 def test_a_report_begins_with_the_verdict_and_the_replay(finished: tuple[Path, Result]) -> None:
     result = Result.load(finished[0])
     tracking = result.summary["tracking"]

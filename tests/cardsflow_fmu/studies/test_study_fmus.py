@@ -71,6 +71,7 @@ def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, tex
     assert len({tuple(row[-3:]) for row in direct}) > 1
 
 
+@pytest.mark.slow
 def test_muscles_with_laws_run_through_fmus(tmp_path: Path) -> None:
     """They have no hardware.fmu, which no run needs."""
     rows = []

@@ -46,6 +46,7 @@ def emulated(**faults: object) -> Result:
     return simulate(Experiment.load(PLANAR, always | settings), through="direct")
 
 
+@pytest.mark.slow
 def test_an_emulated_robot_does_the_same_every_time() -> None:
     one, again = (emulated(loss=0.2, jitter=1e-3, noise=1e-6, seed=5) for _ in range(2))
     other = emulated(loss=0.2, jitter=1e-3, noise=1e-6, seed=6)

@@ -54,6 +54,7 @@ def test_a_sweep_of_two_parameters_has_a_map_for_each_metric(swept: StudyResult)
         assert text in texts
 
 
+@pytest.mark.slow
 def test_one_parameter_has_no_map(tmp_path: Path) -> None:
     page = run_here(small_study(tmp_path), tmp_path / "out").files["report.html"].read_text()
     assert "<h2>Best runs</h2>" in page
@@ -67,6 +68,7 @@ def test_cells_are_means_of_the_runs_that_succeeded() -> None:
     np.testing.assert_array_equal(mean_cells(x, y, values), [[6.0, 9.0], [np.nan, 1.0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [40, 30_000])
 def test_scattered_runs_are_dots_of_little_size(count: int) -> None:
     x, y = np.random.default_rng(0).random((2, count))  # as a grid, up to 900 million cells

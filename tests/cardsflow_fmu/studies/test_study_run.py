@@ -114,6 +114,7 @@ def test_a_run_that_is_no_robot_is_a_row_with_the_finding(tmp_path: Path) -> Non
     assert "is above f_max" in (tmp_path / "out" / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_resuming_does_the_missing_runs_only(tmp_path: Path) -> None:
     study, output = small_study(tmp_path), tmp_path / "out"
     with (
@@ -232,6 +233,7 @@ def study_text(duration: float) -> str:
     return f"[settings]\ncontroller.period = 0.01\nrun.step = 0.01\nrun.duration = {duration}\n"
 
 
+@pytest.mark.slow
 def test_only_repeats_one_run(tmp_path: Path) -> None:
     study = small_study(tmp_path)
     result = run_here(study, tmp_path / "out")

@@ -55,6 +55,7 @@ def decoded(page: str) -> tuple[dict[str, Any], Any]:
     return json.loads(data[4 : 4 + length]), table
 
 
+@pytest.mark.slow
 def test_a_page_contains_the_scene_of_every_frame(half_a_minute: Act) -> None:
     stage = half_a_minute.stage
     header, table = decoded(replay_page([half_a_minute]))

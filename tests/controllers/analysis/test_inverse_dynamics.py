@@ -111,6 +111,7 @@ def test_sized_muscles_are_strong_enough_and_no_more(arm: DartDynamics) -> None:
     assert not terms.with_bounds(None, least * (1 - 1e-4)).distribute().solved.all()
 
 
+@pytest.mark.slow
 def test_points_that_no_strength_solves_are_reported(arm: DartDynamics) -> None:
     """With the elbow's cables on one side only, half of the motion is impossible."""
     terms = motion_terms(arm, swing())

@@ -59,6 +59,7 @@ def blind_error(stiffness: float, *, pretension: float | None = None, mass: floa
     return float(np.sqrt(np.mean(np.sum(np.square(errors), axis=1)))) * 1e3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stiffness", "sag"), few([(300.0, 108.0), (100.0, 372.0), (1000.0, 30.3)])
 )
@@ -70,6 +71,7 @@ def test_forces_mapped_to_set_points_do_without_a_joint_sensor(
     assert blind_error(stiffness) < 0.6
 
 
+@pytest.mark.slow
 def test_of_a_wrong_mass_the_springs_leave_an_error_of_their_softness() -> None:
     """The published error of soft springs; stiff ones leave less than was published."""
     assert blind_error(100.0, mass=1.1) == pytest.approx(13.1, rel=0.02)

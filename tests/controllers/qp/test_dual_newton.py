@@ -353,6 +353,7 @@ def test_results_outlive_the_solver() -> None:
     assert x.sum() == 0.0
 
 
+@pytest.mark.slow
 def test_a_solved_row_holds_beside_rows_of_other_sizes() -> None:
     """With coefficients of 1, 1e8 and 1e9: relative to its own terms, not to the largest row's."""
     rng = np.random.default_rng(0)

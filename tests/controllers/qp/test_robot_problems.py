@@ -90,6 +90,7 @@ def test_feasible_problems_that_were_not_solved_are(shared: Path) -> None:
         assert robot_problems.row_error(problem, answer.x) <= EXACT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FALLBACKS)
 def test_a_method_behind_solves_what_did_not_converge(
     name: str, monkeypatch: pytest.MonkeyPatch

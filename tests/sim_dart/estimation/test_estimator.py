@@ -62,6 +62,7 @@ def at_rest(arm: Robot, settings: EstimatorSettings) -> tuple[PoseEstimator, Flo
     return estimator, f
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exact", [True, False], ids=["exact", "simple"])
 def test_errors_are_as_large_as_their_deviations_say(arm: Robot, exact: bool) -> None:
     """NEES over seeds, of q, qd and w; the simple matrix lacks what a short time does not show."""

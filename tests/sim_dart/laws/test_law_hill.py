@@ -236,6 +236,7 @@ def _error(bench: Bench, reference: FloatArray, excitation: float, end: float, h
     return worst
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "parameters"), _cases())
 @pytest.mark.parametrize("excitation", [0.0, 0.9])
 def test_transients_are_of_order_two(

@@ -83,6 +83,7 @@ def test_reeling_in_against_the_spring(preset: str) -> None:
     assert bench.tension(0.3, 0.0, 12.0) == pytest.approx(k * r * x[2], rel=2e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("preset", PRESETS)
 def test_any_motion_equals_that_of_an_adaptive_rule(preset: str) -> None:
     """Loaded, unloaded, driven back by a moving path, with changing voltages: to 0.02 A and rad/s.

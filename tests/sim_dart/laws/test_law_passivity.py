@@ -107,6 +107,7 @@ def test_a_passive_cable_gives_no_energy_over_a_closed_path(
             assert (tension >= 0.0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [k for k in SOUND if k.startswith("hill")])
 @pytest.mark.parametrize("elastic", few([1.0, 0.0]))
 def test_a_muscle_that_is_not_excited_takes_energy(kind: str, elastic: float) -> None:

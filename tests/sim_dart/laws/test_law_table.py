@@ -151,6 +151,7 @@ def test_parameters_that_do_not_go_together_are_refused(
         Core(compile_blob(slider((kind, SOUND[kind] | parameters))))
 
 
+@pytest.mark.slow
 def test_random_parameters_are_refused_or_give_finite_tensions() -> None:
     rng = np.random.default_rng(11)
     refused = 0

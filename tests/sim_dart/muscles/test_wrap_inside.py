@@ -131,6 +131,7 @@ def test_a_cable_touches_the_inside_without_a_jump(
     assert (lengths >= [straight(robot, q)[0] - 1e-14 for q in places]).all()
 
 
+@pytest.mark.slow
 def test_through_several_balls_it_is_the_shortest() -> None:
     """Least sum of distances over a point in each ball, in their order: a convex problem."""
     rng = np.random.default_rng(33)

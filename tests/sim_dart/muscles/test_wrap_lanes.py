@@ -26,7 +26,7 @@ def by_themselves(robot: Robot) -> list[MusclePaths]:
 
 
 @pytest.mark.parametrize("surface_link", [WORLD, "link_1", FAR])
-@pytest.mark.parametrize("count", [2, 16, 17, 50])
+@pytest.mark.parametrize("count", few([17, 2, 16, 50]))
 def test_side_by_side_as_one_by_one(surface_link: str, count: int) -> None:
     """All kinds together; at the near end, the far end, both or neither the surface moves."""
     rng = np.random.default_rng(count)
@@ -55,6 +55,7 @@ def fan(
     return carriage(muscles, surfaces)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize("side", few([0, 1, -1]))
 def test_where_cables_touch_down_and_change_sides(

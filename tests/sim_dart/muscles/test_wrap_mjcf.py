@@ -17,6 +17,7 @@ from sim_dart import MusclePaths
 pytestmark = pytest.mark.native
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sides", [(0,), (1, -1)], ids=["shorter", "sides"])
 def test_the_tendons_of_a_written_model_have_our_lengths(
     tmp_path: Path, sides: tuple[int, ...]

@@ -36,6 +36,7 @@ def go_together(plants: tuple[Plant, Plant], steps: int, *inputs: Any, **more: A
     return float(np.abs(core.q - begin).max())
 
 
+@pytest.mark.slow
 @RULES
 @pytest.mark.parametrize("seed", few(range(20), 2, 6))
 def test_a_thousand_steps_of_a_damped_tree_are_those_of_dart(seed: int, rule: Any) -> None:

@@ -164,6 +164,7 @@ def test_the_reference_agrees_with_itself(name: str) -> None:
     assert np.abs(made.reference(1e-10) - expected).max() < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "error"),
     few(
@@ -193,8 +194,8 @@ def test_rk4_is_of_fourth_order_where_all_is_smooth() -> None:
     [
         ("hanging", 1e5),
         ("hanging, cables that go slack", 1e3),
-        ("driven, damped", 300.0),
-        ("Roboy's arm, damped", 1e3),
+        pytest.param("driven, damped", 300.0, marks=pytest.mark.slow),
+        pytest.param("Roboy's arm, damped", 1e3, marks=pytest.mark.slow),
     ],
 )
 def test_rk4_beats_euler_at_the_same_step(name: str, gain: float) -> None:

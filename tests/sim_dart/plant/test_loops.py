@@ -112,6 +112,7 @@ def test_eulers_gap_is_of_second_order(name: str) -> None:
     assert fine == pytest.approx(0.01 * coarse, rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", few(MECHANISMS))
 def test_runge_kutta_goes_as_one_coordinate_does(name: str) -> None:
     robot, places, masses = MECHANISMS[name]
@@ -123,6 +124,7 @@ def test_runge_kutta_goes_as_one_coordinate_does(name: str) -> None:
     assert abs(coarse + expected) <= 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", few(MECHANISMS))
 def test_euler_comes_nearer_in_first_order(name: str) -> None:
     robot, places, masses = MECHANISMS[name]

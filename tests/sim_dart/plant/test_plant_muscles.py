@@ -211,6 +211,7 @@ def test_an_explicit_rule_on_a_fast_motor_ends_with_time_robot_and_state() -> No
     assert np.isfinite(steady.get_state()).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 20.0])
 def test_elastic_cables_give_back_no_more_than_they_took(damping: float) -> None:
     """Kinetic + potential + what the cables store never grows, and stays without damping."""

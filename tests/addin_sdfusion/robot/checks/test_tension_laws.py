@@ -116,7 +116,7 @@ def test_what_the_check_lets_pass_the_core_takes(kind):
     rng = np.random.default_rng(len(kind))
     passed = 0
     parameters = TENSION_LAWS[kind].parameters
-    for _ in range(400):
+    for _ in range(200):
         values = dict(SOUND[kind])
         for k in rng.choice(len(parameters), 2):
             p = parameters[k]
@@ -130,7 +130,7 @@ def test_what_the_check_lets_pass_the_core_takes(kind):
             Core(compile_blob(slider((kind, values))))
         except CardsflowError as error:
             raise AssertionError(values) from error
-    assert passed > 50
+    assert passed > 25
 
 
 def test_broken_laws_of_any_cable_set_are_reported_and_none_is_simulated():

@@ -168,7 +168,7 @@ def test_a_broken_model_of_others_is_read_or_refused(tmp_path, name, text):
     (tmp_path / "example").mkdir()
     (tmp_path / "example" / name).write_text(text)
     for mutate in (damaged, cut):
-        try_all(MUTATIONS // 2, [tmp_path / "example"], mutate, tmp_path)
+        try_all(MUTATIONS // 3, [tmp_path / "example"], mutate, tmp_path)
 
 
 @pytest.mark.slow

@@ -40,6 +40,7 @@ def models(shared: Path, format_: str) -> Iterator[Robot]:
         yield read_robot(file)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("format_", FOLDERS)
 def test_published_models(shared: Path, format_: str, tmp_path: Path) -> None:
     for k, robot in enumerate(models(shared, format_)):
@@ -47,6 +48,7 @@ def test_published_models(shared: Path, format_: str, tmp_path: Path) -> None:
         assert list(differences(robot, written)) == [], robot.name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("format_", FOLDERS)
 def test_published_models_as_urdf(shared: Path, format_: str, tmp_path: Path) -> None:
     """All but the frames of links, which are those of the joints in URDF: there the same again."""

@@ -67,6 +67,7 @@ def test_numbers_that_readers_in_cpp_refuse_are_written_as_zero(tmp_path):
     assert read_robot(tmp_path) == replace(robot, joints=one_link(initial=0.5).joints)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["msj_platform", "musc-le", "test_robot"])
 def test_published_robots_are_valid_once_repaired(shared, tmp_path, name):
     robot = read_robot(shared / "robots/cardsflow" / name, repair=True)
@@ -74,6 +75,7 @@ def test_published_robots_are_valid_once_repaired(shared, tmp_path, name):
     assert "Valid." in verdict(tmp_path), verdict(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["BMArm", "Example_planar_XY", "Example_spatial", "RoboyLeftArm"])
 def test_models_of_caspr_are_valid_as_sdf(shared, tmp_path, name):
     write_sdf(read_robot(shared / "robots/caspr" / name), tmp_path)
