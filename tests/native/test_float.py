@@ -28,6 +28,7 @@ from support.robots.driven import leg
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r
+from support.robots.wrapped import over_ellipsoids
 
 from addin_sdfusion.robot import CardsflowError, Robot, read_robot
 from cardsflow_fmu import Experiment
@@ -52,7 +53,13 @@ MUSCULAR = ("pneumatic_elbow", "hill_arm")
 
 
 def robots() -> Iterator[Robot]:
-    yield from (planar_2r(), leg(), every_joint(), *(random_robot(seed) for seed in range(5)))
+    yield from (
+        planar_2r(),
+        leg(),
+        every_joint(),
+        over_ellipsoids(),
+        *(random_robot(seed) for seed in range(5)),
+    )
     for name in ("roboy_left_arm", *MUSCULAR):
         yield read_robot(EXAMPLES / name / "robot")
 

@@ -17,6 +17,7 @@ from support.native.targets import DERIVATIVES, ROOT, build_program
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r, with_coordinates
+from support.robots.wrapped import over_ellipsoids
 
 from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
@@ -36,7 +37,12 @@ PLANT_OPTIONS: dict[str, dict[str, object]] = {
 
 @pytest.mark.fuzz
 def test_damaged_blobs(tmp_path: Path) -> None:
-    robots = [planar_2r(), every_joint(), *(random_robot(seed) for seed in range(3))]
+    robots = [
+        planar_2r(),
+        every_joint(),
+        over_ellipsoids(),
+        *(random_robot(seed) for seed in range(3)),
+    ]
     robots += [read_robot(EXAMPLES / name / "robot") for name in MUSCULAR]
     robots += [with_coordinates(robot, friction=0.5) for robot in robots[:2]]
     blobs = [tmp_path / f"{k}.bin" for k in range(len(robots))]

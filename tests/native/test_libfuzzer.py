@@ -24,6 +24,7 @@ from support.native.targets import DERIVATIVES, ROOT, Target, build_program, env
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r
+from support.robots.wrapped import over_ellipsoids
 
 from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
@@ -102,7 +103,12 @@ def runtime_sources(without: str = "none") -> list[str]:
 
 
 def test_robot_blobs(folder: Path) -> None:
-    robots = [planar_2r(), every_joint(), *(random_robot(seed) for seed in range(3))]
+    robots = [
+        planar_2r(),
+        every_joint(),
+        over_ellipsoids(),
+        *(random_robot(seed) for seed in range(3)),
+    ]
     robots += [read_robot(EXAMPLES / name / "robot") for name in ("pneumatic_elbow", "hill_arm")]
     for k, robot in enumerate(robots):
         (folder / "corpus" / f"{k}.bin").write_bytes(compile_blob(robot))

@@ -29,6 +29,7 @@ typedef struct {
     int32_t is_counted; /* whether turns go on from move to move: of a cylinder only */
     int32_t is_forced; /* that side in any case, whether or not the straight line is clear */
     real remembered; /* turning angle of the last move; NAN before the first */
+    const struct contact *from; /* of an ellipsoid: a contact nearby, where the search begins; NULL for none */
 } wrap_way;
 
 /* Which directions of a pull are asked for. */
@@ -44,7 +45,7 @@ typedef struct {
 } pull;
 
 /* How a cable passes a surface or a pulley. */
-typedef struct {
+typedef struct contact {
     pull pull;                /* also where it runs free: along the straight line, with the angle 0 */
     real touch[3], lift[3]; /* where the contact begins and ends */
     real axis[3];           /* the contact turns about it */

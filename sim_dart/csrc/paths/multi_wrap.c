@@ -16,7 +16,7 @@
    as for a single surface. Without one, both sides are tried and the shortest cable of all combinations
    counts, which is the one that does not jump. Spheres are passed the shorter way round, as nothing else
    is taut; but there can be several taut ways past two spheres, so the search begins on both sides of them
-   as well. Inside a surface there is one way only. It need not find the shortest of those,
+   as well, and of ellipsoids. Inside a surface there is one way only. It need not find the shortest of those,
    and where it comes to another one the length jumps. All
    this for the first FREE_SIDES of such surfaces; further ones are passed as the straight line does.
 
@@ -56,12 +56,14 @@ static int is_followed(const sequence_part *p)
     return p->surface && p->surface->kind == SURFACE_CYLINDER && p->way.side != WRAP_INSIDE;
 }
 
-static void evaluate_part(const cable *c, int i, const real a[3], const real b[3], contact *out)
+/* `from`: of an ellipsoid, a contact with nearly these ends, or NULL. */
+static void evaluate_part(const cable *c, int i, const real a[3], const real b[3], const contact *from, contact *out)
 {
     const sequence_part *p = c->parts + i;
     const wrap_way followed = {.is_counted = 1, .remembered = c->followed[i]};
-    const int is_kept = p->way.side == WRAP_INSIDE || (p->surface && p->surface->kind == SURFACE_ELLIPSOID);
-    const wrap_way shorter = {.side = is_kept ? p->way.side : 0, .turns = p->way.turns};
+    const int is_ellipsoid = p->surface && p->surface->kind == SURFACE_ELLIPSOID;
+    const int is_kept = p->way.side == WRAP_INSIDE || is_ellipsoid;
+    const wrap_way shorter = {.side = is_kept ? p->way.side : 0, .turns = p->way.turns, .from = from};
     if (p->surface)
         wrap_over(p->surface, is_followed(p) ? &followed : &shorter, a, b, out);
     else
@@ -72,7 +74,7 @@ static void evaluate_cable(cable *c)
 {
     c->length = c->disagreement = 0;
     for (int i = 0; i < c->count; i++) {
-        evaluate_part(c, i, c->points[i], c->points[i + 1], c->contacts + i);
+        evaluate_part(c, i, c->points[i], c->points[i + 1], NULL, c->contacts + i);
         c->length += c->contacts[i].pull.length;
         if (is_followed(c->parts + i)) c->followed[i] = c->contacts[i].pull.turning;
         for (int k = 0; i && k < 3; k++) {
@@ -142,8 +144,8 @@ static void add_column(const cable *c, int i, const real e[3], real h, real (*pl
     contact before, after;
     real moved[3];
     for (int k = 0; k < 3; k++) moved[k] = c->points[i][k] + h * e[k];
-    evaluate_part(c, i - 1, c->points[i - 1], moved, &before);
-    evaluate_part(c, i, moved, c->points[i + 1], &after);
+    evaluate_part(c, i - 1, c->points[i - 1], moved, c->contacts + i - 1, &before);
+    evaluate_part(c, i, moved, c->points[i + 1], c->contacts + i, &after);
     const pull *was_before = &c->contacts[i - 1].pull, *was_after = &c->contacts[i].pull;
     for (int j = 0; j < 2; j++)
         for (int k = 0; k < 3; k++) {

@@ -29,6 +29,7 @@ from support.robots.every_joint import every_joint
 from support.robots.loops import four_bar
 from support.robots.random_robots import random_robot, random_tree
 from support.robots.robots import EXAMPLES, stopped, with_coordinates
+from support.robots.wrapped import over_ellipsoids
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu import Experiment
@@ -76,6 +77,11 @@ def test_motors(tmp_path: Path) -> None:
 @pytest.mark.native
 def test_every_joint(tmp_path: Path) -> None:
     check(every_joint(), tmp_path, 4)
+
+
+@pytest.mark.native
+def test_wraps_over_ellipsoids(tmp_path: Path) -> None:
+    check(over_ellipsoids(), tmp_path, 3)
 
 
 @pytest.mark.parametrize("integrator", ["euler", "rk4"])

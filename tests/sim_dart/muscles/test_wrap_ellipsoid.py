@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
 from scipy.special import ellipeinc
-from support.robots.wrapped import FAR, carriage, vector
+from support.robots.wrapped import FAR, carriage, over_ellipsoids, vector
 
 from addin_sdfusion.robot import WORLD, Muscle, Pose, Robot, ViaPoint, Wrap, WrapSurface
 from addin_sdfusion.robot.model.rotations import rotation
-from sim_dart import MusclePaths
+from sim_dart import MusclePaths, Plant
 from sim_dart.core.arrays import FloatArray
 
 pytestmark = pytest.mark.native
@@ -228,3 +228,24 @@ def test_with_another_surface_in_the_segment(shape: str) -> None:
             split = replace(muscle, via_points=points, wraps=(Wrap("egg", 0), Wrap("other", 1)))
             longer = MusclePaths(robot.with_muscles([split])).evaluate(q).lengths[0]
             assert length <= longer + 1e-12
+
+
+@pytest.mark.parametrize("name", ["one", "bar", "quadrant"])
+def test_a_swinging_robot_keeps_its_energy(name: str) -> None:
+    """Kinetic, of the weight, of constant tensions f l; the error falls as h^4."""
+    robot = over_ellipsoids()
+    robot = robot.with_muscles([muscle for muscle in robot.muscles if muscle.name == name])
+    paths, f = MusclePaths(robot), np.array([20.0])
+    errors = []
+    for step in (1e-2, 5e-3):
+        plant = Plant(robot, step=step, integrator="rk4", energy=True)
+        plant.reset(np.array([0.2, -0.1, 0.3]), np.array([0.5, -0.3, 0.4]))
+        energies = []
+        for _ in range(round(0.2 / step)):
+            plant.step(f)
+            energy = plant.energy
+            stored = f @ paths.evaluate(plant.q).lengths
+            energies.append(energy.kinetic + energy.potential + stored)
+        errors.append(np.ptp(energies))
+    assert errors[0] < 1e-7
+    assert errors[1] < errors[0] / 8.0

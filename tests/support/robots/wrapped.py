@@ -19,6 +19,7 @@ from addin_sdfusion.robot import (
     Muscle,
     Pose,
     Robot,
+    Vector3,
     ViaPoint,
     Wrap,
     WrapSurface,
@@ -104,6 +105,31 @@ def sequences(
         at_base = base_pulley(0.05, vector(rng, 1.0)) if pulley else None
         muscles.append(Muscle(f"muscle_{m}", ends, 0.0, 10.0, pulley=at_base, wraps=tuple(wraps)))
     return carriage(muscles, placed)
+
+
+def over_ellipsoids() -> Robot:
+    """A link that turns about three axes, with muscles over one ellipsoid and over two surfaces."""
+    surfaces = [
+        WrapSurface(
+            "egg", WORLD, "ellipsoid", 0.12, Pose(rpy=(0.3, 0.2, -0.4)), half_axes=(0.1, 0.06)
+        ),
+        WrapSurface("far", FAR, "ellipsoid", 0.05, Pose((0.3, 0.0, 0.0)), half_axes=(0.04, 0.08)),
+        WrapSurface("bar", FAR, "cylinder", 0.04, Pose((0.3, 0.0, 0.3)), 0.4),
+    ]
+
+    def muscle(name: str, a: Vector3, b: Vector3, *wraps: Wrap) -> Muscle:
+        return Muscle(name, (ViaPoint(WORLD, a), ViaPoint(FAR, b)), 1.0, 100.0, wraps=wraps)
+
+    muscles = [
+        muscle("one", (-0.3, 0.02, 0.1), (0.3, 0.05, 0.02), Wrap("egg", 0)),
+        muscle("two", (-0.3, -0.1, 0.0), (0.5, -0.03, 0.02), Wrap("egg", 0), Wrap("far", 0)),
+        muscle("bar", (-0.3, 0.1, 0.1), (0.5, 0.0, 0.31), Wrap("egg", 0), Wrap("bar", 0)),
+        muscle("quadrant", (-0.3, 0.05, -0.1), (0.25, 0.02, -0.05),
+               Wrap("egg", 0, rule="opensim", quadrant="-z")),
+    ]  # fmt: skip
+    robot = carriage(muscles, surfaces, turning=True)
+    heavy = replace(robot.links[2], inertia=Inertia(2.0, (0.3, 0.0, 0.1), 0.1, 0.1, 0.1))
+    return replace(robot, links=(*robot.links[:2], heavy))
 
 
 def wrapped_tree(robot: Robot, seed: int) -> Robot:

@@ -30,6 +30,10 @@
 #define LAST_SHOT_STEP PRECISE(1e-8, 2e-4) /* of angles and the way: what is left is about its square */
 #define AS_GOOD PRECISE(1e-24, 1e-10)      /* of the square of what is left: only rounding errors are */
 #define LONGEST_TURN 0.5
+#define FINE_FROM 1e-3 /* steps below this are taken from geodesics to rounding errors */
+#define FINE_TERM PRECISE(1e-15, 1e-8)
+#define ROUGH_TERM PRECISE(1e-9, 1e-7)
+#define LEAST_CIRCLE 1e-3 /* of tangents: angles on smaller ones say nothing */
 
 /* Ends and half axes in the ellipsoid's own frame, over the longest of its half axes. */
 typedef struct {
@@ -115,7 +119,7 @@ static void find_tangent(const egg_view *v, const tangent_cone *c, const real en
     out->turn = sense * dot3(du, out->m) / size;
 }
 
-static void shoot(const egg_view *v, const tangent_cone cones[2], shot *s)
+static void shoot(const egg_view *v, const tangent_cone cones[2], real last_term, shot *s)
 {
     real missed[3];
     find_tangent(v, cones, v->a, s->way.a, 1, &s->a);
@@ -123,7 +127,7 @@ static void shoot(const egg_view *v, const tangent_cone cones[2], shot *s)
     memcpy(s->end.x, s->a.x, sizeof s->end.x);
     memcpy(s->end.v, s->a.t, sizeof s->end.v);
     s->end.j = s->a.by_m, s->end.dj = s->a.turn;
-    geodesic_follow(v->r, s->way.contact, &s->end);
+    geodesic_follow(v->r, s->way.contact, last_term, &s->end);
     for (int k = 0; k < 3; k++) missed[k] = s->end.x[k] - s->b.x[k];
     s->gap[0] = dot3(missed, s->b.t), s->gap[1] = dot3(missed, s->b.m), s->gap[2] = dot3(s->end.v, s->b.m);
     s->square = dot3(s->gap, s->gap);
@@ -160,12 +164,14 @@ static real aim(const shot *s, real step[3])
 static int settle_way(const egg_view *v, const tangent_cone cones[2], shot *s)
 {
     int is_found = 0;
-    shoot(v, cones, s);
+    real last_term = ROUGH_TERM;
+    shoot(v, cones, last_term, s);
     for (int shots = 1; shots < MOST_SHOTS;) {
         real step[3];
         const real size = aim(s, step);
         if (!isfinite(size)) return 0;
-        const int is_last = value_of(size) <= LAST_SHOT_STEP || value_of(s->square) <= AS_GOOD;
+        const int is_last = last_term == FINE_TERM && (value_of(size) <= LAST_SHOT_STEP || value_of(s->square) <= AS_GOOD);
+        if (value_of(size) <= FINE_FROM) last_term = FINE_TERM;
         real part = value_of(size) > LONGEST_TURN ? LONGEST_TURN / size : 1;
         shot next = *s;
         for (int halving = 0;; halving++, part *= 0.5) {
@@ -177,7 +183,7 @@ static int settle_way(const egg_view *v, const tangent_cone cones[2], shot *s)
                 *s = next;
                 return 1;
             }
-            shoot(v, cones, &next), shots++;
+            shoot(v, cones, last_term, &next), shots++;
             if (is_last || halving == HALVINGS || value_of(next.square) < value_of(s->square)) break;
         }
         *s = next;
@@ -230,11 +236,31 @@ static int take_plane(const egg_view *v, const tangent_cone cones[2], shot *best
     return 1;
 }
 
-static int find_way(const egg_view *v, int side, shot *best)
+/* Near a contact in the world, which need not be one of these ends; 0 if that leads nowhere. */
+static int go_on_from(const wrap_surface *s, const egg_view *v, const tangent_cone cones[2], const contact *from,
+                      shot *best)
 {
+    if (!from || !(value_of(from->pull.angle) > 0)) return 0;
+    for (int end = 0; end < 2; end++) {
+        const real *p = end ? from->lift : from->touch;
+        real y[3], *angle = end ? best->way.b : best->way.a;
+        const real at[3] = {p[0] - s->centre[0], p[1] - s->centre[1], p[2] - s->centre[2]};
+        for (int k = 0; k < 3; k++) y[k] = dot3(v->R[k], at) / (v->unit * v->r[k]);
+        const real c = dot3(y, cones[end].first), sine_ = dot3(y, cones[end].second), size = sqrt(c * c + sine_ * sine_);
+        if (!(value_of(size) > LEAST_CIRCLE)) return 0;
+        angle[0] = c / size, angle[1] = sine_ / size;
+    }
+    best->way.contact = from->pull.angle / v->unit;
+    return settle_way(v, cones, best) && value_of(best->way.contact) > 0;
+}
+
+static int find_way(const wrap_surface *s, const egg_view *v, const wrap_way *way, shot *best)
+{
+    const int side = (int)way->side;
     tangent_cone cones[2];
     int is_found = 0;
     fan_cones(v->scaled_a, v->scaled_b, cones);
+    if (go_on_from(s, v, cones, way->from, best)) return 1;
     if (search_ways(v, cones, FEW_PLANES, side, best, &is_found)) return 1;
     search_ways(v, cones, MANY_PLANES, side, best, &is_found);
     return is_found || take_plane(v, cones, best);
@@ -273,7 +299,7 @@ static int solve_egg(const wrap_surface *s, const wrap_way *way, const real A[3]
 {
     if (view_egg(s, A, B, v) || !(value_of(v->scale) > 0)) return 0;
     shrink_egg(v);
-    return find_way(v, (int)way->side, found);
+    return find_way(s, v, way, found);
 }
 
 int ellipsoid_pull(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3], pull *out)

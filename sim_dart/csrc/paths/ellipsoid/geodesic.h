@@ -10,7 +10,7 @@ typedef struct {
     real j, dj;      /* Jacobi field, and its derivative by the way */
 } geodesic_point;
 
-/* Go on by `way`. Sizes are best about 1. */
-CORE_INSIDE void geodesic_follow(const real half_axes[3], real way, geodesic_point *p);
+/* Go on by `way`, in steps whose last term is that small. Sizes are best about 1. */
+CORE_INSIDE void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p);
 
 #endif
