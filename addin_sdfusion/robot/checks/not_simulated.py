@@ -5,7 +5,11 @@ from __future__ import annotations
 from ..model.robot import Robot
 from .muscles import cable_models
 
-NOT_SIMULATED = ("cable-model-not-simulated", "winch-travel-left-out")
+NOT_SIMULATED = (
+    "cable-model-not-simulated",
+    "winch-travel-left-out",
+    "cable-friction-not-simulated",
+)
 """Codes of these findings."""
 
 

@@ -224,6 +224,8 @@ class Muscle:
         wraps: Wraps over surfaces, in order.
         branches: Where the path begins anew, in order; none for a path in one piece.
         terms: What is added to the length of the path in proportion to coordinates.
+        friction: Coulomb's coefficient of the cable on its guides: over an angle theta its tension
+            changes by up to exp(friction theta). Kept, not simulated: `check` says so.
     """
 
     name: str
@@ -235,6 +237,7 @@ class Muscle:
     wraps: tuple[Wrap, ...] = ()
     branches: tuple[Branch, ...] = ()
     terms: tuple[CoordinateTerm, ...] = ()
+    friction: float = 0.0
 
     @property
     def is_straight(self) -> bool:

@@ -92,6 +92,7 @@ class MuscleReader:
             (*self._wraps_on_the_way(steps), *_wraps(node)),
             tuple(_branches(node)),
             tuple(_terms(node)),
+            node.number_attribute("friction", 0.0),
         )
 
     def _steps(self, block: Node) -> Iterator[_Step]:

@@ -4,6 +4,7 @@ A muscle names its links in order, each with the via points on it, in the frame 
 the original format has no word for is in attributes and elements that its readers pass over:
 
     myoMuscle    f_min f_max       force limits, in [N]
+                 friction          of the cable on its guides, where there is some
     cable_model  kind              how the cable behaves; parameter elements by name
     base_pulley  kind              a swivelling pulley at the first point; parameters likewise
     viaPoint     coordinate low high smoothing
@@ -205,6 +206,8 @@ def _muscle(
     parent: ElementTree.Element, muscle: Muscle, steps: Iterable[_Step]
 ) -> ElementTree.Element:
     limits = {"f_min": numbers([muscle.f_min]), "f_max": numbers([muscle.f_max])}
+    if muscle.friction:
+        limits["friction"] = numbers([muscle.friction])
     node = element(parent, "myoMuscle", name=muscle.name, **limits)
     for link, group in groupby(steps, key=lambda step: step.point.link):
         block = element(node, "link", name=link)

@@ -10,6 +10,7 @@ from ..errors import RobotError
 from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, error, listed, warning
 from ..model.joint import Joint
+from ..model.muscle import Muscle
 from ..model.robot import MARKERS, Robot
 
 UNNAMED = ("", "cardsflow", MARKERS)
@@ -90,6 +91,14 @@ def cables(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Fi
         if muscle.pulley is not None:
             problem = f"{format_} has no swivelling pulley; its fixed location is a via point"
             yield warning(subject, "pulley-left-out", problem)
+        yield from cable_friction(subject, muscle, format_)
+
+
+def cable_friction(subject: Subject, muscle: Muscle, format_: str) -> Iterator[Finding]:
+    """Friction of a cable on its guides, for formats without."""
+    if muscle.friction:
+        problem = f"{format_} has no friction of a cable on its guides; left out"
+        yield warning(subject, "cable-friction-left-out", problem)
 
 
 def muscle_paths(

@@ -16,7 +16,7 @@ from ...model.muscle import BasePulley, Muscle
 from ...model.pose import IDENTITY
 from ...model.robot import GRAVITY, Robot
 from ...model.trajectory import Trajectory
-from ..common_losses import loops, muscle_paths
+from ..common_losses import cable_friction, loops, muscle_paths
 from .joints import CASPR_JOINTS, caspr_word
 from .tasks import task_items
 from .trajectories import TIME_TOLERANCE
@@ -144,6 +144,7 @@ def _muscle(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
         yield warning(subject, "caspr-cable-property", problem)
     if muscle.pulley is not None:
         yield from _pulley(subject, muscle.pulley)
+    yield from cable_friction(subject, muscle, "CASPR")
 
 
 def _pulley(subject: Subject, pulley: BasePulley) -> Iterator[Finding]:

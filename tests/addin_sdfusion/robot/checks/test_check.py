@@ -170,6 +170,7 @@ ERRORS = {
     "bad-wrap-turns": over_balls(Wrap("ball", 0, turns=-1)),
     "bad-wrap-inside": over_balls(Wrap("ball", 0, 1, inside=True)),
     "too-many-wraps": over_balls(*[Wrap("ball", 0)] * 9),
+    "bad-cable-friction": with_cable(friction=-0.1),
     "bad-pulley": with_cable(pulley=BasePulley("rotating", (("pulley_radius", (0.0,)),))),
 }
 
@@ -184,6 +185,7 @@ WARNINGS = {
     "no-muscles": replace(ROBOT, cable_set=""),
     "cable-model-not-simulated": with_cable(model=CableModel("linear_spring", (("K", 10.0),))),
     "winch-travel-left-out": with_cable(pulley=SCREW),
+    "cable-friction-not-simulated": with_cable(friction=0.1),
     "via-point-inside-wrap": over_balls(Wrap("base", 0)),
     "wrap-ends-left": replace(
         with_cable(wraps=(Wrap("ball", 0, inside=True),)),
@@ -209,6 +211,7 @@ NOT_FINITE = {
     "limit at the wrong end": with_coordinate(lower=math.inf, upper=math.inf),
     "force": with_cable(f_min=NAN),
     "upper force": with_cable(f_max=NAN),
+    "friction": with_cable(friction=NAN),
     "via point": with_cable(via_points=(ViaPoint(WORLD, (NAN, 0, 0)), ViaPoint("arm", (0, 0, 0)))),
     "task frame": with_frame(position=(0.0, NAN, 0.0)),
     "cable": with_cable(model=CableModel("linear_spring", (("K", NAN),))),

@@ -56,6 +56,7 @@ COVERED = {
     "Muscle.f_min": {"force-limits-left-out"},
     "Muscle.f_max": {"force-limits-left-out"},
     "Muscle.pulley": {"pulley-left-out"},
+    "Muscle.friction": {"cable-friction-left-out"},
     "CableModel": {"cable-model-left-out", "tension-law-changed", "caspr-tension-law",
                    "cable-parameters-left-out"},
     "BasePulley": {"pulley-left-out"},
