@@ -14,10 +14,11 @@
  *
  *     gcc -DCARDSFLOW_FLOAT -fsingle-precision-constant ...
  *
+ * Where the experiment has an [estimator], q and qd are estimated from lengths and tensions: robot_estimator.h.
  * Nothing is allocated. What a microcontroller exchanges is the clock, the socket and the source of chance. */
 #define _POSIX_C_SOURCE 200809L
 
-#include "robot_law.h"
+#include "robot_estimator.h"
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -46,6 +47,7 @@ static int line, lockstep;
 static uint32_t run, seq;
 static uint64_t origin; /* when the run began */
 static double state[STATES], forces[MUSCLES]; /* the newest; what was commanded last */
+static real load[COORDINATES];
 static struct frame f;
 static struct packed sent;
 static volatile sig_atomic_t ended;
@@ -230,10 +232,11 @@ static const char *drive(void)
     double reference[3 * ROWS], found[MUSCLES];
     long tick = 0;
     const char *wrong = NULL;
-    for (int missed = 0; !ended && !wrong && next_reference(reference); tick++) {
+    int is_known = 1;
+    for (int missed = 0; !ended && !wrong && is_known && next_reference(reference); tick++) {
         const double t = (double)tick * STEP;
         pace(t);
-        if (tick_law(STEP, state, reference, found) >= COMPUTED_TORQUE_FAILED || !are_finite(found)) {
+        if (tick_law(STEP, state, reference, load, found) >= COMPUTED_TORQUE_FAILED || !are_finite(found)) {
             wrong = "no forces are found";
             break;
         }
@@ -244,8 +247,9 @@ static const char *drive(void)
             return "the device is lost";
         if (!missed && f.flags & SAFE)
             return "the device has gone to its safe state";
+        is_known = estimate(state, !missed, 1, load);
     }
-    wrong = ended ? "interrupted" : wrong;
+    wrong = ended ? "interrupted" : is_known ? wrong : "the estimate is lost";
     if (tick)
         ramp_down(tick);
     return wrong;
@@ -262,14 +266,16 @@ int main(int count, char **arguments)
     lockstep = strcmp(arguments[3], "lockstep") == 0;
     if (count > 4 && (key_size = read_file(arguments[4], pre_shared, MOST_KEY)) < 16)
         return fprintf(stderr, "controller: no key of 16 bytes in %s\n", arguments[4]), 2;
-    if (!open_law() || connect(line, (const struct sockaddr *)&there, sizeof there) < 0)
+    if (!open_law() || !open_estimator() || connect(line, (const struct sockaddr *)&there, sizeof there) < 0)
         return fprintf(stderr, "controller: no robot, or no way there\n"), 2;
     struct sigaction action = {0};
     action.sa_handler = end;
     sigaction(SIGINT, &action, NULL), sigaction(SIGTERM, &action, NULL);
     if (!greet())
         return 1;
-    const char *wrong = is_near() ? drive() : "it is too far from its start";
+    const char *wrong = !estimate(state, 1, 0, load) ? "the first pose is not found"
+                        : !is_near()                 ? "it is too far from its start"
+                                                     : drive();
     stop();
     if (wrong)
         fprintf(stderr, "controller: %s\n", wrong);

@@ -21,11 +21,20 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.common import settings_of
 from cardsflow_fmu.hardware.protocol.handshake import halves
 from cardsflow_fmu.hardware.protocol.signals import hardware_signature
+from cardsflow_fmu.models.estimator import make_estimator
 from cardsflow_fmu.models.reference import make_reference
 from controllers.qp.dual_newton import library as laws
 from sim_dart import compile_blob
 from sim_dart.core.library import library as core
 from sim_dart.core.tasks import task_rows
+from sim_dart.estimation.estimated_robot import estimated_robot
+
+OF_ESTIMATOR = (
+    *("length_noise", "encoder_noise", "compliance", "offset", "slack", "gate"),
+    *("acceleration_noise", "load_drift", "search", "starts", "start", "start_low", "start_high"),
+    *("start_sd", "largest_sd", "largest_innovation", "innovation_time"),
+)
+"""Settings of the estimator in C, by the names of estimator.h."""
 
 
 def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
@@ -69,7 +78,6 @@ def header(experiment: Experiment, arrays: Mapping[str, ArrayLike], single: bool
     n, m, words = len(robot.coordinates), len(robot.muscles), np.frombuffer(own, "<u8")
     robot_size = core().core_size(np.frombuffer(blob).ctypes.data, len(blob), None, 0)
     high, low = halves(hardware_signature(robot, experiment.hardware))
-    flat = {name: np.ravel(np.asarray(values, float)) for name, values in arrays.items()}
     lines = [
         f"/* {robot.name}: written by make_controller.py */",
         "#include <math.h>",
@@ -84,13 +92,46 @@ def header(experiment: Experiment, arrays: Mapping[str, ArrayLike], single: bool
         array("START", experiment.start.q, "double"),
         array("F_MIN", [muscle.f_min for muscle in robot.muscles], "double"),
         array("TASK_ROWS", [*rows, 0.0]),
-        *(array(identifier(name), values) for name, values in flat.items()),
-        "static const struct { const char *name; const real *values; size_t count; }",
-        "SETTINGS[] = {",
-        *(f'{{"{name}", {identifier(name)}, {len(values)}}},' for name, values in flat.items()),
-        "};",
+        *table("SETTINGS", arrays),
+        *estimator_lines(experiment, single),
     ]
     return "\n".join(lines) + "\n"
+
+
+def estimator_lines(experiment: Experiment, single: bool) -> list[str]:
+    """The estimator's part of robot.h."""
+    settings = experiment.estimator
+    if settings is None:
+        return ["#define ESTIMATED 0"]
+    estimator, robot = make_estimator(experiment), estimated_robot(experiment.robot)
+    blob = compile_blob(robot)
+    words = np.frombuffer(compile_blob(robot, single=True) if single else blob, "<u8")
+    size = core().core_size(np.frombuffer(blob).ctypes.data, len(blob), None, 0)
+    encoded = [float(j in settings.encoded) for j in range(len(robot.coordinates))]
+    arrays = {f"observer.{name}": estimator.array(name, -1) for name in OF_ESTIMATOR}
+    return [
+        "#define ESTIMATED 1",
+        f"enum {{ OBSERVED_MEMORY = {whole_words(size)} }};",
+        f"enum {{ OBSERVER_MEMORY = {whole_words(estimator.size)} }};",
+        f"static const uint64_t OBSERVED[] = {{{', '.join(f'{word}u' for word in words)}}};",
+        array("ENCODED", encoded),
+        *table("OBSERVER_SETTINGS", arrays, "observer."),
+    ]
+
+
+def table(title: str, arrays: Mapping[str, ArrayLike], prefix: str = "") -> list[str]:
+    """Constant arrays, and a table of them by name, without the prefix."""
+    flat = {name: np.ravel(np.asarray(values, float)) for name, values in arrays.items()}
+    return [
+        *(array(identifier(name), values) for name, values in flat.items()),
+        "static const struct { const char *name; const real *values; size_t count; }",
+        f"{title}[] = {{",
+        *(
+            f'{{"{name.removeprefix(prefix)}", {identifier(name)}, {len(values)}}},'
+            for name, values in flat.items()
+        ),
+        "};",
+    ]
 
 
 def whole_words(size: int) -> int:
@@ -136,6 +177,11 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c expects lengths and tensions of the device")
     if experiment.hardware.motors.command != "force" or experiment.hardware.scale != 1.0:
         raise InputError("controller.c commands forces, in SI units")
+    estimator = experiment.estimator
+    if estimator is not None and (estimator.units or estimator.delay(experiment.run.step)):
+        raise InputError("controller.c has no inertial units, and takes readings as of now")
+    if estimator is not None and estimator.believed.exact:
+        raise InputError("controller.c has no derivatives: make estimator.exact = false")
     reference = make_reference(experiment)
     ticks = [reference.evaluate(k * experiment.run.step)[:3] for k in range(experiment.run.steps)]
     folder.mkdir(parents=True, exist_ok=True)

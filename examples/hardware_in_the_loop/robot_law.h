@@ -73,18 +73,17 @@ static int open_law(void)
     return 1;
 }
 
-/* q and qd, and the reference, to forces, all of double precision as frames have them; an enum
- * computed_torque_status. */
-static int tick_law(double period, const double *state, const double *reference, double *forces)
+/* q and qd, and the reference, to forces, all of double precision as frames have them; load: known, on the left
+ * of the motion equation. An enum computed_torque_status. */
+static int tick_law(double period, const double *state, const double *reference, const real *load, double *forces)
 {
-    static const real unloaded[COORDINATES] = {0};
     real at[2 * COORDINATES], desired[3 * (TASKS ? TASKS : COORDINATES)];
     size_t length;
     for (size_t j = 0; j < sizeof at / sizeof *at; j++)
         at[j] = (real)state[j];
     for (size_t j = 0; j < sizeof desired / sizeof *desired; j++)
         desired[j] = (real)reference[j];
-    const int status = control_loop_tick(loop, (real)period, at, at + COORDINATES, desired, unloaded);
+    const int status = control_loop_tick(loop, (real)period, at, at + COORDINATES, desired, load);
     const real *acting = control_loop_array(loop, "acting", &length);
     for (size_t i = 0; i < length; i++)
         forces[i] = (double)acting[i];

@@ -127,6 +127,11 @@ class PoseEstimator:
         return self._memory[first : first + length.value].reshape(shape)
 
     @property
+    def size(self) -> int:
+        """Bytes of working memory beside the robot's."""
+        return self._memory.nbytes
+
+    @property
     def valid(self) -> bool:
         """Whether the last estimate is one: it is tracking, within the settings' limits."""
         return bool(self._valid[0])

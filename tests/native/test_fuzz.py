@@ -13,7 +13,7 @@ from pathlib import Path
 import fmpy
 import pytest
 from support.native.damaged import MUTATIONS, SANITIZED, count_refused
-from support.native.targets import DERIVATIVES, ROOT, build_program
+from support.native.targets import DERIVATIVES, ROOT, TRANSITION, build_program
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r, with_coordinates
@@ -57,7 +57,7 @@ def test_damaged_blobs(tmp_path: Path) -> None:
 @pytest.mark.fuzz
 def test_damaged_native_models(tmp_path: Path) -> None:
     folders = []
-    for example in ("planar_2r", "roboy_left_arm", *MUSCULAR):
+    for example in ("planar_2r", "roboy_left_arm", "no_joint_encoders", *MUSCULAR):
         settings = CONTROLLER_AROUND | PLANT_OPTIONS.get(example, {})
         experiment = Experiment.load(EXAMPLES / example, settings)
         for name, file in build(experiment, tmp_path / example, native=True).items():
@@ -67,7 +67,7 @@ def test_damaged_native_models(tmp_path: Path) -> None:
     scratch = tmp_path / "scratch"
     scratch.mkdir()
     runtime = [str(ROOT / name) for name in NATIVE.sources() if name.startswith(RUNTIME_FOLDER)]
-    flags = [*STRICT, "-D_GNU_SOURCE", *runtime, DERIVATIVES, "-ldl", "-lpthread"]
+    flags = [*STRICT, "-D_GNU_SOURCE", *runtime, DERIVATIVES, TRANSITION, "-ldl", "-lpthread"]
     program = build_program(SANITIZED, tmp_path, ("fuzz_native.c", "mutate.c"), *flags)
     refused = count_refused(program, scratch, *folders)
     print(f"\n{MUTATIONS} native models, {refused} refused")

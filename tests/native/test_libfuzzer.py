@@ -20,7 +20,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
-from support.native.targets import DERIVATIVES, ROOT, Target, build_program, environment
+from support.native.targets import DERIVATIVES, ROOT, TRANSITION, Target, build_program, environment
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r
@@ -99,7 +99,7 @@ def native_resources(folder: Path) -> list[Path]:
 def runtime_sources(without: str = "none") -> list[str]:
     names = [name for name in NATIVE.sources() if name.startswith(RUNTIME_FOLDER)]
     files = [str(ROOT / name) for name in names if not name.endswith(without)]
-    return ["-D_GNU_SOURCE", *files, DERIVATIVES, "-ldl", "-lpthread"]
+    return ["-D_GNU_SOURCE", *files, DERIVATIVES, TRANSITION, "-ldl", "-lpthread"]
 
 
 def test_robot_blobs(folder: Path) -> None:

@@ -10,8 +10,9 @@ import signal
 import socket
 import subprocess
 import threading
-from collections.abc import Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,18 @@ def compiled(
     return program
 
 
+def compiled_in_single_precision(experiment: Experiment, folder: Path) -> Path:
+    if shutil.which("gcc") is None:
+        pytest.skip("no gcc")
+    make_controller.write_controller(experiment, folder, single=True)
+    program = folder / "controller"
+    command = ["gcc", *STRICT, *COMMON, *SINGLE, f"-I{folder}", str(FOLDER / "controller.c")]
+    command += ["-Wno-conversion", "-Wno-shadow", *SOURCES, "-o", str(program), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return program
+
+
 @pytest.fixture(scope="session")
 def planar(compiler: str, libraries: list[str], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """That of the two-link arm, more patient than usual."""
@@ -104,14 +117,44 @@ class NoisyWay:
         return due
 
 
+class BlindWay:
+    """Answers of a device without joint encoders; its lengths stick from a time on."""
+
+    next_due = math.inf
+
+    def __init__(self, device: Device, stuck: float = math.inf) -> None:
+        self._device, self._stuck, self._sent = device, stuck, list[tuple[bytes, Hashable]]()
+        self._lengths: np.ndarray | None = None
+
+    def send(self, data: bytes, peer: Hashable, now: float) -> None:
+        self._sent += [(self._blind(a), peer) for a in self._device.receive(data, peer, now)]
+
+    def due(self, now: float) -> list[tuple[bytes, Hashable]]:
+        due, self._sent = self._sent, []
+        return due
+
+    def _blind(self, answer: bytes) -> bytes:
+        frame = unpack(answer)
+        if frame.kind not in (Kind.HELLO_ACK, Kind.STATE):
+            return answer
+        values = frame.values.copy()
+        state = values[-(2 * 4 + 2 * 11) :]
+        state[:8] = 0.0
+        if self._lengths is None or frame.t_sim < self._stuck:
+            self._lengths = state[8:19].copy()
+        state[8:19] = self._lengths
+        return with_checksum(answer[:48] + values.astype("<f8").tobytes())
+
+
 @contextmanager
 def served(
-    experiment: Experiment, key: bytes | None = None, *, noisy: bool = False
+    experiment: Experiment,
+    key: bytes | None = None,
+    way: Callable[[Device], Any] = lambda device: None,
 ) -> Iterator[tuple[Device, str]]:
     """The experiment's robot at a port of this machine, in a thread of this process."""
     device, over = emulated_device(experiment, experiment.hardware, key), threading.Event()
-    way = NoisyWay(device) if noisy else None
-    with DeviceServer(device, "udp://127.0.0.1:0", line=way) as server:
+    with DeviceServer(device, "udp://127.0.0.1:0", line=way(device)) as server:
         thread = threading.Thread(target=server.run, args=(over.is_set,))
         thread.start()
         try:
@@ -151,15 +194,8 @@ def test_a_law_of_single_precision_does_nearly_the_same(
     folder: Path, settings: dict[str, Any], tmp_path: Path
 ) -> None:
     """To 1e-6 rad, and to 1e-4 of the largest force."""
-    if shutil.which("gcc") is None:
-        pytest.skip("no gcc")
     made = Experiment.load(folder, settings)
-    make_controller.write_controller(made, tmp_path, single=True)
-    program = tmp_path / "controller"
-    command = ["gcc", *STRICT, *COMMON, *SINGLE, f"-I{tmp_path}", str(FOLDER / "controller.c")]
-    command += ["-Wno-conversion", "-Wno-shadow", *SOURCES, "-o", str(program), "-lm"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    program = compiled_in_single_precision(made, tmp_path)
     with served(made) as (_, port):
         done = driven(program, port, "lockstep")
         assert (done.returncode, done.stderr) == (0, "")
@@ -211,6 +247,33 @@ def test_in_lock_step_it_does_what_the_experiments_controller_does(
     np.testing.assert_allclose(found[:, 1 + n :].T, forces, rtol=0, atol=1e-6 * forces.max())
 
 
+@pytest.mark.parametrize("single", [False, True])
+def test_without_joint_encoders_the_pose_is_estimated(
+    single: bool, compiler: str, libraries: list[str], tmp_path: Path
+) -> None:
+    """The pose is nearly that of the run with the true one; sensors that stick end it by a ramp."""
+    settings: dict[str, Any] = {"run.step": 0.005, "run.duration": 1.0}
+    own = {"estimator.exact": False, "plant.mass_scale": 1.0}
+    made = Experiment.load(EXAMPLES / "no_joint_encoders", settings | own)
+    if single:
+        program = compiled_in_single_precision(made, tmp_path)
+    else:
+        program = compiled(compiler, libraries, made, tmp_path)
+    with served(made, way=BlindWay) as (_, port):
+        done = driven(program, port, "lockstep")
+        assert (done.returncode, done.stderr) == (0, "")
+    true = simulate(Experiment.load(ARM, settings), through="direct")
+    found = rows(done.stdout)
+    names = [c.name for c in made.robot.coordinates]
+    q = np.array([true[f"q.{name}"] for name in names])[:, : len(found)]
+    assert len(found) == made.run.steps
+    assert np.abs(found[:, 1:5].T - q).max() < 5e-3
+    with served(made, way=partial(BlindWay, stuck=0.5)) as (device, port):
+        done = driven(program, port, "lockstep")
+        assert (done.returncode, done.stderr) == (1, "controller: the estimate is lost\n")
+        assert device.state == "safe"
+
+
 def test_bad_answers_do_no_harm_under_the_sanitizers(
     compiler: str, libraries: list[str], tmp_path: Path
 ) -> None:
@@ -219,8 +282,8 @@ def test_bad_answers_do_no_harm_under_the_sanitizers(
     program = compiled(compiler, libraries, made, tmp_path, *SANITIZED)
     (tmp_path / "key.bin").write_bytes(KEY)
     outputs = []
-    for noisy in (False, True):
-        with served(made, KEY, noisy=noisy) as (device, port):
+    for way in (lambda device: None, NoisyWay):
+        with served(made, KEY, way) as (device, port):
             done = driven(program, port, "lockstep", str(tmp_path / "key.bin"))
             assert (done.returncode, done.stderr) == (0, "")
             assert device.state == "safe"

@@ -33,6 +33,8 @@ SOURCES = [
 """The C files of the core and of the control laws, without derivatives."""
 DERIVATIVES = str(ROOT / TANGENT / "tangent.c")
 """The core for derivatives, which only FMUs have."""
+TRANSITION = str(ROOT / TANGENT / "transition.c")
+"""The transition matrix by it, for estimators."""
 FLAGS = ["-std=c99", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-DCARDSFLOW_INSIDE"]
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-target"]
 _OF_PROGRAMS = ("-I", "-l", "-D_GNU_SOURCE", "-DFUZZ", "-DCARDSFLOW_LIBFUZZER", "-DVECTORS")

@@ -167,7 +167,7 @@ static int settle_way(const egg_view *v, const tangent_cone cones[2], shot *s)
     real last_term = ROUGH_TERM;
     shoot(v, cones, last_term, s);
     for (int shots = 1; shots < MOST_SHOTS;) {
-        real step[3];
+        real step[3] = {0, 0, 0};
         const real size = aim(s, step);
         if (!isfinite(size)) return 0;
         const int is_last = last_term == FINE_TERM && (value_of(size) <= LAST_SHOT_STEP || value_of(s->square) <= AS_GOOD);
