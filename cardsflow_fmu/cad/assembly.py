@@ -13,7 +13,7 @@ from addin_sdfusion.robot.model.transform import IDENTITY, Transform
 from addin_sdfusion.settings import MeshQuality
 from addin_sdfusion.snapshot import ROOT, BodySnapshot, OccurrenceSnapshot
 
-from .kernel import mass_of, mesh_of, solids
+from .kernel import Face, mass_of, mesh_of, round_faces, solids
 
 
 class Material(NamedTuple):
@@ -128,10 +128,21 @@ class Assembly:
             for place in self.places
         )
 
+    def below(self, path: str) -> list[Place]:
+        """A place and all below it."""
+        return [p for p in self.places if p.path == path or p.path.startswith(f"{path}+")]
+
+    def faces(self, place: Place) -> list[Face]:
+        """The cylinder and sphere faces of a place itself."""
+        return (
+            [] if place.part.shape is None else round_faces(place.part.shape, place.T, self._unit)
+        )
+
     def volume(self, path: str) -> float:
         """The volume of a place and all below it, in [m³]."""
-        below = [p for p in self.places if p.path == path or p.path.startswith(f"{path}+")]
-        every = [s for p in below if p.part.shape is not None for s in solids(p.part.shape)]
+        every = [
+            s for p in self.below(path) if p.part.shape is not None for s in solids(p.part.shape)
+        ]
         masses = [mass_of(solid, IDENTITY, 1.0, self._unit) for solid in every]
         return sum(mass.mass for mass in masses if mass is not None)
 

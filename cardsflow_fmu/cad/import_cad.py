@@ -16,7 +16,7 @@ from addin_sdfusion.snapshot_file import read_snapshot
 
 from .script import script_design
 from .step_design import Tables
-from .step_process import design_of_step
+from .step_process import TIME_LIMIT, design_of_step
 
 STEP = (".step", ".stp")
 """What names of STEP files end with."""
@@ -27,6 +27,7 @@ def import_cad(
     folder: str | Path,
     settings: Mapping[str, Any] | None = None,
     tables: Tables | None = None,
+    time_limit: float = TIME_LIMIT,
 ) -> Exported:
     """Write the robot's folder of a design, as the add-in does inside Fusion.
 
@@ -36,16 +37,20 @@ def import_cad(
         folder: Where to; made if it does not exist.
         settings: Changes to the design's own settings, by their names in ExportSettings.
         tables: What a STEP file does not say.
+        time_limit: How long the geometry kernel may take for a STEP file, in [s].
 
     Raises:
         RobotError: The design has errors; the exception carries all findings.
         InputError: The design cannot be read, a setting is wrong, or the folder cannot be written.
     """
-    return export_robot(read_design(file, settings, tables), folder)
+    return export_robot(read_design(file, settings, tables, time_limit), folder)
 
 
 def read_design(
-    file: str | Path, settings: Mapping[str, Any] | None = None, tables: Tables | None = None
+    file: str | Path,
+    settings: Mapping[str, Any] | None = None,
+    tables: Tables | None = None,
+    time_limit: float = TIME_LIMIT,
 ) -> DesignSnapshot:
     """The snapshot of a design; arguments and errors as of `import_cad`."""
     file = Path(file)
@@ -54,7 +59,8 @@ def read_design(
         raise InputError("has joints, muscles and materials itself: tables are for STEP files",
                          file=file)  # fmt: skip
     if suffix in STEP:
-        return design_of_step(file, tables or Tables(), _changed(ExportSettings(), settings))
+        own = _changed(ExportSettings(), settings)
+        return design_of_step(file, tables or Tables(), own, time_limit)
     if suffix == ".py":
         design = script_design(file)
         return design.snapshot(_changed(design.settings, settings), file)

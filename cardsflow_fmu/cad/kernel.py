@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 from array import array
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -198,6 +199,15 @@ def face_of(face: Any, T: Transform, unit: float) -> Face:
     length = unit * abs(last - first)
     centre, along = T.apply(_vector(middle)), T.rotate(_vector(axis))
     return Face("cylinder", unit * cylinder.Radius(), centre, along, length)
+
+
+def round_faces(shape: Any, T: Transform, unit: float) -> list[Face]:
+    """The faces of a shape that muscles can wrap over; arguments as of `face_of`."""
+    found = []
+    for face in _explored(shape, "FACE"):
+        with suppress(ValueError):
+            found.append(face_of(kernel("TopoDS").TopoDS.Face(face), T, unit))
+    return found
 
 
 def _point(point: Any, unit: float) -> Vector3:

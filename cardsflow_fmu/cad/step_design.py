@@ -29,7 +29,8 @@ from addin_sdfusion.snapshot import (
 from .assembly import Assembly, Material
 from .kernel import MILLIMETRE
 from .step_file import read_step
-from .tables import Cell, JointRow, read_joints, read_materials
+from .step_wraps import read_wraps, wrap_surfaces
+from .tables import Cell, JointRow, find_place, read_joints, read_materials
 
 _LARGEST = 2**24
 _X: Vector3 = (1.0, 0.0, 0.0)
@@ -46,12 +47,14 @@ class Tables:
         muscles: Table of muscles, as the add-in writes and reads them; None for none.
         materials: Table of densities or masses of parts; None for none.
         density: Of all other parts, in [kg/m³]; None where not known.
+        wraps: Table of the faces that muscles wrap over; None for none.
     """
 
     joints: Path | None = None
     muscles: Path | None = None
     materials: Path | None = None
     density: float | None = None
+    wraps: Path | None = None
 
 
 def step_design(file: Path, tables: Tables, settings: ExportSettings) -> DesignSnapshot:
@@ -76,7 +79,13 @@ def step_design(file: Path, tables: Tables, settings: ExportSettings) -> DesignS
         joints=joints,
         source=SourceSnapshot("STEP", document=file.name),
     )
-    return snapshot if tables.muscles is None else _with_muscles(snapshot, tables.muscles)
+    if tables.muscles is not None:
+        snapshot = _with_muscles(snapshot, tables.muscles)
+    if tables.wraps is not None:
+        names = [muscle.name for muscle in snapshot.muscles]
+        surfaces = wrap_surfaces(read_wraps(tables.wraps), assembly, names)
+        snapshot = replace(snapshot, surfaces=surfaces)
+    return snapshot
 
 
 def _materials(assembly: Assembly, tables: Tables) -> dict[str, Material]:
@@ -96,12 +105,7 @@ def _materials(assembly: Assembly, tables: Tables) -> dict[str, Material]:
 
 def _path(cell: Cell, assembly: Assembly) -> str:
     """The path of the part that a cell names."""
-    if cell.text == WORLD:
-        return ROOT
-    try:
-        return assembly.find(cell.text).path
-    except InputError as error:
-        raise cell.error(error.what) from None
+    return ROOT if cell.text == WORLD else find_place(cell, assembly).path
 
 
 def _joint(row: JointRow, assembly: Assembly) -> JointSnapshot:

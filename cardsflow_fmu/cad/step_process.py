@@ -22,14 +22,19 @@ from cardsflow_fmu.utils.temporary import temporary_folder
 from .kernel import missing
 from .step_design import Tables, step_design
 
+TIME_LIMIT = 600.0
+"""How long a file may take, in [s]."""
+
 _REFUSED = 2
 
 
-def design_of_step(file: Path, tables: Tables, settings: ExportSettings) -> DesignSnapshot:
-    """As `step_design`, whatever the file makes of the kernel."""
+def design_of_step(
+    file: Path, tables: Tables, settings: ExportSettings, time_limit: float = TIME_LIMIT
+) -> DesignSnapshot:
+    """As `step_design`, whatever the file makes of the kernel, within `time_limit`, in [s]."""
     if find_spec("OCP") is None:
         raise missing()
-    paths = (tables.joints, tables.muscles, tables.materials)
+    paths = (tables.joints, tables.muscles, tables.materials, tables.wraps)
     request = {
         "file": str(file),
         "tables": [None if path is None else str(path) for path in paths],
@@ -40,7 +45,16 @@ def design_of_step(file: Path, tables: Tables, settings: ExportSettings) -> Desi
         asked, answer = folder / "request.json", folder / "answer.json"
         asked.write_text(json_text(request), encoding="utf-8")
         command = [sys.executable, "-m", __name__, str(asked), str(answer)]
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace")
+        try:
+            done = subprocess.run(
+                command, capture_output=True, text=True, errors="replace", timeout=time_limit
+            )
+        except subprocess.TimeoutExpired:
+            what = (
+                f"takes longer than {time_limit:g} s; allow more (--time-limit), or leave small "
+                "parts out of the file"
+            )
+            raise InputError(what, file=file) from None
         if done.returncode == _REFUSED and answer.exists():
             raise _error(json.loads(answer.read_text(encoding="utf-8")))
         if done.returncode != 0:
@@ -58,8 +72,8 @@ def _error(plain: dict[str, str | int | None]) -> InputError:
 def main(asked: Path, answer: Path) -> int:
     """Answer a request; returns the exit code."""
     request = json.loads(asked.read_text(encoding="utf-8"))
-    joints, muscles, materials = (None if p is None else Path(p) for p in request["tables"])
-    tables = Tables(joints, muscles, materials, request["density"])
+    joints, muscles, materials, wraps = (None if p is None else Path(p) for p in request["tables"])
+    tables = Tables(joints, muscles, materials, request["density"], wraps)
     settings = from_plain(ExportSettings, request["settings"], "settings")
     try:
         write_snapshot(step_design(Path(request["file"]), tables, settings), answer)

@@ -15,8 +15,10 @@ from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.finding_builders import unknown
 from addin_sdfusion.snapshot import JointKind
 
+from .assembly import Assembly, Place
+
 _LARGEST = 2**24
-_METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 _RADIANS = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
 _DENSITIES = {"kg/m3": 1.0, "kg/m^3": 1.0, "kg/m³": 1.0, "g/cm3": 1e3, "g/cm^3": 1e3, "g/cm³": 1e3}
 _MASSES = {"kg": 1.0, "g": 0.001}
@@ -66,6 +68,16 @@ class Cell:
         if unit and unit not in units:
             raise self.error(f"{unknown('unit', unit, list(units))}")
         return value * units.get(unit, 1.0)
+
+    def whole(self) -> int:
+        """The cell as a whole number from 0.
+
+        Raises:
+            InputError: It is none.
+        """
+        if not re.fullmatch("[0-9]{1,6}", self.text, re.ASCII):
+            raise self.error(f"must be 0, 1, 2, ..., not {self.text!r}")
+        return int(self.text)
 
 
 @dataclass(frozen=True)
@@ -124,7 +136,7 @@ def read_joints(file: Path) -> tuple[JointRow, ...]:
     required = ("name", "type", "parent", "child")
     vectors = ("x", "y", "z", "axis x", "axis y", "axis z")
     numbers = ("lower", "upper", "value", "damping", "friction", "effort")
-    return tuple(_joint(row) for row in _rows(file, required, (*vectors, *numbers)))
+    return tuple(_joint(row) for row in read_rows(file, required, (*vectors, *numbers)))
 
 
 def read_materials(file: Path) -> tuple[MaterialRow, ...]:
@@ -134,7 +146,7 @@ def read_materials(file: Path) -> tuple[MaterialRow, ...]:
         InputError: It is none; the message has the line.
     """
     rows = []
-    for row in _rows(file, ("part",), ("density", "mass", "material")):
+    for row in read_rows(file, ("part",), ("density", "mass", "material")):
         density, mass = row.get("density"), row.get("mass")
         if (density is None) == (mass is None):
             raise row["part"].error("must have either a density or a mass")
@@ -156,9 +168,9 @@ def _joint(row: Mapping[str, Cell]) -> JointRow:
     kind = KINDS.get(row["type"].text)
     if kind is None:
         raise row["type"].error(unknown("type of joint", row["type"].text, list(KINDS)))
-    units = _METRES if kind == "slider" else _RADIANS
-    origin = _vector(row, ("x", "y", "z"), _METRES)
-    axis = _vector(row, ("axis x", "axis y", "axis z"), {})
+    units = METRES if kind == "slider" else _RADIANS
+    origin = vector(row, ("x", "y", "z"), METRES)
+    axis = vector(row, ("axis x", "axis y", "axis z"), {})
     if axis is not None and not any(axis):
         raise row["axis x"].error("an axis must not be 0 0 0")
     if kind in ("revolute", "slider", "cylindrical") and axis is None:
@@ -189,9 +201,22 @@ def _joint(row: Mapping[str, Cell]) -> JointRow:
     )
 
 
-def _vector(
+def find_place(cell: Cell, assembly: Assembly) -> Place:
+    """The part that a cell names.
+
+    Raises:
+        InputError: There is none, or more than one.
+    """
+    try:
+        return assembly.find(cell.text)
+    except InputError as error:
+        raise cell.error(error.what) from None
+
+
+def vector(
     row: Mapping[str, Cell], columns: Sequence[str], units: Mapping[str, float]
 ) -> Vector3 | None:
+    """A vector that several cells hold; None where they are all empty."""
     given = [column for column in columns if column in row]
     if not given:
         return None
@@ -202,7 +227,7 @@ def _vector(
     return x, y, z
 
 
-def _rows(
+def read_rows(
     file: Path, required: Sequence[str], optional: Sequence[str]
 ) -> Iterator[dict[str, Cell]]:
     """The lines of a table, without cells that are empty: comma, semicolon or tab between them."""

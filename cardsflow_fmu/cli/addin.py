@@ -37,8 +37,12 @@ def add_import_cad(commands: Commands) -> None:
     step = parser.add_argument_group("of a STEP file")
     step.add_argument("--joints", type=Path, metavar="CSV", help="the joints between its parts")
     step.add_argument("--muscles", type=Path, metavar="CSV", help="its muscles and task points")
+    step.add_argument("--wraps", type=Path, metavar="CSV", help="the faces that muscles wrap over")
     step.add_argument("--materials", type=Path, metavar="CSV", help="densities or masses of parts")
     step.add_argument("--density", type=float, help="of all other parts, in kg/m3")
+    step.add_argument(
+        "--time-limit", type=float, metavar="S", help="how long reading it may take, in s; 600"
+    )
     _add_export(parser)
 
 
@@ -125,15 +129,19 @@ def _import_cad(options: argparse.Namespace) -> int:
 
     given = {
         name: value
-        for name in ("joints", "muscles", "materials", "density")
+        for name in ("joints", "muscles", "wraps", "materials", "density")
         if (value := getattr(options, name, None)) is not None
     }
     if not 0.0 < given.get("density", 1.0) < math.inf:
         raise InputError(f"must be greater than 0, not {options.density:g}", key="--density")
+    limit = getattr(options, "time_limit", None)
+    if limit is not None and not 0.0 < limit < math.inf:
+        raise InputError(f"must be greater than 0, not {limit:g}", key="--time-limit")
+    time = {} if limit is None else {"time_limit": limit}
     folder = options.folder or Path(options.design.stem)
     tables = Tables(**given) if given else None
     try:
-        exported = import_cad(options.design, folder, settings_of(options.set), tables)
+        exported = import_cad(options.design, folder, settings_of(options.set), tables, **time)
         findings, files = exported.findings, exported.files
     except RobotError as error:
         findings, files = error.findings, ()

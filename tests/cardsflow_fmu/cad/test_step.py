@@ -145,6 +145,88 @@ def test_tables_make_a_robot_of_it(step: Path, tables: Tables, tmp_path: Path) -
     np.testing.assert_allclose([p[:3] for p in at], [(0, 0, 0), (0.11, 0, 0.04)], atol=1e-12)
 
 
+def world(*places: str, at: tuple[float, ...] = (0.0, 0.0, 0.02)) -> np.ndarray:
+    """A point of a part, by default the middle of a finger, in [m]."""
+    return np.asarray((matrix(*places) @ [*at, 1.0])[:3])
+
+
+def wraps_of(folder: Path, *rows: str) -> Path:
+    file = folder / "wraps.csv"
+    first = "name,part,x [mm],y [mm],z [mm],muscle,after,side,turns,inside"
+    file.write_text("\n".join([first, *rows]), encoding="utf-8")
+    return file
+
+
+def test_muscles_wrap_over_faces_near_a_point(step: Path, tables: Tables, tmp_path: Path) -> None:
+    """A finger, by a point on its axis; the other one, by a point on its face and its hand."""
+    axis, face = (
+        ",".join(f"{1000 * v:.17g}" for v in place)
+        for place in (world("hand", "index"), world("twin", "thumb", at=(0.0, 0.005, 0.01)))
+    )
+    assert tables.muscles is not None
+    again = MUSCLES.splitlines()[1].replace("via,m", "via,n")
+    tables.muscles.write_text(f"{MUSCLES}{again}\n{again.replace(',0,palm', ',1,finger')}\n")
+    file = wraps_of(
+        tmp_path,
+        f"index,händ:1+finger:1,{axis},m,0,-,1,",
+        "index,händ:1+finger:1,,,,n,0,,,yes",
+        f"thumb,händ:2,{face},m,0,,,",
+    )
+    words = ["--joints", tables.joints, "--muscles", tables.muscles, "--wraps", file]
+    arguments = ["import-cad", step, tmp_path / "hand", *words, "--density", 7850]
+    assert main(list(map(str, arguments))) == 0
+    robot = read_robot(tmp_path / "hand")
+    first, second = robot.wrap_surfaces
+    assert (first.name, second.name) == ("index", "thumb")
+    poses = forward(robot, {c.name: 0.0 for c in robot.coordinates})
+    for surface, places in ((first, ("hand", "index")), (second, ("twin", "thumb"))):
+        assert (surface.radius, surface.length) == pytest.approx((0.005, 0.04), rel=1e-12)
+        centre = poses[surface.link] @ [*surface.pose.position, 1.0]
+        np.testing.assert_allclose(centre[:3], world(*places), atol=1e-12)
+        turned = Rotation.from_euler("xyz", surface.pose.rpy).as_matrix()[:, 2]
+        along = (poses[surface.link][:3, :3] @ turned) @ matrix(*places)[:3, 2]
+        assert abs(along) == pytest.approx(1.0, abs=1e-12)
+    uses = {
+        m.name: [(w.surface, w.side, w.turns, w.inside) for w in m.wraps] for m in robot.muscles
+    }
+    assert uses["m"] == [("index", -1, 1, False), ("thumb", 0, 0, False)]
+    assert uses["n"] == [("index", 0, 0, True)]
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ("w,foot,0,0,0,m,0,,,", "wraps.csv:2: part: no part 'foot'"),
+        ("w,palm:1,0,0,0,m,0,,,", "wraps.csv:2: part: part 'palm:1' has neither cylinder nor"),
+        ("w,händ:1,0,0,0,m,0,,,", "mm away; give a point on the face or on its axis"),
+        ("w,händ:1,,,,m,0,,,", "wraps.csv:2: name: a point near the face is missing"),
+        ("w,händ:1,1,,,m,0,,,", "wraps.csv:2: x: 'y' is missing beside it"),
+        ("w,händ:1,0,0,0,o,0,,,", "wraps.csv:2: muscle: no muscle 'o'"),
+        ("w,händ:1,0,0,0,m,-1,,,", "wraps.csv:2: after: must be 0, 1, 2, ..., not '-1'"),
+        ("w,händ:1,0,0,0,m,0,left,,", "wraps.csv:2: side: no value 'left'"),
+        ("w,händ:1,0,0,0,m,0,+,,yes", "wraps.csv:2: inside: a muscle inside its surface has"),
+    ],
+)
+def test_a_bad_wrap_names_its_cell(
+    step: Path, tables: Tables, tmp_path: Path, row: str, said: str
+) -> None:
+    with pytest.raises(InputError) as refused:
+        step_design(step, replace(tables, wraps=wraps_of(tmp_path, row)), ExportSettings())
+    assert said in str(refused.value)
+
+
+def test_a_file_that_takes_too_long_is_one_line(
+    step: Path, tables: Tables, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--joints", str(tables.joints), "--time-limit", "0.01"]
+    assert main(["import-cad", str(step), str(tmp_path / "no"), *words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "takes longer than 0.01 s; allow more (--time-limit)" in line
+    assert not (tmp_path / "no").exists()
+    assert main(["import-cad", str(step), *words[:-1], "-1"]) == 2
+    assert "--time-limit: must be greater than 0" in capsys.readouterr().err
+
+
 def test_masses_of_parts(step: Path, tables: Tables, tmp_path: Path) -> None:
     file = tmp_path / "materials.csv"
     file.write_text("part,density,mass,material\nhänd,,2,\nhänd:2+finger:2,1000,,Nylon\n")

@@ -385,10 +385,11 @@ _SDF_WORLD = """<sdf version="1.9"><world name="w"><gravity>0 0 -9.8</gravity>
 
 
 def _step(folder: Path) -> None:
-    from ..designs.step_hands import JOINTS, MATERIALS, MUSCLES, write_hands
+    from ..designs.step_hands import JOINTS, MATERIALS, MUSCLES, WRAPS, write_hands
 
     write_hands(folder / "hands.step")
-    for name, text in (("joints", JOINTS), ("muscles", MUSCLES), ("materials", MATERIALS)):
+    tables = {"joints": JOINTS, "muscles": MUSCLES, "materials": MATERIALS, "wraps": WRAPS}
+    for name, text in tables.items():
         (folder / f"{name}.csv").write_text(text, encoding="utf-8")
 
 
@@ -404,13 +405,13 @@ def _read_step(folder: Path) -> None:
 
     for module in ("STEPCAFControl", "XCAFDoc", "BRepMesh", "BRepGProp"):
         kernel(module)  # once, before there are children
-    tables = Tables(*(folder / f"{name}.csv" for name in ("joints", "muscles", "materials")))
+    *tables, wraps = (folder / f"{n}.csv" for n in ("joints", "muscles", "materials", "wraps"))
     child = os.fork()
     if child == 0:
         signal.setitimer(signal.ITIMER_PROF, SECONDS)
         code = 3
         try:
-            step_design(folder / "hands.step", tables, ExportSettings())
+            step_design(folder / "hands.step", Tables(*tables, wraps=wraps), ExportSettings())
             code = 0
         except InputError as error:
             code = 0 if len(str(error).splitlines()) == 1 else 4
@@ -430,7 +431,10 @@ def _snapshot(folder: Path) -> None:
 
 _TO_RUN = ("convert", ".", "--to", "run.mcap")
 _TO_MOTION = ("--to", "motion_of.csv")
-_TABLES = ("--joints", "joints.csv", "--muscles", "muscles.csv", "--materials", "materials.csv")
+_TABLES = (
+    *("--joints", "joints.csv", "--muscles", "muscles.csv"),
+    *("--materials", "materials.csv", "--wraps", "wraps.csv"),
+)
 _CHECK = ("check", "experiment.toml")
 _ROBOT = [
     ("check", "."),

@@ -72,6 +72,9 @@ via,m,0,palm,0,0,0,5,50
 via,m,1,finger,110,0,40,,
 task,tip,,finger,120,0,60,,
 """
+WRAPS = """name,part,x [mm],y [mm],z [mm],muscle,after,side,turns,inside
+knuckle,händ:1+finger:1,113.5,3.2,47.6,m,0,+,1,
+"""
 MATERIALS = """part,material,density [kg/m3],mass
 world,steel,7850,
 händ:1+finger:2,,,20 g

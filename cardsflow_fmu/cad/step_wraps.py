@@ -1,0 +1,143 @@
+"""Wrap surfaces of STEP files: faces of parts, each found by a point near it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, TypeVar
+
+import numpy as np
+
+from addin_sdfusion.robot import Vector3
+from addin_sdfusion.robot.finding_builders import unknown
+from addin_sdfusion.snapshot import SurfaceSnapshot, SurfaceUse, WrapUse
+
+from .assembly import Assembly, Place
+from .kernel import Face
+from .tables import METRES, Cell, find_place, read_rows, vector
+
+_SIDES: Mapping[str, Literal[-1, 0, 1]] = {
+    "": 0,
+    "0": 0,
+    "1": 1,
+    "+": 1,
+    "+1": 1,
+    "-1": -1,
+    "-": -1,
+}
+_ANSWERS = {
+    "": False,
+    "no": False,
+    "false": False,
+    "0": False,
+    "yes": True,
+    "true": True,
+    "1": True,
+}
+
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True)
+class WrapRow:
+    """A muscle that wraps over a face.
+
+    Attributes:
+        name: Of the surface; the same for all muscles that wrap over it.
+        part: Name of the part.
+        near: A point near the face, in the root frame, in [m]; None where an earlier row has it.
+        muscle: Name of the muscle.
+        use: How it wraps.
+    """
+
+    name: Cell
+    part: Cell
+    near: Vector3 | None
+    muscle: Cell
+    use: WrapUse
+
+
+def read_wraps(file: Path) -> tuple[WrapRow, ...]:
+    """The wraps of a table.
+
+    Raises:
+        InputError: It is none; the message has the line.
+    """
+    required = ("name", "part", "muscle", "after")
+    rows = read_rows(file, required, ("x", "y", "z", "side", "turns", "inside"))
+    return tuple(_wrap(row) for row in rows)
+
+
+def _wrap(row: Mapping[str, Cell]) -> WrapRow:
+    side, inside = _chosen(row, "side", _SIDES), _chosen(row, "inside", _ANSWERS)
+    turns = row["turns"].whole() if "turns" in row else 0
+    use = WrapUse(row["muscle"].text, row["after"].whole(), side, turns, inside)
+    if use.inside and (side or turns):
+        raise row["inside"].error("a muscle inside its surface has neither side nor turns")
+    near = vector(row, ("x", "y", "z"), METRES)
+    return WrapRow(row["name"], row["part"], near, row["muscle"], use)
+
+
+def _chosen(row: Mapping[str, Cell], column: str, options: Mapping[str, Value]) -> Value:
+    text = row[column].text.lower() if column in row else ""
+    if text not in options:
+        raise row[column].error(unknown("value", text, [option for option in options if option]))
+    return options[text]
+
+
+def wrap_surfaces(
+    rows: Collection[WrapRow], assembly: Assembly, muscles: Collection[str]
+) -> tuple[SurfaceSnapshot, ...]:
+    """The surfaces of a table, each with all muscles that wrap over it.
+
+    Args:
+        rows: Of the table.
+        assembly: What the parts are.
+        muscles: Names of the muscles.
+
+    Raises:
+        InputError: There is no such part, face or muscle; the message has the line.
+    """
+    found: dict[str, SurfaceSnapshot] = {}
+    for row in rows:
+        if row.muscle.text not in muscles:
+            raise row.muscle.error(unknown("muscle", row.muscle.text, list(muscles)))
+        known = found.get(row.name.text) or _surface(row, assembly)
+        use = known.use or SurfaceUse(row.name.text)
+        found[row.name.text] = replace(known, use=replace(use, muscles=(*use.muscles, row.use)))
+    return tuple(found.values())
+
+
+def _surface(row: WrapRow, assembly: Assembly) -> SurfaceSnapshot:
+    """The face of a row's part that is nearest to its point."""
+    if row.near is None:
+        raise row.name.error("a point near the face is missing: columns x, y, z")
+    part = find_place(row.part, assembly)
+    faces = [(_distance(face, row.near), place, face) for place, face in _faces(part, assembly)]
+    if not faces:
+        raise row.part.error(f"part {part.path!r} has neither cylinder nor sphere faces")
+    distance, place, face = min(faces, key=lambda each: each[0])
+    if distance > face.radius * (1.0 + 1e-6):
+        problem = f"the nearest cylinder or sphere face is {1000 * distance:.3g} mm away"
+        raise row.name.error(f"{problem}; give a point on the face or on its axis")
+    where = face.shape, face.radius, face.centre, face.axis, face.length
+    return SurfaceSnapshot(place.path, *where, entity=f"face {row.name.text}")
+
+
+def _faces(part: Place, assembly: Assembly) -> Iterator[tuple[Place, Face]]:
+    for place in assembly.below(part.path):
+        for face in assembly.faces(place):
+            yield place, face
+
+
+def _distance(face: Face, point: Vector3) -> float:
+    """How far a point is from the whole sphere, or from the cylinder between its ends."""
+    apart = np.subtract(point, face.centre)
+    if face.shape == "sphere":
+        return abs(float(np.linalg.norm(apart)) - face.radius)
+    along = float(np.dot(apart, face.axis))
+    across = float(np.linalg.norm(apart - along * np.array(face.axis)))
+    return math.hypot(across - face.radius, max(0.0, abs(along) - face.length / 2.0))
