@@ -10,8 +10,6 @@ from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu.experiment.experiment import Experiment
 from sim_dart.estimation.observability import observability
 
-from .sizing import reference_motion
-
 POSES = 33
 """Of the reference, at which the rank is taken."""
 
@@ -27,6 +25,8 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
     settings = experiment.estimator
     if settings is None:
         return {}
+    from .sizing import reference_motion  # late: SciPy
+
     try:
         poses = reference_motion(experiment, POSES).q
     except CardsflowError:  # what is out of reach is said by the run

@@ -20,6 +20,7 @@ def test_the_robot_is_sound(example: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("drawn_figures")
 @pytest.mark.parametrize(
     ("example", "duration", "label"),
     [("hill_arm", 0.6, b"excitation"), ("pneumatic_elbow", 0.5, b"pressure [Pa]")],

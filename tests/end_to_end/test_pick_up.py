@@ -138,6 +138,7 @@ def test_fmus_do_the_same_and_are_valid(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("drawn_figures")
 def test_a_run_draws_ways_and_contacts(tmp_path: Path) -> None:
     run(Experiment.load(PICK_UP, {"run.duration": 0.05}), tmp_path, through="direct")
     assert (tmp_path / "world.png").read_bytes().startswith(b"\x89PNG")

@@ -39,7 +39,8 @@ from .writable import writable
 
 numbers = st.floats(-10.0, 10.0, allow_subnormal=False)
 vectors = st.tuples(numbers, numbers, numbers)
-angles = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
+angles = st.tuples(*[st.floats(-3.0, 3.0).map(lambda angle: round(angle, 15))] * 3)
+# their products with masses are zero or far from underflow
 poses = st.builds(Pose, vectors, st.one_of(st.just((0.0, 0.0, 0.0)), angles))
 translations = st.builds(Pose, vectors)
 names = st.text("abxyz012 _-.'\"&<>é関", min_size=1, max_size=8).filter(
