@@ -22,9 +22,8 @@ settings.register_profile(
     derandomize=True,
     suppress_health_check=list(HealthCheck),
 )
-settings.register_profile(
-    "thorough", settings.get_profile("default"), max_examples=100, derandomize=False
-)
+settings.register_profile("thorough", settings.get_profile("default"), max_examples=100)
+settings.register_profile("random", settings.get_profile("thorough"), derandomize=False)
 settings.load_profile(os.environ.get("CARDSFLOW_EXAMPLES", "default"))
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

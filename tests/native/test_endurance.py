@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
+from support.cases import LONG, marked
 from support.native.example import write_example
 from support.native.targets import TARGETS, build_program, run
 from support.robots.robots import EXAMPLES
@@ -18,7 +19,7 @@ STEPS = int(os.environ.get("CARDSFLOW_STEPS", "200000"))
 TICKS = int(os.environ.get("CARDSFLOW_TICKS", "20000"))
 
 
-@pytest.mark.parametrize("example", ["planar_2r", "roboy_left_arm"])
+@pytest.mark.parametrize("example", ["planar_2r", marked("roboy_left_arm", LONG)])
 def test_the_heap_stays_as_it_is(example: str, tmp_path: Path) -> None:
     """CARDSFLOW_STEPS and CARDSFLOW_TICKS for longer runs: 10 million and 300,000."""
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / example))

@@ -118,7 +118,7 @@ def test_terms_are_off_by_rounding_errors_only(single: Precision, double: Precis
     for robot in robots():
         rng = np.random.default_rng(0)
         handles = open_robot(single, robot), open_robot(double, robot)
-        for _ in range(10):
+        for _ in range(4):
             q, qd = rng.uniform(-1.0, 1.0, (2, len(robot.coordinates))).astype("f4").astype(float)
             share = rng.uniform(0.05, 0.9, len(robot.muscles)).astype("f4").astype(float)
             for handle in handles:

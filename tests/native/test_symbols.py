@@ -8,6 +8,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from support.cases import LONG, marked
 from support.native.targets import (
     DERIVATIVES,
     FLAGS,
@@ -43,7 +44,7 @@ def symbols(compiler: list[str], sources: list[str], folder: Path) -> tuple[set[
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("single", [False, True], ids=["double", "single"])
+@pytest.mark.parametrize("single", [False, marked(True, LONG)], ids=["double", "single"])
 @pytest.mark.parametrize("library", [CORE, CONTROL], ids=["core", "laws"])
 def test_no_function_of_the_platform_is_called(
     library: Library, single: bool, tmp_path: Path
