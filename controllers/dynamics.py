@@ -131,6 +131,21 @@ def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray
     return torque
 
 
+def closed(dynamics: Dynamics, q: FloatArray) -> FloatArray:
+    """The pose in which loops are closed by coordinates that depend on the others, shape (n,).
+
+    Robots with loops have a method of this name; others are closed anywhere.
+    """
+    close = getattr(dynamics, "closed", None)
+    return q if close is None else np.asarray(close(q), dtype=np.float64)
+
+
+def independent_part(dynamics: Dynamics, values: FloatArray) -> FloatArray:
+    """Values with 0 for coordinates that loops make of the others, shape (n,)."""
+    dependent = getattr(dynamics, "dependent", None)
+    return values if dependent is None else np.where(dependent, 0.0, values)
+
+
 def acceleration(
     dynamics: Dynamics,
     q: FloatArray,
@@ -150,4 +165,6 @@ def acceleration(
     torque = dynamics.actuator_jacobian(q).T @ forces + bias_torque(dynamics, q, qd)
     if w_e is not None:
         torque = torque + w_e
-    return -np.asarray(np.linalg.solve(dynamics.mass_matrix(q), torque), dtype=np.float64)
+    qdd = -np.asarray(np.linalg.solve(dynamics.mass_matrix(q), torque), dtype=np.float64)
+    complete = getattr(dynamics, "complete", None)  # of robots with loops
+    return qdd if complete is None else np.asarray(complete(q, qd, qdd))

@@ -44,6 +44,7 @@ SCREENS = (
     Screen("planar_2r", 6.3),
     Screen("hill_arm", 1.3),
     Screen("two_arms", 3.2),
+    Screen("bicycle", 2.6),
 )
 
 

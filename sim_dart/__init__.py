@@ -4,6 +4,7 @@ from .core.blob import compile_blob
 from .core.close_loops import close_loops
 from .dynamics.core import CoreDynamics
 from .dynamics.dart import DartDynamics
+from .dynamics.independent import IndependentDynamics, control_dynamics, dependent_coordinates
 from .muscles.inverse_model import MuscleDrive
 from .muscles.own_laws import MuscleLaw
 from .muscles.paths import MusclePaths
@@ -13,6 +14,7 @@ from .scene import Scene
 __all__ = [
     "CoreDynamics",
     "DartDynamics",
+    "IndependentDynamics",
     "MuscleDrive",
     "MuscleLaw",
     "MusclePaths",
@@ -20,4 +22,6 @@ __all__ = [
     "Scene",
     "close_loops",
     "compile_blob",
+    "control_dynamics",
+    "dependent_coordinates",
 ]

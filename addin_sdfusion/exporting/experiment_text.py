@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
@@ -105,9 +105,17 @@ def experiment_text(robot: Robot, trajectory: Trajectory) -> str:
 
 
 def point_lines(
-    coordinates: Sequence[Coordinate], points: Iterable[TrajectoryPoint]
+    coordinates: Sequence[Coordinate],
+    points: Iterable[TrajectoryPoint],
+    without: Collection[str] = (),
 ) -> Iterator[str]:
-    """The points of a reference, a table each, with units and limits behind the first."""
+    """The points of a reference, a table each, with units and limits behind the first.
+
+    Args:
+        coordinates: All that the points have values of.
+        points: The points.
+        without: Names of coordinates to leave out.
+    """
     keys = [toml_key(c.name) for c in coordinates]
     for i, point in enumerate(points):
         yield ""
@@ -115,6 +123,8 @@ def point_lines(
         yield f"time = {point.time!r}  # [s]"
         yield "[reference.points.q]"
         for c, key, q in zip(coordinates, keys, point.q, strict=True):
+            if c.name in without:
+                continue
             yield f"{key} = {q!r}  # [{c.unit}]" + ("" if i else _limits(c))
 
 

@@ -13,10 +13,10 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.drivable import drivable
 from controllers.analysis.inverse_dynamics import motion_terms
 from controllers.force_distribution.poses import INFEASIBLE
-from sim_dart import CoreDynamics
+from sim_dart import CoreDynamics, control_dynamics
 from sim_dart.core.mass_check import massless_coordinates
 
-from .first_motion import initial_pose, lacks, pose_terms
+from .first_motion import closed_or, initial_pose, lacks, pose_terms
 from .sizing import driven_part, reference_motion
 
 _POSES = 5
@@ -32,20 +32,20 @@ def drive_findings(robot: Robot) -> list[Finding]:
     """
     if not robot.coordinates or not (robot.muscles or robot.motors):
         return []
-    dynamics = CoreDynamics(robot, may_be_singular=True)
+    dynamics = control_dynamics(robot, may_be_singular=True)
     return [*_massless(robot, dynamics), *_held(robot, dynamics, None)]
 
 
 def experiment_findings(experiment: Experiment) -> list[Finding]:
     """What goes wrong in a run of an experiment, as far as that is known without one."""
     robot = experiment.robot
-    dynamics = CoreDynamics(robot, may_be_singular=True)
+    dynamics = control_dynamics(robot, may_be_singular=True)
     found = list(_massless(robot, dynamics))
     if found:
         return found
     subject = Subject("experiment", experiment.name)
     found += [warning(subject, "experiment", line) for line in experiment.warnings()]
-    passive = experiment.controller.passive
+    passive = experiment.controller.unfollowing
     found += _held(robot, dynamics, np.array(experiment.start.q), passive)
     return found + list(_motion(experiment, subject))
 
@@ -69,11 +69,13 @@ def _held(
     passive: Sequence[bool] = (),
 ) -> Iterator[Finding]:
     """Coordinates that no muscle moves, and those that muscles cannot hold at the start."""
-    arms = [np.abs(dynamics.actuator_jacobian(q)).max(axis=0) for q in _poses(robot)]
+    q = closed_or(dynamics, initial_pose(robot) if start is None else start)
+    poses = [closed_or(dynamics, pose, q) for pose in _poses(robot)]
+    arms = [np.abs(dynamics.actuator_jacobian(pose)).max(axis=0) for pose in poses]
     still = np.max(arms, axis=0) <= _NO_ARM * max(float(np.max(arms)), 1e-300)
     free = []
     for k, c in enumerate(robot.coordinates):
-        if not c.lower < c.upper or (passive and passive[k]):
+        if not c.lower < c.upper or (passive and passive[k]) or dynamics.dependent[k]:
             continue
         if still[k]:
             problem = (
@@ -84,7 +86,6 @@ def _held(
             yield warning(Subject("coordinate", c.name), "coordinate-without-muscle", problem)
         else:
             free.append(k)
-    q = initial_pose(robot) if start is None else start
     terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
     massless = massless_coordinates(robot, terms.M)
     free = [k for k in free if robot.coordinates[k].name not in massless]
@@ -111,7 +112,7 @@ def _motion(experiment: Experiment, subject: Subject) -> Iterator[Finding]:
     try:
         motion = reference_motion(experiment, _POINTS)
         robot, motion = driven_part(experiment, experiment.robot, motion)
-        terms = motion_terms(CoreDynamics(robot), motion)
+        terms = motion_terms(control_dynamics(robot), motion)
     except InputError as problem:
         yield warning(subject, "motion-not-reached", str(problem))
         return

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.transforms.lock import lock
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.drivable import (
@@ -23,7 +23,7 @@ from controllers.analysis.drivable import (
     drivable,
     force_margin,
 )
-from sim_dart import CoreDynamics
+from sim_dart import CoreDynamics, control_dynamics
 from sim_dart.core.mass_check import massless_coordinates
 
 DURATION = 4.0
@@ -41,6 +41,7 @@ _SEARCHED = 1000  # poses that are tried, over the square of the number of coord
 
 NO_ROOM, NO_MASS = "its limits leave it no room", "it moves no mass"
 UNDRIVEN = "no muscle moves it"
+FOLLOWS = "loops make it follow from the others"
 
 
 @dataclass(frozen=True)
@@ -75,21 +76,28 @@ def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {})
         The motion; no coordinate is left where the robot cannot be held at all.
     """
     pose = initial_pose(robot)
-    dynamics = CoreDynamics(robot, may_be_singular=True)
+    dynamics = control_dynamics(robot, may_be_singular=True)
     reasons = {c.name: NO_ROOM for c in robot.coordinates if not c.lower < c.upper}
     reasons |= dict.fromkeys(massless_coordinates(robot, _initial_mass(robot, dynamics)), NO_MASS)
     reasons |= held
+    pose = closed_or(dynamics, pose)
+    for c, follows in zip(robot.coordinates, dynamics.dependent, strict=True):
+        if follows:  # they go where the loops are closed
+            reasons.pop(c.name, None)
     found, q = _held_pose(robot, dynamics, pose, reasons)
     names = [c.name for c in robot.coordinates]
     reasons |= {names[k]: why for k, why in lacks(robot, dynamics, q, found).items()}
     for name in massless_coordinates(robot, dynamics.mass_matrix(q)):
         reasons.setdefault(name, NO_MASS)
     locked = {n: float(x) for n, x in zip(names, q, strict=True) if n in reasons}
+    if set(reasons) >= {n for n, d in zip(names, dynamics.dependent, strict=True) if not d}:
+        locked = {n: float(x) for n, x in zip(names, q, strict=True)}  # nothing moves by itself
+        reasons |= {n: FOLLOWS for n in names if n not in reasons}
     left = lock(robot, locked)
     start = np.array([x for n, x in zip(names, q, strict=True) if n not in reasons])
     end = start
     if len(start):
-        end = _end(left, CoreDynamics(left, may_be_singular=True), start, scale)
+        end = _end(left, control_dynamics(left, may_be_singular=True), start, scale)
     return FirstMotion(
         left,
         locked,
@@ -144,7 +152,11 @@ def _held_pose(
     robot: Robot, dynamics: CoreDynamics, pose: FloatArray, reasons: Mapping[str, str]
 ) -> tuple[Drivable, FloatArray]:
     """The pose where muscles drive most coordinates, the nearest of several."""
-    free = [k for k, c in enumerate(robot.coordinates) if c.name not in reasons]
+    free = [
+        k
+        for k, c in enumerate(robot.coordinates)
+        if c.name not in reasons and not dynamics.dependent[k]
+    ]
     best, at = _driven(robot, dynamics, pose, free), pose
     rng = np.random.default_rng(0)
     lower, upper = dynamics.q_min, dynamics.q_max
@@ -157,10 +169,22 @@ def _held_pose(
         away = rng.uniform(-1.0, 1.0, len(pose)) * spread * (k + 1) / count
         q = pose.copy()
         q[free] = np.clip(pose + away, lower, upper)[free]
+        if dynamics.dependent.any():
+            q = closed_or(dynamics, q, pose)
         found = _driven(robot, dynamics, q, free)
         if len(found.coordinates) > len(best.coordinates):
             best, at = found, q
     return best, at
+
+
+def closed_or(
+    dynamics: CoreDynamics, q: FloatArray, otherwise: FloatArray | None = None
+) -> FloatArray:
+    """The pose with closed loops; another one, or itself, where that is none."""
+    try:
+        return dynamics.closed(q)
+    except InputError:
+        return q if otherwise is None else otherwise
 
 
 def _driven(robot: Robot, dynamics: CoreDynamics, q: FloatArray, free: list[int]) -> Drivable:
@@ -188,6 +212,9 @@ def _end(robot: Robot, dynamics: CoreDynamics, start: FloatArray, scale: float) 
     slide = _slide(robot)
     step = np.empty(len(start))
     for k, (c, (below, above)) in enumerate(zip(robot.coordinates, rooms, strict=True)):
+        if dynamics.dependent[k]:
+            step[k] = 0.0
+            continue
         most = scale * (REACH["rad"] if c.unit == "rad" else slide)
         ways = [-min(most, 0.5 * below), min(most, 0.5 * above)]
         margins = [_margin_along(robot, dynamics, start, _one(k, way, start)) for way in ways]
@@ -197,7 +224,7 @@ def _end(robot: Robot, dynamics: CoreDynamics, start: FloatArray, scale: float) 
         if _margin_along(robot, dynamics, start, step, _PATH) > MARGIN:
             break
         step *= 0.5
-    return start + step
+    return closed_or(dynamics, start + step, start)
 
 
 def _one(k: int, way: float, like: FloatArray) -> FloatArray:
@@ -214,10 +241,14 @@ def _margin_along(
     path: FloatArray = np.ones(1),  # noqa: B008
 ) -> float:
     """The smallest margin of the forces along a quintic there, at some parts of its time."""
-    rows, T = range(len(start)), 0.5 * DURATION
+    rows, T = np.flatnonzero(~dynamics.dependent).tolist(), 0.5 * DURATION
     margins = []
     for s in path:
         q = start + step * (10.0 * s**3 - 15.0 * s**4 + 6.0 * s**5)
+        try:
+            q = dynamics.closed(q)
+        except InputError:
+            return -np.inf
         qdd = step * (60.0 * s - 180.0 * s**2 + 120.0 * s**3) / T**2
         margins.append(force_margin(pose_terms(robot, dynamics, q, qdd), rows)[0])
     return min(margins)

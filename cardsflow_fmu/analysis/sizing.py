@@ -27,7 +27,7 @@ from controllers.analysis.kinematics import inverse_kinematics
 from controllers.analysis.wrench_set import too_many_facets
 from controllers.force_distribution.linear import minimum_infinity_norm
 from controllers.force_distribution.one_way import one_way
-from sim_dart import CoreDynamics, MuscleDrive
+from sim_dart import IndependentDynamics, MuscleDrive, control_dynamics
 from sim_dart.muscles.paths import MusclePaths
 
 MOST_POINTS = 1000
@@ -70,17 +70,29 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
     rows = [reference.evaluate(t) for t in times.tolist()]
     if experiment.reference.space == "operational":
         return _followed(experiment, times, [row.q for row in rows])
-    return Motion(
-        times,
-        np.array([row.q for row in rows]),
-        np.array([row.qd for row in rows]),
-        np.array([row.qdd for row in rows]),
-    )
+    q, qd, qdd = (np.array([getattr(row, name) for row in rows]) for name in ("q", "qd", "qdd"))
+    if experiment.robot.loops:
+        _close(experiment, q, qd, qdd)
+    return Motion(times, q, qd, qdd)
+
+
+def _close(experiment: Experiment, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> None:
+    """Let the dependent coordinates of a motion follow from the others, from one point to the next.
+
+    Raises:
+        InputError: The loops cannot be closed at a point.
+    """
+    dynamics = IndependentDynamics(experiment.robot, experiment.controller.dependent)
+    before = np.array(experiment.start.q)
+    for k in range(len(q)):
+        q[k] = before = dynamics.closed(np.where(dynamics.dependent, before, q[k]))
+        qd[k] = dynamics.free_motion(q[k]) @ qd[k]
+        qdd[k] = dynamics.complete(q[k], qd[k], qdd[k])
 
 
 def _followed(experiment: Experiment, times: FloatArray, path: list[FloatArray]) -> Motion:
     """The joint motion that follows task positions, from one point to the next."""
-    dynamics, tasks = CoreDynamics(experiment.robot), experiment.controller.tasks
+    dynamics, tasks = control_dynamics(experiment.robot), experiment.controller.tasks
     q: ArrayLike = experiment.start.q
     posture = tasks.posture.q0 if tasks is not None and tasks.posture is not None else q
     found = []
@@ -138,7 +150,7 @@ def _loaded(experiment: Experiment, motion: Motion) -> Motion:
     disturbance = experiment.disturbance
     if disturbance is None:
         return motion
-    dynamics, forces = CoreDynamics(experiment.robot), np.ravel(disturbance.forces)
+    dynamics, forces = control_dynamics(experiment.robot), np.ravel(disturbance.forces)
     acts = (disturbance.begin <= motion.times) & (motion.times < disturbance.end)
     w_e = np.array([-dynamics.point_jacobian(q).T @ forces for q in motion.q])
     return replace(motion, w_e=np.where(acts[:, None], w_e, 0.0))
@@ -164,7 +176,7 @@ def size_robot(
     if not robot.muscles and not robot.motors:
         raise InputError(f"the robot {robot.name!r} has no muscles to size, and no motors")
     robot, motion = _without_passive(robot, motion)
-    terms = motion_terms(CoreDynamics(robot), motion)
+    terms = motion_terms(control_dynamics(robot), motion)
     sizes = size_muscles(terms, margin=margin, method=method)
     critical = sizes.critical
     return {
@@ -191,7 +203,7 @@ def _without_passive(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
     passive = [k for k in modelled_muscles(robot) if k not in driven_muscles(robot)]
     if not passive:
         return robot, motion
-    drive, dynamics = MuscleDrive(robot), CoreDynamics(robot)
+    drive, dynamics = MuscleDrive(robot), control_dynamics(robot)
     pull = np.zeros_like(motion.q)
     for row, q, qd in zip(pull, motion.q, motion.qd, strict=True):
         drive.set_state(q, qd, np.zeros(drive.states))

@@ -19,6 +19,7 @@ from cardsflow_fmu.signals.world import wrench_signals
 from cardsflow_fmu.utils.multiples import whole_duration
 
 from .carried_files import mesh_roots, named_files, require_closed, require_own
+from .loops import closing_dynamics, with_dependent, with_resting_points
 from .settings.controller import read_controller
 from .settings.controller_types import control_type
 from .settings.estimator import EstimatorTable, read_estimator
@@ -91,9 +92,7 @@ def experiment_settings(
     tables = ExperimentTables.read(data, context)
     robots, in_file = _robots(tables, context, named)
     robot = with_muscle_settings(robots["robot"], tables.muscles, context)
-    for loop in robot.loops:
-        what = f"joint {loop.name!r} closes a loop, which controllers do not know of yet"
-        raise InputError(f"{what}; `sim_dart.Plant` simulates the robot", file=file)
+    data = with_dependent(data, robot, file)
     context = Context(file, robot_names(robot))
     mains = [robots["robot_path"], *(part.files[0] for part in robots.get("parts", ()))]
     roots = mesh_roots(file, mains, named)
@@ -101,13 +100,14 @@ def experiment_settings(
         require_own(tables.reference.file, roots, "reference.file")
     law, own_space = tables.controller.type, tables.controller.own_space
     start, reference = read_reference(
-        _with_passive(data, robot),
+        with_resting_points(data, robot),
         data.get("start", {}),
         "joint" if law is None else control_type(law, own_space).space,
         context,
         robots["robot_path"],
         robot,
         in_file,
+        closing_dynamics(data, robot),
     )
     context = Context(file, robot_names(robot, reference.space))
     run = tables.run
@@ -181,22 +181,6 @@ def _with_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
     if not is_own and not (isinstance(fmus, Mapping) and "controller" in fmus):
         return data
     return {**data, "controller": {**_GAINS, **own}}
-
-
-def _with_passive(data: Mapping[str, Any], robot: Robot) -> Any:
-    """The reference, whose points may leave out passive coordinates: they are where they begin."""
-    reference, passive = data.get("reference", {}), data["controller"].get("passive")
-    points = reference.get("points") if isinstance(reference, Mapping) else None
-    if not isinstance(passive, Mapping) or not isinstance(points, list):
-        return reference
-    rest = {c.name: c.initial for c in robot.coordinates if passive.get(c.name) is True}
-    filled = [
-        {**point, "q": rest | point["q"]}
-        if isinstance(point, Mapping) and isinstance(point.get("q"), Mapping)
-        else point
-        for point in points
-    ]
-    return {**reference, "points": filled}
 
 
 def _robots(

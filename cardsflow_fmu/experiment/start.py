@@ -14,6 +14,7 @@ from addin_sdfusion.robot.model.trajectory import Space, Trajectory
 from addin_sdfusion.robot.readers import read_trajectory, trajectories_file
 from cardsflow_fmu.config.names import Names
 from cardsflow_fmu.config.table import Context
+from sim_dart.dynamics.core import CoreDynamics
 
 from .recorded_motion import motion_of_rows, read_motion
 from .settings.plant import StartSettings
@@ -30,6 +31,7 @@ def read_reference(
     robot_path: Path,
     robot: Robot,
     in_file: Sequence[str] = (),
+    dynamics: CoreDynamics | None = None,
 ) -> tuple[StartSettings, ReferenceSettings]:
     """The state at the start and the reference.
 
@@ -41,21 +43,26 @@ def read_reference(
         robot_path: The robot's file.
         robot: The robot.
         in_file: Names of the coordinates in its file, before any are locked.
+        dynamics: Of a robot with loops, whose start is closed; None for others.
     """
     table = ReferenceTable.read(data, context, "reference")
     curve = _curve(table, space, context, robot_path, in_file)
     space = curve.space if isinstance(curve, Trajectory) else "operational"
     first, approach = _first(curve), table.approach
     if approach is None:
-        return _start(start, context, robot, curve, first), ReferenceSettings(space, curve)
+        return _start(start, context, robot, curve, first, dynamics=dynamics), ReferenceSettings(
+            space, curve
+        )
     if approach.start is not None:
         size = len(_names(space, context).names)
         if len(approach.start) != size:
             what = f"must be a list of {size} numbers, not {list(approach.start)!r}"
             raise context.error("reference.approach.start", what)
-        settings = _start(start, context, robot, curve, approach.start, at_rest=True)
+        settings = _start(
+            start, context, robot, curve, approach.start, at_rest=True, dynamics=dynamics
+        )
     else:
-        settings = _start(start, context, robot, curve, None)
+        settings = _start(start, context, robot, curve, None, dynamics=dynamics)
         begin = settings.q if space == "joint" else _task_position(robot, settings.q)
         approach = approach.replaced(start=begin)
     if space == "operational":
@@ -146,6 +153,7 @@ def _start(
     begin: tuple[float, ...] | None,
     *,
     at_rest: bool = False,
+    dynamics: CoreDynamics | None = None,
 ) -> StartSettings:
     """The state at the start; where the experiment is silent, that of the reference."""
     initial = tuple(c.initial for c in robot.coordinates)
@@ -166,6 +174,9 @@ def _start(
         if "q" not in data and y is not None:
             with context.at("start.y" if start.y else "start.q"):
                 q = _inverse_kinematics(robot, y, start.seed)
+    if dynamics is not None:
+        with context.at("start.q"):
+            q = tuple(dynamics.closed(q).tolist())
     for coordinate, value in zip(robot.coordinates, q, strict=True):
         if not coordinate.lower <= value <= coordinate.upper:
             limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
@@ -178,13 +189,13 @@ def _inverse_kinematics(
     robot: Robot, y: tuple[float, ...], seed: tuple[float, ...], **settings: Any
 ) -> tuple[float, ...]:
     from controllers.analysis.kinematics import inverse_kinematics
-    from sim_dart import CoreDynamics
+    from sim_dart import control_dynamics
 
-    found = inverse_kinematics(CoreDynamics(robot), np.array(y), np.array(seed), **settings)
+    found = inverse_kinematics(control_dynamics(robot), np.array(y), np.array(seed), **settings)
     return tuple(found.q.tolist())
 
 
 def _task_position(robot: Robot, q: tuple[float, ...]) -> tuple[float, ...]:
-    from sim_dart import CoreDynamics
+    from sim_dart import control_dynamics
 
-    return tuple(CoreDynamics(robot).task_position(np.array(q)).tolist())
+    return tuple(control_dynamics(robot).task_position(np.array(q)).tolist())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from textwrap import wrap
 from typing import Any
@@ -31,6 +31,7 @@ class Beginning:
         locked: What coordinates are locked at, in [rad] or [m], and why, by name.
         springs: Stiffness, rest and damping that would do instead, in SI units, by name, of those
             that nothing drives.
+        dependent: Names of coordinates that follow from the others, by loops.
         f_max: Force bounds that the robot's files lack, in [N], by the muscle's name.
         f_max_reason: Where they come from.
         kp, kd: Gains, in [1/s²] and [1/s].
@@ -41,6 +42,7 @@ class Beginning:
     motion: Trajectory
     locked: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     springs: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    dependent: Collection[str] = ()
     f_max: Mapping[str, float] = field(default_factory=dict)
     f_max_reason: str = ""
     kp: float = field(kw_only=True)
@@ -81,13 +83,14 @@ def experiment_text(
         "",
         f"[reference]  # {_meaning(reference)}",
         *_line("spline", motion.spline, reference),
-        *point_lines(left, motion.points),
+        *point_lines(left, motion.points, beginning.dependent),
         "",
         "[controller]",
         *_line("type", "joint_space", controller),
         *_line("kp", beginning.kp, controller),
         *_line("kd", beginning.kd, controller),
         *_line("period", beginning.period, controller),
+        *_dependent(beginning),
         *(f"# passive.{toml_key(name)} = true" for name in beginning.springs),
         *_defaults(controller, {"ki", "observer", "delay", "predict", "muscle_horizon", "engine"}),
         "",
@@ -122,6 +125,15 @@ def _locked(robot: Robot, beginning: Beginning) -> Iterator[str]:
         own = f"initial = {beginning.locked[name][0]!r}, rest = {rest!r}"
         spring = f"{own}, stiffness = {stiffness!r}, damping = {damping!r}"
         yield f"# coordinates.{toml_key(name)} = {{ {spring} }}"
+
+
+def _dependent(beginning: Beginning) -> Iterator[str]:
+    """What follows from the others, where loops close."""
+    if not beginning.dependent:
+        return
+    yield "# Where loops close, these follow from the others, which alone have reference and gains:"
+    for name in beginning.dependent:
+        yield f"dependent.{toml_key(name)} = true"
 
 
 def _muscles(robot: Robot, beginning: Beginning, form: Form) -> Iterator[str]:

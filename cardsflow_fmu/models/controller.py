@@ -23,7 +23,7 @@ from controllers import (
     Posture,
 )
 from controllers.validation import resting
-from sim_dart import CoreDynamics, DartDynamics
+from sim_dart import CoreDynamics, DartDynamics, IndependentDynamics
 
 from .command_ramp import CommandRamp
 from .experiment_model import ExperimentModel
@@ -52,7 +52,11 @@ class ControllerModel(ExperimentModel):
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
         robot, settings = experiment.robot, experiment.controller
-        self._dynamics = CONTROL_DYNAMICS[settings.engine](robot)
+        self._dynamics = (
+            IndependentDynamics(robot, settings.dependent)
+            if robot.loops
+            else CONTROL_DYNAMICS[settings.engine](robot)
+        )
         self._law = control_law(experiment, self._dynamics)
         names = (
             self._dynamics.coordinate_names
@@ -222,6 +226,8 @@ class ControllerModel(ExperimentModel):
     def _known_load(self) -> FloatArray | None:
         """w_e = -J'F + w of forces on task points and of estimated loads w, shape (n,)."""
         estimated = self._estimated_loads.copy() if self._estimated_loads.any() else None
+        if estimated is not None and isinstance(self._dynamics, IndependentDynamics):
+            estimated = self._dynamics.load(self._q, estimated)
         if not self._loads.any():
             return estimated
         w_e: FloatArray = -self._dynamics.point_jacobian(self._q).T @ self._loads
@@ -246,7 +252,7 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
             settings.kd,
             weights=settings.actuator_weights,
             solver=settings.solver,
-            **({"passive": settings.passive} if any(settings.passive) else {}),
+            **({"passive": settings.unfollowing} if any(settings.unfollowing) else {}),
         )
         return made
     posture = tasks.posture

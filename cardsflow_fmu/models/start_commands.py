@@ -11,7 +11,7 @@ from addin_sdfusion.robot import Robot
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.force_distribution.gravity_compensation import gravity_compensation
-from sim_dart import CoreDynamics, MuscleDrive
+from sim_dart import MuscleDrive, control_dynamics
 
 
 class Start(NamedTuple):
@@ -41,7 +41,7 @@ def start(robot: Robot, q: Sequence[float]) -> Start:
     if not modelled_muscles(robot):
         return Start((), f_min)
     f_max = np.array([muscle.f_max for muscle in robot.muscles])
-    drive, dynamics = MuscleDrive(robot), CoreDynamics(robot)
+    drive, dynamics = MuscleDrive(robot), control_dynamics(robot)
     at_rest = drive.resting_reach(q)
     low = np.maximum(np.clip(f_min, at_rest.low, at_rest.high), 0.0)
     high = np.maximum(np.clip(f_max, at_rest.low, at_rest.high), 0.0)

@@ -173,7 +173,8 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
         "delay": controller.delay,
         "predict": controller.predict,
         "H_f": controller.actuator_weights,
-        "passive": controller.passive,
+        "passive": np.logical_or(controller.passive, controller.dependent),
+        "dependent": controller.dependent,
     }
     rows = [] if controller.tasks is None else task_rows(robot)
     counts = {"tasks": len(rows), "modelled": muscles, "motors": len(robot.motors)}

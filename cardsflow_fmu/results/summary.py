@@ -63,7 +63,9 @@ def summarize(
         observed: What the sensors tell of the reference's poses; see `analysis.observable`.
     """
     robot, columns = experiment.robot, recording.columns
-    followed = followed_signals(robot, experiment.reference.space, experiment.controller.passive)
+    followed = followed_signals(
+        robot, experiment.reference.space, experiment.controller.unfollowing
+    )
     bounds = {
         name: (muscle.f_min, muscle.f_max if np.isfinite(muscle.f_max) else None)
         for name, muscle in zip(tension_signals(robot), robot.muscles, strict=True)

@@ -28,7 +28,7 @@ from cardsflow_fmu.signals.muscles import modelled_muscles
 from controllers.analysis.stiffness import stiffness
 from controllers.force_distribution.one_way import one_way
 from controllers.force_distribution.quadratic import least_squares
-from sim_dart import CoreDynamics
+from sim_dart import control_dynamics, dependent_coordinates
 
 EXPERIMENT_TOML = "experiment.toml"
 
@@ -179,13 +179,26 @@ class _Search:
         points.append(replace(points[0], time=DURATION))
         locked = {name: (q, motion.reasons[name]) for name, q in motion.locked.items()}
         springs = self._springs(motion)
+        chosen = dependent_coordinates(motion.robot)
+        dependent = tuple(
+            c.name for c, d in zip(motion.robot.coordinates, chosen, strict=True) if d
+        )
         kp, kd = _SLOW_GAINS if modelled_muscles(self.robot) else _GAINS
         rate = _growth(motion)
         for period, step in _PERIODS:
             if rate * period > _STABLE and period > _PERIODS[-1][0]:
                 continue
             reference = Trajectory("reference", "quintic", tuple(points), step)
-            yield Beginning(reference, locked, springs, kp=kp, kd=kd, period=period, step=step)
+            yield Beginning(
+                reference,
+                locked,
+                springs,
+                dependent,
+                kp=kp,
+                kd=kd,
+                period=period,
+                step=step,
+            )
 
     def _bounded(
         self, beginning: Beginning, trial: Trial, motion: FirstMotion
@@ -265,7 +278,7 @@ class _Search:
         start = iter(motion.start)
         names = [c.name for c in self.robot.coordinates]
         q = [motion.locked[name] if name in motion.locked else next(start) for name in names]
-        dynamics = CoreDynamics(self.robot, may_be_singular=True)
+        dynamics = control_dynamics(self.robot, may_be_singular=True)
         M, G = dynamics.mass_matrix(q), dynamics.gravity(q)
         springs = {}
         for k, name in enumerate(names):
@@ -317,7 +330,7 @@ def _judged(robot: Robot, summary: Mapping[str, Any]) -> Trial:
 
 def _growth(motion: FirstMotion) -> float:
     """The fastest that a displacement grows, or swings, at held forces, in [1/s]."""
-    dynamics, q = CoreDynamics(motion.robot), np.array(motion.start)
+    dynamics, q = control_dynamics(motion.robot), np.array(motion.start)
     motors = len(dynamics.motor_names)
     L, low, high = one_way(dynamics.actuator_jacobian(q), dynamics.f_min, dynamics.f_max, motors)
     try:

@@ -284,6 +284,6 @@ def _tracking_unit(experiment: Experiment) -> str:
 
     return tracking_unit(
         followed_signals(
-            experiment.robot, experiment.reference.space, experiment.controller.passive
+            experiment.robot, experiment.reference.space, experiment.controller.unfollowing
         )
     )

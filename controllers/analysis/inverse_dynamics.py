@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import BoolArray, FloatArray
-from controllers.dynamics import Dynamics, actuator_names, bias_torque
+from controllers.dynamics import Dynamics, actuator_names, bias_torque, independent_part
 from controllers.force_distribution.linear import minimum_infinity_norm
 from controllers.force_distribution.methods import distribute
 from controllers.force_distribution.one_way import both_ways, one_way
@@ -214,7 +214,8 @@ def motion_terms(dynamics: Dynamics, motion: Motion) -> MotionTerms:
         )
     tau, L = [], []
     for q, qd, qdd in zip(motion.q, motion.qd, motion.qdd, strict=True):
-        tau.append(dynamics.mass_matrix(q) @ qdd + bias_torque(dynamics, q, qd))
+        own = independent_part(dynamics, qdd)
+        tau.append(dynamics.mass_matrix(q) @ own + bias_torque(dynamics, q, qd))
         L.append(dynamics.actuator_jacobian(q))
     load = 0.0 if motion.w_e is None else motion.w_e
     return MotionTerms(

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import PathDynamics, TaskDynamics
+from controllers.dynamics import PathDynamics, TaskDynamics, closed
 from controllers.validation import finite_vector, is_finite
 
 _EXACT = 1e-15  # relative changes at which an iteration has nothing to gain any more
@@ -166,7 +166,8 @@ def _descend(
     robot: TaskDynamics, y: FloatArray, start: FloatArray, posture: FloatArray, tolerance: float
 ) -> InverseKinematics:
     """Where damped least squares lead from one start: to the task, then along it to the posture."""
-    q = _reach(robot, y, np.clip(start, robot.q_min, robot.q_max))
+    q = np.clip(start, robot.q_min, robot.q_max)
+    q = _reach(robot, y, _closed(robot, q, q))
     longest = _LONGEST_STEP
     for _ in range(_ITERATIONS):
         error = _task_error(robot, y, q)
@@ -175,7 +176,7 @@ def _descend(
         dq = _step(robot, q, error, posture - q, _DAMPING, longest)
         if np.abs(dq).max(initial=0.0) < _SETTLED:
             break
-        ahead = _reach(robot, y, q + dq)
+        ahead = _reach(robot, y, _closed(robot, q + dq, q))
         met = np.abs(_task_error(robot, y, ahead)).max(initial=0.0) <= tolerance
         gain = np.linalg.norm(q - posture) - np.linalg.norm(ahead - posture)
         if met and gain > 0:
@@ -187,6 +188,14 @@ def _descend(
     return InverseKinematics(q, _task_error(robot, y, q), tuple(names))
 
 
+def _closed(robot: TaskDynamics, q: FloatArray, otherwise: FloatArray) -> FloatArray:
+    """The pose with closed loops; another one where they cannot be closed."""
+    try:
+        return closed(robot, q)
+    except InputError:
+        return otherwise
+
+
 def _reach(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray:
     """The configuration of least task error that q leads to, shape (n,)."""
     error, longest = _task_error(robot, y, q), _LONGEST_STEP
@@ -194,7 +203,8 @@ def _reach(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray:
         size = float(np.linalg.norm(error))
         if size < _MET or longest < _SETTLED**2:
             break
-        ahead = q + _step(robot, q, error, np.zeros_like(q), 0.1 * min(size, 1.0), longest)
+        step = _step(robot, q, error, np.zeros_like(q), 0.1 * min(size, 1.0), longest)
+        ahead = _closed(robot, q + step, q)
         new = _task_error(robot, y, ahead)
         if np.linalg.norm(new) < size:
             q, error, longest = ahead, new, min(2.0 * longest, _LONGEST_STEP)

@@ -16,7 +16,13 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import Dynamics, acceleration, actuator_names, bias_torque
+from controllers.dynamics import (
+    Dynamics,
+    acceleration,
+    actuator_names,
+    bias_torque,
+    independent_part,
+)
 from controllers.force_distribution.bounded import ForceSolution
 from controllers.validation import (
     check_sizes,
@@ -230,6 +236,7 @@ class ControlLoop:
             - robot.mass_matrix(last.q) @ qdd
             - last.w_e
         )
+        measured = independent_part(robot, measured)  # the load of the others moves these
         self.disturbance = self.disturbance + self._gain * (measured - self.disturbance)
 
     def _predicted(

@@ -169,6 +169,8 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
     frames = experiment.robot.task_frames if experiment.controller.tasks else ()
     if experiment.controller.period != experiment.run.step:
         raise InputError("controller.c sends at every tick: make run.step the controller's period")
+    if experiment.robot.loops:
+        raise InputError("controller.c knows no closed loops")
     if experiment.robot.motors:
         raise InputError("controller.c commands muscles, not motors at joints")
     if any(frame.is_orientation for frame in frames):

@@ -59,7 +59,7 @@ static real *setting(const char *name)
 
 static int open_law(void)
 {
-    const control_robot asked = {NULL, terms, tasks};
+    const control_robot asked = {NULL, terms, tasks, NULL, NULL};
     if (core_size(BLOB, sizeof BLOB, NULL, 0) > sizeof robot_memory ||
         control_loop_size(COORDINATES, MUSCLES, TASKS) > sizeof loop_memory)
         return 0;

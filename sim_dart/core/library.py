@@ -58,6 +58,7 @@ def library() -> ctypes.PyDLL:
         getattr(core, f"core_{name}").argtypes = [pointer, text, text, double, count]
     core.core_external_wrenches.argtypes = [pointer, count, pointer, pointer, pointer]
     core.core_closures.argtypes = [pointer, text]
+    core.core_free_motion.argtypes = [pointer, pointer, text]
     core.core_close.argtypes = [pointer, pointer, pointer]
     core.core_close_rates.argtypes = [pointer, pointer]
     core.core_trace.argtypes = [pointer]

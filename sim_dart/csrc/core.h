@@ -128,6 +128,11 @@ CORE_API void core_energies(core *c, const real *qd);
 /* closure_gap and closure_jacobian, and closure_bias at qd, at the last q. */
 CORE_API void core_closures(core *c, const real *qd);
 
+/* free_motion, N, dofs x dofs, and free_bias, c, dofs, of qdd = N qdd + c at the last q, where the coordinates
+   whose `dependent` is not 0 follow from the others; those columns of N are 0. Nothing without loops.
+   0, or 1 + the index of a coordinate that does not follow from the others here.                       */
+CORE_API int core_free_motion(core *c, const real *dependent, const real *qd);
+
 /* Close the gaps of all loops: change q, dofs, but the coordinates whose `held` is not 0 (NULL: none), within
    the limits. 0, and where there are loops the handle has moved there; or 1 + the index of the closure with the largest gap, where
    q is as near as it gets. A q without gaps stays as it is.                                            */

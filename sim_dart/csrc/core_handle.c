@@ -83,6 +83,8 @@ real *core_array(core *c, const char *name, size_t *length)
         {"closure_gap", c->closure_gap, closures},
         {"closure_jacobian", c->closure_jacobian, closures * dofs},
         {"closure_bias", c->closure_bias, closures},
+        {"free_motion", c->free_motion, closures ? dofs * dofs : 0},
+        {"free_bias", c->free_bias, closures ? dofs : 0},
         {"task_bias", c->task_bias, 3 * tasks},
         {"mass_matrix", c->mass_matrix, dofs * dofs},
         {"coriolis", c->coriolis, dofs},

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
-from sim_dart.core.arrays import FloatArray, finite
+from sim_dart.core.arrays import BoolArray, FloatArray, finite
 from sim_dart.core.mass_check import require_inertia
 
 from .base import RobotDynamics
@@ -67,6 +67,19 @@ class CoreDynamics(RobotDynamics):
         self._core.move(self._handle, at.tobytes())
         self._core.accelerate(self._handle, rates.tobytes(), tau.tobytes(), self._armature)
         return self._qdd.copy()
+
+    @property
+    def dependent(self) -> BoolArray:
+        """Which coordinates follow from the others, shape (n,); `IndependentDynamics` has some."""
+        return np.zeros(self.n, dtype=np.bool_)
+
+    def closed(self, q: ArrayLike) -> FloatArray:
+        """The pose in which the loops are closed that dependent coordinates bring, shape (n,).
+
+        Raises:
+            InputError: They cannot be closed.
+        """
+        return finite("q", q, self.n).copy()
 
     def _mass_matrix(self, q: FloatArray) -> FloatArray:
         self._core.move(self._handle, q.tobytes())

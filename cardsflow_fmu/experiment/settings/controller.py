@@ -121,6 +121,9 @@ class ControllerSettings(Table):
     passive: tuple[bool, ...] = each(
         "coordinate", "whether it follows nothing, left to its spring and damper", False
     )
+    dependent: tuple[bool, ...] = each(
+        "coordinate", "whether it follows from the others by loops; chosen where not said", False
+    )
     observer: FromZero = setting("bandwidth of the disturbance observer, in rad/s", 0.0)
     delay: Annotated[int, Field(ge=0, le=1), AS_WHOLE] = setting(
         "ticks until forces take effect", 0
@@ -154,6 +157,10 @@ class ControllerSettings(Table):
         if any(self.passive) and self.type is not None and self.type not in _FREEING:
             what = f"is for controllers of type {' and '.join(map(repr, _FREEING))}"
             raise SettingError(f"{what}, not {self.type!r}", key="passive")
+        closing = (*_FREEING, *_ON_TASKS)
+        if any(self.dependent) and self.type is not None and self.type not in closing:
+            what = f"the robot has closed loops, which only {', '.join(map(repr, closing))} know"
+            raise SettingError(f"{what}, not {self.type!r}", key="type")
         return self
 
     @property
@@ -182,6 +189,11 @@ class ControllerSettings(Table):
         return None if self.space == "joint" else self
 
     @property
+    def unfollowing(self) -> tuple[bool, ...]:
+        """Which coordinates follow no reference: passive ones, and those that loops move."""
+        return tuple(a or b for a, b in zip(self.passive, self.dependent, strict=True))
+
+    @property
     def actuator_weights(self) -> tuple[float, ...]:
         """Weights of the muscles' forces and, behind them, of the motors' torques."""
         return (*self.weights, *self.motor_weights)
@@ -201,6 +213,7 @@ class ControllerSettings(Table):
 
 _FREEING = ("joint_space", "force_position")
 """Laws that command accelerations of joints, and may leave some to themselves."""
+_ON_TASKS = ("operational_space", "reactive_qp")
 _OF_TASKS = (
     *("posture", "task_weights", "priorities", "acceleration_weights", "force_rate_weights"),
     *("pretension", "limit_bandwidth"),
@@ -232,7 +245,7 @@ def read_controller(
         replace(context, defaults=defaults),
         "controller",
     )
-    if all(settings.passive):
+    if settings.unfollowing and all(settings.unfollowing):
         raise context.error("controller.passive", "leaves no coordinate to follow")
     require_multiple(
         settings.period, run.step, "run.step", file=context.file, key="controller.period"

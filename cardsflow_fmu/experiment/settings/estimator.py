@@ -199,6 +199,9 @@ def read_estimator(data: object, context: Context, robot: Robot, step: float) ->
         step: run.step, in [s].
     """
     settings = EstimatorTable.read(data, context, "estimator")
+    for loop in robot.loops:
+        what = f"joint {loop.name!r} closes a loop, which the estimator does not know of"
+        raise context.error("estimator", what)
     links = [link.name for link in robot.links]
     for k, unit in enumerate(settings.units):
         context.require(f"estimator.units[{k}].link", "link", unit.link, links)

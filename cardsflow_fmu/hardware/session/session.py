@@ -21,7 +21,7 @@ from cardsflow_fmu.hardware.protocol.recording import Recorder
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
 from controllers.force_distribution.gravity_compensation import gravity_compensation
-from sim_dart import CoreDynamics, MusclePaths
+from sim_dart import MusclePaths, control_dynamics
 
 from .motors import MotorMap
 from .safety import Guard
@@ -108,7 +108,7 @@ class HardwareSession:
         self._link.open(self._handshake)
         self._opened = self._clock.monotonic()
         self._store(self._link.start_state)
-        self._rest = gravity_compensation(CoreDynamics(self._robot), self.q)
+        self._rest = gravity_compensation(control_dynamics(self._robot), self.q)
         if self._make_recorder is not None:
             self._recorder = self._make_recorder()
 

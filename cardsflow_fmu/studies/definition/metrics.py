@@ -184,7 +184,7 @@ def _margin(bound: str) -> Callable[[Result, Box | None, str | None], float]:
 def _stiffness(result: Result, box: Box | None, muscle: str | None) -> float:
     """Smallest eigenvalue of the joint stiffness under the forces held, along the run."""
     from controllers.analysis.stiffness import stiffness
-    from sim_dart import CoreDynamics
+    from sim_dart import control_dynamics
 
     robot = result.experiment.plant_robot
     positions = [f"q.{name[2:]}" for name in _coordinate_columns(result)]
@@ -192,7 +192,7 @@ def _stiffness(result: Result, box: Box | None, muscle: str | None) -> float:
     if forces.shape[1:] != (len(robot.muscles),) or not positions:
         return math.nan
     q = result.columns(positions)
-    dynamics = CoreDynamics(robot)
+    dynamics = control_dynamics(robot)
     rows = np.unique(np.linspace(0, len(q) - 1, min(MOST_POSES, len(q))).round().astype(int))
     lowest = [np.linalg.eigvalsh(stiffness(dynamics, q[row], forces[row]).total)[0] for row in rows]
     return float(min(lowest))
@@ -241,7 +241,7 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
     """
     from controllers.analysis.workspace import is_wrench_closed, joint_grid
     from controllers.force_distribution.one_way import one_way
-    from sim_dart import CoreDynamics
+    from sim_dart import control_dynamics
 
     robot = experiment.robot
     if box is None:
@@ -252,7 +252,7 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
         poses = joint_grid(box.lower, box.upper, box.points)
     except InputError as error:
         raise InputError(f"{error.what}; give [workspace] lower and upper") from None
-    dynamics = CoreDynamics(robot)
+    dynamics = control_dynamics(robot)
     poses = poses.reshape(-1, len(robot.coordinates))
     rows = np.stack([dynamics.actuator_jacobian(q) for q in poses])
     L, _, _ = one_way(rows, dynamics.f_min, dynamics.f_max, len(dynamics.motor_names))

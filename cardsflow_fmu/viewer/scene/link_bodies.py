@@ -17,12 +17,18 @@ _WIDE = 0.3
 
 
 def link_capsules(robot: Robot, link: Link) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Both ends of a link's capsules: to its end or its child joints, and on to its task points."""
+    """Both ends of a link's capsules: to its end or its joints, and on to its task points."""
     origin = np.zeros(3)
     ends = [np.array(link.end)] if link.end is not None else []
     if not any(end.any() for end in ends):
         children = [j for j in robot.joints if j.parent == link.name]
         ends = [np.array(j.T_parent_joint.position) for j in children]
+        ends += [
+            np.array(T.position)
+            for loop in robot.loops
+            for name, T in ((loop.parent, loop.T_parent_joint), (loop.child, loop.T_child_joint))
+            if name == link.name
+        ]
     yield from ((origin, end) for end in ends if end.any())
     hub = ends[0] if ends else origin
     for frame in task_points(robot):

@@ -112,6 +112,7 @@ static void observe(control_loop *s, real period, const real *qd)
     terms_at(s, s->seen_q, s->seen_qd);
     for (size_t j = 0; j < n; j++) s->qdd[j] = (qd[j] - s->seen_qd[j]) / period;
     for (size_t j = 0; j < n; j++) {
+        if (s->robot.dependent && s->robot.dependent[j] != 0) continue; /* its load moves the others */
         real seen = -law->h[j] - dot(n, law->M + j * n, s->qdd) - s->seen_load[j];
         for (size_t i = 0; i < law->m; i++) seen -= law->L[i * n + j] * s->seen_forces[i];
         s->disturbance[j] += s->gain[0] * (seen - s->disturbance[j]);
@@ -126,6 +127,7 @@ static void accelerate(control_loop *s, const real *q, const real *qd, const rea
     for (size_t j = 0; j < law->n; j++) s->qdd[j] = -law->h[j] - s->load[j];
     for (size_t i = 0; i < law->m; i++) add(law->n, s->qdd, -forces[i], law->L + i * law->n);
     if (!cholesky_factor(law->n, law->M, law->factor)) cholesky_solve(law->n, law->factor, s->qdd);
+    if (s->robot.complete) s->robot.complete(s->robot.self, q, qd, s->qdd);
 }
 
 /* The state one period on, by the midpoint rule: later and faster. */

@@ -20,6 +20,10 @@ typedef struct {
        J, k x n; J' qd, k */
     void (*tasks)(void *self, const real *q, const real *qd, const real *position, real *error,
                   real *J, real *bias);
+    /* Of a robot with loops, whose terms are those of independent coordinates, NULL for others: qdd of the
+       dependent ones, n; and whether each is dependent, n. */
+    void (*complete)(void *self, const real *q, const real *qd, real *qdd);
+    const real *dependent;
 } control_robot;
 
 typedef struct control_loop control_loop;

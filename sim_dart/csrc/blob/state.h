@@ -85,6 +85,9 @@
     ARRAY(closure_bias, closures)                                                                      \
     ARRAY(yielding, closures ? dofs : 0) /* how far a coordinate that is met gives way to a unit impulse */ \
     ARRAY(closing, closures ? dofs : 0) /* what closes gaps of q */                                    \
+    ARRAY(closure_rows, closures *(dofs + 1))                                                          \
+    ARRAY(free_motion, closures ? dofs * dofs : 0) /* N of qdd = N qdd_I + c, rows of coordinates */   \
+    ARRAY(free_bias, closures ? dofs : 0)          /* c */                                    \
     ARRAY(task_bias, 3 * tasks)                                                                        \
     ARRAY(lengths, muscles)                                                                            \
     ARRAY(jacobian, muscles *dofs)                                                                     \

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from support.recorded import waving, with_columns
+from support.robots.loops import four_bar
 from support.robots.random_robots import random_robot
 from support.robots.robots import EXAMPLES, planar_2r
 
@@ -15,6 +16,7 @@ from cardsflow_fmu.simulation.result import SystemResult
 from cardsflow_fmu.viewer import Motion, Stage, motion_of
 from cardsflow_fmu.viewer.scene import shapes as s
 from cardsflow_fmu.viewer.scene.colours import RAMP, SLACK, tension_colour
+from cardsflow_fmu.viewer.scene.link_bodies import link_capsules
 from cardsflow_fmu.viewer.scene.link_poses import link_poses, moved_point
 from cardsflow_fmu.viewer.scene.motion import frame_rows
 from cardsflow_fmu.viewer.scene.muscle_paths import muscle_paths, pulls
@@ -276,3 +278,10 @@ def test_an_arrow_ends_at_its_end_and_vanishes_without_length() -> None:
     np.testing.assert_allclose(rod.b, cone.a)
     np.testing.assert_allclose(cone.b, np.ones(3))
     assert list(bodies([replace(arrow, end=np.zeros(3))])) == []
+
+
+def test_links_reach_to_the_joints_that_close_their_loops() -> None:
+    robot = four_bar()
+    rocker = next(link for link in robot.links if link.name == "rocker_bar")
+    ((begin, end),) = link_capsules(robot, rocker)
+    assert (begin.tolist(), end.tolist()) == ([0.0, 0.0, 0.0], [0.4, 0.0, 0.0])

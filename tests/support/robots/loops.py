@@ -21,6 +21,8 @@ from addin_sdfusion.robot import (
     Muscle,
     Pose,
     Robot,
+    TaskFrame,
+    TaskSet,
     Vector3,
     ViaPoint,
     check,
@@ -106,6 +108,51 @@ def slider_crank(crank: float = 0.2, rod: float = 0.5, angle: float = 1.0) -> Ro
     links = (bar("crank_bar", crank), bar("rod_bar", rod), block)
     loop = LoopJoint("pin", "rod_bar", "slider", "revolute", (Y,), Pose((rod, 0.0, 0.0)))
     return Robot("slider_crank", links, joints, loops=(loop,))
+
+
+def five_bar() -> Robot:
+    """Two cranks on the ground and two bars that meet above them, pulled by four cables at a tip.
+
+    Two of its four coordinates follow from the others.
+    """
+    apart, crank, rod = 0.3, 0.25, 0.3
+    lean = 2.0  # of the left crank, turned from x upwards; the right one mirrors it
+    tip_x = 0.5 * apart
+    end = crank * np.array([math.cos(lean), math.sin(lean)])
+    up = math.sqrt(rod**2 - (tip_x - end[0]) ** 2)
+    left = math.atan2(up, tip_x - end[0])
+    joints = (
+        hinge("crank_1", WORLD, "crank_bar_1", 0.0, -lean),
+        hinge("rod_1", "crank_bar_1", "rod_bar_1", crank, lean - left),
+        hinge("crank_2", WORLD, "crank_bar_2", apart, -(math.pi - lean)),
+        hinge("rod_2", "crank_bar_2", "rod_bar_2", crank, left - lean),
+    )
+    links = tuple(
+        bar(f"{kind}_{k}", length)
+        for k in (1, 2)
+        for kind, length in (("crank_bar", crank), ("rod_bar", rod))
+    )
+    tip = (rod, 0.0, 0.0)
+    meeting = Pose(tip)
+    loop = LoopJoint("tip", "rod_bar_1", "rod_bar_2", "revolute", (Y,), meeting, meeting)
+    corners = [(-0.5, 0.0), (0.8, 0.0), (-0.5, 0.9), (0.8, 0.9)]
+    muscles = tuple(
+        Muscle(
+            f"cable_{k}", (ViaPoint(WORLD, (x, 0.0, z)), ViaPoint("rod_bar_1", tip)), f_max=500.0
+        )
+        for k, (x, z) in enumerate(corners)
+    )
+    frame = TaskFrame("tip_point", "rod_bar_1", tip, axes=("x", "z"))
+    return Robot(
+        "five_bar",
+        links,
+        joints,
+        (CableSet("all", muscles),),
+        "all",
+        (TaskSet("tip", (frame,)),),
+        "tip",
+        loops=(loop,),
+    )
 
 
 def with_loop(robot: Robot, **changes: object) -> Robot:

@@ -66,6 +66,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     start_forces      tensions before the first tick, where muscles have laws; start_commands their commands
  *     observer          bandwidth in [rad/s]
  *     ramp_down, ramp_in   of commands where the state is lost and back, in [s]; q_start is where it begins
+ *     dependent         whether each coordinate follows from the others, by loops
  *     and what the arrays of the loop and of the law are named; in joint space those for tasks are 0 */
 #define CONTROLLER_GROUPS(GROUP)                                                                              \
     GROUP(q, n)                                                                                               \
@@ -115,6 +116,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, ramp_down, 1, models)                                                                       \
     FIELD(double, ramp_in, 1, models)                                                                         \
     FIELD(double, q_start, 1, q)                                                                              \
+    FIELD(double, dependent, 1, q)                                                                            \
     CONTROLLER_LOOP_FIELDS(FIELD)                                                                             \
     CONTROLLER_LAW_FIELDS(FIELD)
 

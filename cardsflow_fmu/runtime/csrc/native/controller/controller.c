@@ -5,6 +5,7 @@
 #include "../../platform/clock.h"
 #include "controller_settings.h"
 #include "falling.h"
+#include "independent.h"
 
 #include <float.h>
 #include <math.h>
@@ -15,7 +16,7 @@ static const double AT_BOUND = 1e-9;
 
 /* --------------------------------------------------------------- what the loop asks of the robot */
 
-static const struct controller *controller_of(const void *robot)
+static struct controller *controller_of(const void *robot)
 {
     const struct native_model *native =
         (const struct native_model *)((const char *)robot - offsetof(struct native_model, robot));
@@ -26,7 +27,8 @@ static const struct controller *controller_of(const void *robot)
 static void terms(void *self, const double *q, const double *qd, double *M, double *h, double *L)
 {
     struct native_robot *robot = self;
-    const struct controller_settings *s = &controller_of(self)->settings;
+    struct controller *c = controller_of(self);
+    const struct controller_settings *s = &c->settings;
     core_move(robot->core, q);
     core_mass_matrix(robot->core);
     core_bias(robot->core, qd);
@@ -37,6 +39,7 @@ static void terms(void *self, const double *q, const double *qd, double *M, doub
         L[(robot->m + i) * robot->n + s->motors[i]] = -1;
     for (size_t j = 0; j < robot->n; j++)
         h[j] = robot->bias[j] + robot->damping[j] * qd[j];
+    native_independent_terms(c, robot, qd, M, h, L);
 }
 
 /* An angle within half a turn, as Python's remainder has it. */
@@ -50,7 +53,7 @@ static void tasks(void *self, const double *q, const double *qd, const double *p
                   double *J, double *bias)
 {
     struct native_robot *robot = self;
-    const struct controller *c = controller_of(self);
+    struct controller *c = controller_of(self);
     core_move(robot->core, q);
     core_task_jacobian(robot->core);
     core_task_bias(robot->core, qd);
@@ -61,6 +64,12 @@ static void tasks(void *self, const double *q, const double *qd, const double *p
         bias[i] = robot->task_bias[row];
         memcpy(J + i * robot->n, robot->task_jacobian + row * robot->n, robot->n * sizeof(double));
     }
+    native_independent_tasks(c, robot, qd, J, bias);
+}
+
+static void complete(void *self, const double *q, const double *qd, double *qdd)
+{
+    native_independent_complete(controller_of(self), self, q, qd, qdd);
 }
 
 /* ------------------------------------------------------------------------------------- the model */
@@ -229,7 +238,15 @@ static int step(struct model *model)
         robot->load[j] += c->estimated_loads[j];
     if (c->muscles.are_modelled)
         bound_by_muscles(native, period);
+    core_move(robot->core, c->q);
+    native_independent_load(c, robot, c->qd, robot->load);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
+    if (c->undetermined) {
+        text_set(&model->error, "where loops close, %s does not follow from the independent coordinates at this pose",
+                 native->ports->ports[c->q - native->values + c->undetermined - 1].name);
+        c->undetermined = 0;
+        return 1;
+    }
     if (status >= COMPUTED_TORQUE_FAILED) {
         text_set(&model->error, "no forces within the bounds move the robot as it must: QP failed");
         return 1;
@@ -279,6 +296,7 @@ static void free_controller(struct controller *c)
 {
     native_muscles_close(&c->muscles);
     free(c->falling);
+    free(c->room);
     free(c->loop);
     free(c);
 }
@@ -304,7 +322,9 @@ static const struct model_functions FUNCTIONS = {
 static int open_loop(struct native_model *native, struct controller *c)
 {
     const struct native_robot *robot = &native->robot;
-    const control_robot asked = {&native->robot, terms, tasks};
+    const control_robot without = {&native->robot, terms, tasks, NULL, NULL};
+    const control_robot with_loops = {&native->robot, terms, tasks, complete, c->settings.dependent};
+    const control_robot asked = c->room ? with_loops : without;
     const int n = (int)robot->n, a = (int)c->a, k = (int)c->k;
     const size_t size = control_loop_size(n, a, k);
     void *memory = size ? malloc(size) : NULL;
@@ -320,7 +340,8 @@ int native_controller_open(struct model *model, struct native_model *native, str
     struct controller *c = calloc(1, sizeof *c);
     int failed = !c || native_controller_settings(c, native, error);
     if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) ||
-                           native_falling_open(c) || open_loop(native, c)))) {
+                           native_falling_open(c) || native_independent_open(c, &native->robot) ||
+                           open_loop(native, c)))) {
         text_set(error, "there is no memory for the controller");
         failed = 1;
     }

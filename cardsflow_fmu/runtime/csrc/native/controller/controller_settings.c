@@ -1,5 +1,6 @@
 #include "controller_settings.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Whether no index is beyond what there is. */
@@ -51,5 +52,8 @@ void native_controller_fill(struct controller *c, const struct native_model *nat
     if (c->k) {
         memcpy(law_array(c, "q_min"), robot->lower, robot->n * sizeof(double));
         memcpy(law_array(c, "q_max"), robot->upper, robot->n * sizeof(double));
+        for (size_t j = 0; j < robot->n; j++)
+            if (s->dependent[j] != 0)
+                law_array(c, "q_min")[j] = -INFINITY, law_array(c, "q_max")[j] = INFINITY;
     }
 }

@@ -1,0 +1,77 @@
+"""Coordinates of an experiment that follow no reference, as loops or springs move them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import InputError, Robot
+from sim_dart.dynamics.core import CoreDynamics
+from sim_dart.dynamics.independent import control_dynamics, dependent_coordinates
+
+
+def with_dependent(data: Mapping[str, Any], robot: Robot, file: Path) -> Mapping[str, Any]:
+    """The data, in which the controller says of every coordinate whether it is dependent.
+
+    Args:
+        data: The content of an experiment's file.
+        robot: Its robot.
+        file: The file.
+
+    Raises:
+        InputError: What it says leaves no independent coordinates, or engine or law know no loops.
+    """
+    controller = data.get("controller")
+    said = controller.get("dependent", {}) if isinstance(controller, Mapping) else None
+    if not (isinstance(controller, Mapping) and isinstance(said, Mapping)):
+        return data  # which is refused when it is read as a whole
+    names, words = [c.name for c in robot.coordinates], said
+    said = {n: value for n, value in words.items() if n in names and isinstance(value, bool)}
+    if not robot.loops:
+        for name in (name for name, value in said.items() if value):
+            problem = f"there are no loops that {name} follows from the others by"
+            raise InputError(problem, file=file, key=f"controller.dependent.{name}")
+        return data
+    if controller.get("engine") == "dart":
+        problem = f"joint {robot.loops[0].name!r} closes a loop, which 'core' alone computes"
+        raise InputError(problem, file=file, key="controller.engine")
+    try:
+        chosen = dependent_coordinates(
+            robot,
+            [name for name, value in said.items() if value],
+            [name for name, value in said.items() if not value],
+        )
+    except InputError as error:
+        error.file, error.key = file, "controller.dependent"
+        raise
+    flags = {**words, **dict(zip(names, chosen, strict=True))}
+    return {**data, "controller": {**controller, "dependent": flags}}
+
+
+def closing_dynamics(data: Mapping[str, Any], robot: Robot) -> CoreDynamics | None:
+    """What closes poses of a robot with loops by its dependent coordinates; None without loops."""
+    flags = data["controller"].get("dependent", {})
+    if not robot.loops or not isinstance(flags, Mapping):
+        return None
+    chosen = [flags.get(c.name) is True for c in robot.coordinates]
+    return control_dynamics(robot, chosen, may_be_singular=True)
+
+
+def with_resting_points(data: Mapping[str, Any], robot: Robot) -> Any:
+    """The reference, whose points may leave out what follows nothing: it is where it begins."""
+    reference, controller = data.get("reference", {}), data["controller"]
+    points = reference.get("points") if isinstance(reference, Mapping) else None
+    free = [controller.get(key) for key in ("passive", "dependent")]
+    left = [own for own in free if isinstance(own, Mapping)]
+    if not left or not isinstance(points, list):
+        return reference
+    resting = {name for own in left for name, value in own.items() if value is True}
+    rest = {c.name: c.initial for c in robot.coordinates if c.name in resting}
+    filled = [
+        {**point, "q": rest | point["q"]}
+        if isinstance(point, Mapping) and isinstance(point.get("q"), Mapping)
+        else point
+        for point in points
+    ]
+    return {**reference, "points": filled}

@@ -1,0 +1,22 @@
+/* A robot with loops as its control law knows it: by the coordinates that the others follow from. */
+#ifndef NATIVE_INDEPENDENT_H
+#define NATIVE_INDEPENDENT_H
+
+#include "state.h"
+
+/* 0, or nonzero where memory lacks; `undetermined` counts from here on. */
+int native_independent_open(struct controller *c, const struct native_robot *robot);
+
+/* M, h and L of qdd = N qdd + c at the core's last q: N'M N with 1 for the dependent, N'(h + M c), L N. */
+void native_independent_terms(struct controller *c, const struct native_robot *robot, const double *qd, double *M,
+                              double *h, double *L);
+/* Likewise J N and J' qd + J c. */
+void native_independent_tasks(struct controller *c, const struct native_robot *robot, const double *qd, double *J,
+                              double *bias);
+/* N' load. */
+void native_independent_load(struct controller *c, const struct native_robot *robot, const double *qd, double *load);
+/* The accelerations of all coordinates, N qdd + c. */
+void native_independent_complete(struct controller *c, const struct native_robot *robot, const double *q,
+                                 const double *qd, double *qdd);
+
+#endif

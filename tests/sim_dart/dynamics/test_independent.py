@@ -1,0 +1,124 @@
+"""Dynamics by independent coordinates, of robots with loops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import null_space
+from support.cases import few
+from support.oracles.loop_model import loop_acceleration, loop_jacobian
+from support.robots.loops import five_bar, four_bar, random_loops, with_loop
+
+from addin_sdfusion.robot import InputError, Pose, Robot, SimulationError
+from controllers.dynamics import acceleration
+from sim_dart import CoreDynamics, IndependentDynamics, close_loops, dependent_coordinates
+from sim_dart.core.arrays import FloatArray
+
+pytestmark = pytest.mark.native
+
+groups = pytest.mark.parametrize("first", few(range(0, 40, 10)))
+
+
+def moving(robot: Robot, q: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Velocities that keep the loops closed."""
+    N = null_space(loop_jacobian(robot, q), rcond=1e-8)
+    return np.asarray(N @ rng.normal(size=N.shape[1]))
+
+
+def cases(first: int) -> list[tuple[Robot, FloatArray, IndependentDynamics]]:
+    found = []
+    for seed in range(first, first + 10):
+        robot, q = random_loops(seed)
+        rows = loop_jacobian(robot, q)
+        if not 0 < np.linalg.matrix_rank(rows, 1e-8) < len(q):
+            continue
+        dynamics = IndependentDynamics(robot, independent_at(rows))
+        found.append((robot, q, dynamics))
+    return found
+
+
+def independent_at(J: FloatArray) -> FloatArray:
+    """Dependent coordinates for this pose, by pivots of QR."""
+    from scipy.linalg import qr
+
+    rank, (_, _, order) = np.linalg.matrix_rank(J, 1e-8), qr(J, pivoting=True)
+    flags = np.zeros(J.shape[1])
+    flags[order[:rank]] = 1.0
+    return flags
+
+
+@groups
+def test_accelerations_are_those_of_reduced_coordinates(first: int) -> None:
+    for seed, (robot, q, dynamics) in enumerate(cases(first)):
+        rng = np.random.default_rng(seed)
+        qd, tau = moving(robot, q, rng), rng.normal(size=len(q), scale=10.0)
+        none = np.zeros(len(dynamics.actuator_jacobian(q)))
+        damping = np.array([c.damping for c in robot.coordinates]) * qd
+        found = acceleration(dynamics, q, qd, none, dynamics.load(q, -tau))
+        expected = loop_acceleration(robot, q, qd, tau - damping)
+        scale = max(1.0, float(np.abs(expected).max()))
+        assert np.abs(found - expected).max() <= 1e-8 * scale
+
+
+@groups
+def test_the_core_finds_the_same_motions(first: int) -> None:
+    for seed, (robot, q, dynamics) in enumerate(cases(first)):
+        qd = moving(robot, q, np.random.default_rng(seed))
+        core, n = dynamics._core, len(q)
+        core.move(core.handle, q.tobytes())
+        flags = dynamics.dependent.astype(float)
+        assert core.free_motion(core.handle, flags.ctypes.data, qd.tobytes()) == 0
+        N, bias = core.array("free_motion", n * n).reshape(n, n), core.array("free_bias", n)
+        for got, expected in (
+            (N, dynamics.free_motion(q)),
+            (bias, dynamics.free_bias(q, qd)),
+        ):
+            scale = max(1.0, float(np.abs(expected).max()))
+            assert np.abs(got - expected).max() <= 1e-9 * scale
+
+
+def test_positions_of_dependent_coordinates_move_by_n() -> None:
+    """N is the derivative of the closed pose."""
+    robot, step = five_bar(), 1e-6
+    dynamics = IndependentDynamics(robot)
+    q = dynamics.closed([c.initial for c in robot.coordinates])
+    N = dynamics.free_motion(q)
+    for k in np.flatnonzero(~dynamics.dependent):
+        ends = [dynamics.closed(q + side * step * np.eye(4)[k]) for side in (1, -1)]
+        np.testing.assert_allclose((ends[0] - ends[1]) / (2 * step), N[:, k], atol=1e-8)
+
+
+def test_robots_without_loops_have_none() -> None:
+    from dataclasses import replace
+
+    tree = replace(four_bar(), loops=())
+    assert dependent_coordinates(tree) == (False,) * 3
+    assert not CoreDynamics(tree).dependent.any()
+
+
+def test_a_choice_can_be_asked_for() -> None:
+    assert dependent_coordinates(four_bar(), never=["crank"]) == (False, True, True)
+    assert dependent_coordinates(four_bar(), among=["crank"])[0]
+    with pytest.raises(InputError, match="crank dependent, coupler dependent, rocker dependent"):
+        dependent_coordinates(four_bar(), among=["crank", "coupler", "rocker"])
+    with pytest.raises(InputError, match="crank independent, coupler independent"):
+        dependent_coordinates(four_bar(), never=["crank", "coupler"])
+
+
+def test_loops_that_never_close_are_refused() -> None:
+    far = with_loop(four_bar(), T_child_joint=Pose((5.0, 0.0, 0.0)))
+    with pytest.raises(InputError, match="loop cannot be closed"):
+        dependent_coordinates(far)
+
+
+def test_a_pose_where_the_others_do_not_say_is_named() -> None:
+    """With crank and coupler in line, the rocker says nothing of their rates."""
+    robot = four_bar((0.2, 0.5, 0.4, 0.5))
+    dynamics = IndependentDynamics(robot, [True, True, False])
+    reach = 0.2 + 0.5  # crank and coupler in line
+    rocker = np.arccos((0.5**2 + 0.4**2 - reach**2) / (2 * 0.5 * 0.4))
+    crank = np.arccos((0.5**2 + reach**2 - 0.4**2) / (2 * 0.5 * reach))
+    q = np.array([-crank, 0.0, -(np.pi - rocker)])
+    assert np.abs(close_loops(robot, q) - q).max() <= 1e-9
+    with pytest.raises(SimulationError, match="does not follow from the independent coordinates"):
+        dynamics.free_motion(q)
