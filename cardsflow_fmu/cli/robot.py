@@ -1,8 +1,9 @@
-"""`cardsflow check`, `info`, `convert` and `size`: robots and their files."""
+"""`cardsflow check`, `info`, `convert`, `size` and `activations`: robots and their files."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -120,6 +121,32 @@ def add_size(commands: Commands) -> None:
     parser.add_argument(
         "--margin", type=float, default=0.2, help="part of the peak to add to it; 0.2"
     )
+    add_json(parser)
+
+
+def add_activations(commands: Commands) -> None:
+    """Add `activations`."""
+    parser = commands.add(
+        "activations",
+        _activations,
+        "Find the muscle activations of a recorded motion: static optimisation.",
+        "cardsflow activations arm26.osim --motion reach.mot -o reach",
+    )
+    add_robot(parser)
+    what = "joint positions over time: .mot, .sto, .csv, .npy, .npz or a recording of ROS 2"
+    parser.add_argument("--motion", type=Path, required=True, metavar="FILE", help=what)
+    parser.add_argument(
+        "--noise",
+        type=float,
+        help="standard deviation of the positions' noise, in rad or m; 0 for a spline through all "
+        "of them; found from them when left out",
+    )
+    parser.add_argument(
+        "--passive",
+        action="store_true",
+        help="count passive forces of muscles as well, which OpenSim leaves out",
+    )
+    add_output(parser, "folder for activations.sto and forces.sto", default=Path("activations"))
     add_json(parser)
 
 
@@ -263,3 +290,44 @@ def _size(options: argparse.Namespace) -> int:
     sizes = size(experiment_of(options), margin=options.margin)
     print(json_text(sizes, indent=1) if options.json else describe_sizes(sizes))
     return FAILED if sizes["impossible_points"] else GOOD
+
+
+def _activations(options: argparse.Namespace) -> int:
+    from addin_sdfusion.robot.files import write_files
+    from addin_sdfusion.robot.readers import read
+    from cardsflow_fmu.analysis.activations import (
+        activation_files,
+        activation_summary,
+        describe_activations,
+        recorded,
+        static_optimisation,
+    )
+
+    reading = read(options.robot, options.cable_set)
+    robot = reading.require()
+    motion = recorded(robot, options.motion, options.noise)
+    found = static_optimisation(robot, motion, passive=options.passive)
+    contents, summary = activation_files(found), activation_summary(found)
+    for name, text in contents.items():
+        _require_ours(options.output / name, text.partition("\n")[0])
+    print_findings(reading.findings)
+    if not options.json:
+        print(describe_activations(summary))
+    files = write_files(options.output, contents)
+    if options.json:
+        named = {"files": {file.name: str(file) for file in files}}
+        print(json_text({**summary, **named}, indent=1))
+    else:
+        print(f"files  {options.output}: {', '.join(file.name for file in files)}")
+    return FAILED if summary["infeasible"] else GOOD
+
+
+def _require_ours(file: Path, title: str) -> None:
+    """Refuse to replace a file that `activations` has not written.
+
+    Raises:
+        InputError: It is another one.
+    """
+    with contextlib.suppress(FileNotFoundError, NotADirectoryError), file.open("rb") as stream:
+        if stream.readline(100).strip() != title.encode():
+            raise InputError("is there already, and is another file; choose another -o", file=file)

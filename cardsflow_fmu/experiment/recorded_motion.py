@@ -1,4 +1,4 @@
-"""Recorded motions: columns by name from CSV and NumPy files, joint states, or rows of numbers."""
+"""Recorded motions: columns by name from CSV, NumPy or OpenSim files, joint states, or rows."""
 
 from __future__ import annotations
 
@@ -17,10 +17,12 @@ from cardsflow_fmu.config.names import Names
 from cardsflow_fmu.utils.archive import opened_archive
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import csv_text, read_csv, require_table
+from cardsflow_fmu.utils.opensim_table import FILE_TYPES as OPENSIM
+from cardsflow_fmu.utils.opensim_table import joint_columns, read_opensim_table
 
 from .joint_states import RECORDINGS, is_recording, read_joint_states
 
-FILE_TYPES = (".csv", ".npy", ".npz", *RECORDINGS)
+FILE_TYPES = (".csv", ".npy", ".npz", *OPENSIM, *RECORDINGS)
 
 _UNITS = {"s": 1.0, "ms": 1e-3, "rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "mm": 1e-3}
 _LETTERS: Mapping[Space, str] = {"joint": "q", "operational": "y"}
@@ -34,23 +36,40 @@ def is_motion(file: Path) -> bool:
     return file.suffix.lower() in FILE_TYPES or is_recording(file)
 
 
-def read_motion(file: Path, spaces: Mapping[Space, Names], noise: float | None) -> Trajectory:
-    """The motion in a .csv, .npy or .npz file, or the joint states in a recording of ROS 2.
+def read_motion(
+    file: Path,
+    spaces: Mapping[Space, Names],
+    noise: float | None,
+    lengths: Sequence[str] = (),
+) -> Trajectory:
+    """The motion in a .csv, .npy, .npz, .mot or .sto file, or in a recording of ROS 2.
 
     Columns are `time` and, for every name, `q.<name>` or the name alone, and `qd.<name>`,
     `qdd.<name>` where they are known; of task coordinates y, yd and ydd. A unit in brackets may
     follow a name: `elbow [deg]`. Of a .npy without names they are time and the positions in
     order, and then all velocities, and all accelerations; a .npz has an array for each column, or
-    `time`, `q`, `qd`, `qdd`. Other columns are of no concern.
+    `time`, `q`, `qd`, `qdd`. Those of OpenSim are in degrees where their header says so. Other
+    columns are of no concern.
 
     Args:
         file: The file.
         spaces: The coordinates that may move; of two that fit, the first counts.
         noise: Of the positions, see `recorded_trajectory`.
+        lengths: Coordinates that are lengths.
 
     Raises:
         InputError: It holds no motion of the robot.
     """
+    return read_recorded(file, spaces, noise, lengths)[1]
+
+
+def read_recorded(
+    file: Path,
+    spaces: Mapping[Space, Names],
+    noise: float | None,
+    lengths: Sequence[str] = (),
+) -> tuple[FloatArray, Trajectory]:
+    """The times of a file's rows, in [s], and its motion from 0 on; see `read_motion`."""
     try:
         if is_recording(file):
             joints = spaces["joint"].names if "joint" in spaces else ()
@@ -58,9 +77,11 @@ def read_motion(file: Path, spaces: Mapping[Space, Names], noise: float | None) 
         elif file.suffix.lower() == ".csv":
             names, rows = read_csv(file, what="table of numbers")
             columns = dict(zip(names, rows.T, strict=True))
+        elif file.suffix.lower() in OPENSIM:
+            columns = joint_columns(read_opensim_table(file), lengths)
         else:
             columns = _numpy_columns(file, spaces)
-        return _trajectory(columns, spaces, noise, file.name)
+        return _recorded(columns, spaces, noise, file.name)
     except InputError as error:
         error.what = f"{file.name}: {error.what}"
         raise
@@ -102,7 +123,7 @@ def motion_of_rows(rows: Any, spaces: Mapping[Space, Names], noise: float | None
         array = np.asarray(rows)
     except ValueError:
         raise InputError("must be rows of as many numbers each") from None
-    return _trajectory(_named(array, spaces), spaces, noise, "samples")
+    return _recorded(_named(array, spaces), spaces, noise, "samples")[1]
 
 
 def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
@@ -172,9 +193,10 @@ def _numbers(array: np.ndarray[Any, Any], name: str) -> FloatArray:
     return np.asarray(array, dtype=np.float64)
 
 
-def _trajectory(
+def _recorded(
     columns: Columns, spaces: Mapping[Space, Names], noise: float | None, name: str
-) -> Trajectory:
+) -> tuple[FloatArray, Trajectory]:
+    """Times of the rows, and the motion from 0 on."""
     from controllers.references.recorded import recorded_trajectory
 
     columns = _in_si(columns)
@@ -190,8 +212,9 @@ def _trajectory(
     if qd is None and qdd is not None:
         raise InputError(f"has accelerations without velocities {letter}d.{names[0]}, ...")
     assert q is not None
-    times = columns["time"] - columns["time"][:1]
-    return recorded_trajectory(times, q, qd, qdd, noise=noise, name=name, space=space)
+    times = columns["time"]
+    moved = times - times[:1]
+    return times, recorded_trajectory(moved, q, qd, qdd, noise=noise, name=name, space=space)
 
 
 def _of_one_length(columns: Columns) -> bool:

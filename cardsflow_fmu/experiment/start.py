@@ -46,7 +46,7 @@ def read_reference(
         dynamics: Of a robot with loops, whose start is closed; None for others.
     """
     table = ReferenceTable.read(data, context, "reference")
-    curve = _curve(table, space, context, robot_path, in_file)
+    curve = _curve(table, space, context, robot_path, in_file, robot)
     space = curve.space if isinstance(curve, Trajectory) else "operational"
     first, approach = _first(curve), table.approach
     if approach is None:
@@ -84,12 +84,17 @@ def _first(curve: Trajectory | FlowerSettings) -> tuple[float, ...]:
 
 
 def _curve(
-    table: ReferenceTable, space: Space, context: Context, robot_path: Path, in_file: Sequence[str]
+    table: ReferenceTable,
+    space: Space,
+    context: Context,
+    robot_path: Path,
+    in_file: Sequence[str],
+    robot: Robot,
 ) -> Trajectory | FlowerSettings:
     if table.points is not None:
         return table.trajectory_of_points()
     if table.is_recorded:
-        return _recorded_motion(table, space, context)
+        return _recorded_motion(table, space, context, robot)
     if table.flower is None:
         return _named_trajectory(table, space, context, robot_path, in_file)
     names = _names("operational", context).names
@@ -99,12 +104,15 @@ def _curve(
     return table.flower
 
 
-def _recorded_motion(table: ReferenceTable, space: Space, context: Context) -> Trajectory:
+def _recorded_motion(
+    table: ReferenceTable, space: Space, context: Context, robot: Robot
+) -> Trajectory:
     other: Space = "operational" if space == "joint" else "joint"
     spaces = {each: _names(each, context) for each in (space, other)}
     if table.samples is None:
         with context.at("reference.file"):
-            return read_motion(table.file, spaces, table.noise)
+            lengths = [c.name for c in robot.coordinates if c.unit == "m"]
+            return read_motion(table.file, spaces, table.noise, lengths)
     with context.at("reference.samples"):
         return motion_of_rows(table.samples, spaces, table.noise)
 

@@ -59,7 +59,7 @@ def read_csv(
     """
     try:
         with opened_file(file, limits.TABLE) as binary:
-            _require_bounded(binary, file)
+            require_bounded(binary, file)
             stream = io.TextIOWrapper(binary, encoding="utf-8-sig")
             header = stream.readline().rstrip("\n")
             delimiter = next((sign for sign in ",;\t" if sign in header), ",")
@@ -69,7 +69,7 @@ def read_csv(
                 warnings.simplefilter("ignore", UserWarning)  # about a table without rows
                 rows = np.loadtxt(lines, delimiter=delimiter, ndmin=2)
     except ValueError as error:
-        raise InputError(_reason(error, what), file=file) from None
+        raise InputError(reason(error, what), file=file) from None
     if not rows.size:
         rows = rows.reshape(0, len(names))
     if rows.shape[1] != len(names):
@@ -79,15 +79,20 @@ def read_csv(
     return names, rows
 
 
-def _require_bounded(stream: BinaryIO, file: Path) -> None:
+def require_bounded(stream: BinaryIO, file: Path, between: bytes = b",;\t\n\r") -> None:
     """Refuse a table that would take too much memory, and go back to its beginning.
+
+    Args:
+        stream: The file, opened.
+        file: Its name.
+        between: What may stand between two numbers.
 
     Raises:
         InputError: It has too many numbers or columns, or a line that is too long.
     """
     values = length = 0
     while block := stream.read(limits.MIB):
-        values += sum(map(block.count, (b",", b";", b"\t", b"\n", b"\r")))
+        values += sum(map(block.count, between))
         first, newline, _ = block.partition(b"\n")
         length += len(first)
         if length > limits.LINE:
@@ -99,7 +104,8 @@ def _require_bounded(stream: BinaryIO, file: Path) -> None:
     stream.seek(0)
 
 
-def _reason(error: Exception, expected: str) -> str:
+def reason(error: Exception, expected: str) -> str:
+    """Why a file is not what is expected, in a line."""
     if isinstance(error, UnicodeDecodeError):
         return f"is no {expected}: it is not UTF-8 text"
     what = str(error).partition(";")[0].replace("\0", "\\0")  # what follows is for programmers

@@ -91,6 +91,7 @@ MISSING = {
     ("info",): ["nowhere"],
     ("convert",): ["nowhere", "--to", "mjcf", "-o", "there"],
     ("size",): ["nowhere"],
+    ("activations",): ["nowhere", "--motion", "nowhere.mot"],
     ("device",): ["nowhere"],
     ("replay-hardware",): ["nowhere"],
     ("import-cad",): ["nowhere.json"],
