@@ -91,8 +91,8 @@ class ReferenceTable(Table):
     )
     trajectory: Text = setting("the name of a trajectory of CASPR", None)
     file: File = setting(
-        "where it is, beside the robot when left out; or a recorded motion: .csv, .npy, .npz, .mot, .sto, or a "
-        "recording of ROS 2: .mcap, .db3, a folder of rosbag2",
+        "where it is, beside the robot when left out; or a recorded motion: .csv, .npy, .npz, "
+        ".mot, .sto, or a recording of ROS 2: .mcap, .db3, a folder of rosbag2",
         None,
     )
     samples: Annotated[Any, WithJsonSchema(_ROWS)] = setting(
