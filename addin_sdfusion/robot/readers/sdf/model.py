@@ -22,6 +22,7 @@ from .frames import Frames, read_pose
 from .joints import Model
 from .links import read_link
 from .loops import split_loops
+from .nested import flatten, included_models
 
 VERSIONS = tuple(f"1.{minor}" for minor in range(4, 13))
 
@@ -91,17 +92,14 @@ def _model(root: Node) -> Node | None:
         version = shortened(root.attribute("version", ""))
         root.warning("sdf-version", f"SDF {version} is read as SDF {VERSIONS[-1]}")
     places = [root, *root.all("world")]
-    for node in [child for place in places for child in place.all("include")]:
-        node.error("unsupported-element", "<include> is not supported; put the model itself here")
     models = [node for place in places for node in place.all("model")]
+    models += [node for place in places for node in included_models(place)]
     if len(models) != 1:
         names = ", ".join(repr(node.attribute("name", "")) for node in models[:10]) or "none"
         at = models[1] if models else root
         at.error("not-one-model", f"the file holds {len(models)} models ({names}); give one each")
         return None
-    for node in models[0].all("model", "include"):
-        problem = f"<{node.tag}> in a model is not supported; put its links and joints here"
-        node.error("unsupported-element", problem)
+    flatten(models[0])
     static = models[0].optional("static")
     if static is not None and static.text in TRUE:
         static.warning("static-model", "the model is static; its joints move all the same")

@@ -226,7 +226,7 @@ SDF_DEFECTS = [
     ('f_min="10.0"', 'f_min="ten"', "bad-number"),
     ('active="false"', 'active="true"', "two-active-sets"),
     ("</plugin>", '<link_end link="x">0 0 0</link_end></plugin>', "unknown-link"),
-    ("</model>", "<include/></model>", "unsupported-element"),
+    ("</model>", "<include/></model>", "missing-element"),
     ("</model>", '</model><model name="b"/>', "not-one-model"),
     ("1.0 0.0 0.0 0.0</pose>", "1e308 0 0 1e308</pose>", None),
 ]

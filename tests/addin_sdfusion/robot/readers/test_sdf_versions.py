@@ -245,8 +245,8 @@ def test_what_a_joint_has_and_no_simulation_does_is_reported(tmp_path, word):
 @pytest.mark.parametrize(
     ("more", "code"),
     [
-        ('<model name="inner"/>', "unsupported-element"),
-        ("<include><uri>model://x</uri></include>", "unsupported-element"),
+        ('<model name="inner"/>', "no-links"),
+        ("<include><uri>model://x</uri></include>", "include-not-found"),
         ("<static>true</static>", "static-model"),
         (link("light", more="<gravity>0</gravity>"), "gravity-not-off"),
         (link("x").replace("<inertial>", '<inertial auto="true">'), "unsupported-inertial"),
