@@ -7,6 +7,7 @@
 #include "../core.h"
 
 #include "../blob/state.h"
+#include "../math/elementary.h"
 
 #include <string.h>
 
