@@ -23,8 +23,9 @@ from support.documents import ROOT, Block, blocks
 
 LONGEST = 1200.0
 """Of a block, in [s]."""
+_WATCHDOG = "--watchdog 60000"
 _PATIENT = "--set hardware.max_missed=100000 --set hardware.watchdog=60"
-"""What lets a run go on where either side has to wait for a busy machine."""
+"""What lets a run and its device go on where either side has to wait for a busy machine."""
 
 _SHELL = """
 set -euo pipefail
@@ -112,7 +113,7 @@ class Place:
         opened = []
         try:
             for line in others:
-                process = self._open(line)
+                process = self._open(f"{line.partition('#')[0]} {_WATCHDOG}")
                 opened.append(process)
                 _wait_for("listening", process, block)
             self._finish(["bash", "-c", _SHELL + self._here(last)], block)

@@ -204,7 +204,8 @@ class HardwareSession:
         if exchange.state is not None and exchange.device_flags & Flag.FAULT:
             raise HardwareError("the robot behind the device has failed; see the device's messages")
         if exchange.state is not None and exchange.device_flags & Flag.SAFE:
-            what = f"no command came for {self._handshake.watchdog:g} s, or someone stopped it"
+            agreed = self._link.agreed or self._handshake
+            what = f"no command came for {agreed.watchdog:g} s, or someone stopped it"
             raise HardwareError(f"the device has gone to its safe state: {what}")
         if exchange.state is not None:
             self._missed_in_a_row, self.mode = 0, RUNNING

@@ -322,7 +322,8 @@ class SilentLink:
     """Answers as the test says: True for a state, False for none."""
 
     def __init__(self, answers: list[bool], flags: int = 0) -> None:
-        self.run_id, self.agreed, self.counters = 1, None, {}
+        self.run_id, self.counters = 1, {}
+        self.agreed: Handshake | None = None
         self.start_state = np.array([-0.5, 0.5, *[0.0] * 2, *[0.3] * 4, *[10.0] * 4])
         self.commands: list[np.ndarray] = []
         self.is_open = False
@@ -330,7 +331,7 @@ class SilentLink:
         self._answers, self._flags = iter(answers), flags
 
     def open(self, handshake: Handshake) -> None:
-        self.is_open = True
+        self.is_open, self.agreed = True, handshake.with_watchdog(0.015)
 
     def exchange(self, t: float, command: np.ndarray, deadline: float) -> Exchange:
         assert deadline - time.monotonic() < 2.0
@@ -370,7 +371,10 @@ def test_missed_states_are_bridged_and_then_end_the_run() -> None:
 
 
 def test_a_device_that_is_safe_by_itself_ends_the_run() -> None:
-    for flag, message in ((Flag.SAFE, "gone to its safe state"), (Flag.FAULT, "has failed")):
+    for flag, message in (
+        (Flag.SAFE, r"safe state: no command came for 0\.015 s"),
+        (Flag.FAULT, "has failed"),
+    ):
         one = session(SilentLink([True], int(flag)))
         with pytest.raises(HardwareError, match=message):
             one.exchange(0.0, HOLDING_FORCES)
