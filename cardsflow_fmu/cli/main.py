@@ -21,7 +21,14 @@ from .common import BAD_INPUT, EXIT_CODES, FAILED, GOOD, INTERRUPTED, Commands  
 from .device import add_device, add_replay  # noqa: E402
 from .init import add_completion, add_init, add_schema  # noqa: E402
 from .results import add_compare, add_plot, add_report  # noqa: E402
-from .robot import add_activations, add_check, add_convert, add_info, add_size  # noqa: E402
+from .robot import (  # noqa: E402
+    add_activations,
+    add_calibrate,
+    add_check,
+    add_convert,
+    add_info,
+    add_size,
+)
 from .run import add_run  # noqa: E402
 from .streams import let_go, printable_streams  # noqa: E402
 from .study import add_study  # noqa: E402
@@ -38,6 +45,7 @@ _COMMANDS = (
     add_convert,
     add_size,
     add_activations,
+    add_calibrate,
     add_device,
     add_replay,
     add_import_cad,

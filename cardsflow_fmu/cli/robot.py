@@ -23,10 +23,12 @@ from .common import (
     add_output,
     add_robot,
     add_verbose,
+    add_words,
     experiment_of,
     finding_lines,
     print_files,
     print_findings,
+    print_result,
 )
 from .results import convert_recording
 
@@ -148,6 +150,34 @@ def add_activations(commands: Commands) -> None:
     )
     add_output(parser, "folder for activations.sto and forces.sto", default=Path("activations"))
     add_json(parser)
+
+
+def add_calibrate(commands: Commands) -> None:
+    """Add `calibrate`."""
+    parser = commands.add(
+        "calibrate",
+        _calibrate,
+        "Correct a robot's numbers by recordings; say which are not identifiable.",
+        "cardsflow calibrate results/hardware.rec --robot robot "
+        '--free "muscles.*.offset, joints.*.damping" -o calibrated',
+    )
+    recorded = "a hardware.rec, a run's folder, or a table with time, q.*, l.*, f.*"
+    parser.add_argument(
+        "recordings", type=Path, nargs="+", metavar="RECORDING", help=f"{recorded}; of several the "
+        "last is kept out, of one its end"
+    )  # fmt: skip
+    parser.add_argument("--robot", type=Path, required=True, help=ROBOT_FILE)
+    add_cable_set(parser)
+    add_words(
+        parser,
+        "--free",
+        "PATTERN",
+        "muscles.*.offset, .via_points, .stiffness; links.*.inertia; joints.*.damping, .friction; "
+        "motors.*.gain, .armature; delays.tensions, delays.lengths",
+    )
+    add_output(parser, "folder for the new robot and the report; new, or empty", required=True)
+    add_json(parser, "the files")
+    add_verbose(parser, _EVERY)
 
 
 def _add_repair(parser: argparse.ArgumentParser) -> None:
@@ -331,3 +361,19 @@ def _require_ours(file: Path, title: str) -> None:
     with contextlib.suppress(FileNotFoundError, NotADirectoryError), file.open("rb") as stream:
         if stream.readline(100).strip() != title.encode():
             raise InputError("is there already, and is another file; choose another -o", file=file)
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.report.calibration import calibrate_files
+
+    free = [word.strip() for word in options.free]
+    if not free:
+        raise InputError('missing: what may change, such as "muscles.*.offset"', key="--free")
+    done = calibrate_files(
+        options.recordings, options.robot, free, options.output, options.cable_set
+    )
+    if not options.json:
+        print_findings(done.findings, options.verbose)
+        print_result(done.text)
+    print_files(done.files, options.json)
+    return GOOD

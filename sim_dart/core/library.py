@@ -133,6 +133,24 @@ def pack_blob(
     )
 
 
+def blob_reals(blob: bytes) -> FloatArray:
+    """The real numbers of a blob of double precision, field after field, shape (numbers,)."""
+    lines = [line.split() for line in library().core_layout().decode().splitlines()]
+    names = [name for kind, name, *_ in lines if kind == "count"]
+    counts = dict(
+        zip(names, struct.unpack_from(f"<{len(names)}i", blob, _HEADER.size), strict=True)
+    )
+    at, fields = _HEADER.size + len(_padded(bytes(4 * len(names)))), []
+    for kind, _, *rest in lines:
+        if kind == "count":
+            continue
+        size = int(rest[0]) * counts[rest[1]]
+        if kind == "real":
+            fields.append(np.frombuffer(blob, "<f8", size, at))
+        at += len(_padded(bytes((8 if kind == "real" else 4) * size)))
+    return np.concatenate(fields)
+
+
 @cache
 def law_parameters() -> dict[str, tuple[str, ...]]:
     """The tension laws of the library, in its order, each with its parameters in order."""

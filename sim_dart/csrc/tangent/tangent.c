@@ -184,6 +184,35 @@ void core_tangent_changes(const core_tangent *t, enum tangent_array which, doubl
     for (size_t k = 0; k < length; k++) changes[k] = PER_SMALL * tangent_of(numbers[k]);
 }
 
+void core_tangent_values(const core_tangent *t, enum tangent_array which, double *values)
+{
+    size_t length;
+    const real *numbers = array(t, which, &length);
+    for (size_t k = 0; k < length; k++) values[k] = value_of(numbers[k]);
+}
+
+size_t core_tangent_robot_numbers(const core *plain)
+{
+    return blob_length(&plain->blob);
+}
+
+/* The blob's numbers are ours (see copy), one field behind the other; what opening makes of them is made anew,
+   but the constants of tension laws. */
+void core_tangent_change_robot(core_tangent *t, const double *changes)
+{
+    core *c = t->core;
+    const blob_counts *n = &c->blob.counts;
+#define CHANGE_int32_t(name, count)
+#define CHANGE_real(name, count)                                                                                       \
+    for (real *at = (real *)c->blob.name, *end = at + (count); at < end; at++, changes++)                              \
+        *at = with_tangent(value_of(*at), SMALL * *changes);
+#define CHANGE_FIELD(type, name, per_item, count) CHANGE_##type(name, (size_t)(per_item * n->count))
+    BLOB_FIELDS(CHANGE_FIELD)
+#undef CHANGE_FIELD
+    tree_prepare(c);
+    paths_prepare(c);
+}
+
 int core_tangent_move(core_tangent *t)
 {
     return core_move_checked(t->core, t->core->q, t->core->qd);

@@ -45,6 +45,15 @@ enum tangent_array {
 /* Write an array and its changes. */
 void core_tangent_set(core_tangent *a, enum tangent_array which, const double *values, const double *changes);
 
+/* Numbers of the robot that core_tangent_change_robot changes: the blob's real fields, one after the other. */
+size_t core_tangent_robot_numbers(const core *plain);
+
+/* Write how the robot itself changes, all but its tension laws; moves and steps after it begin with core_tangent_move. */
+void core_tangent_change_robot(core_tangent *a, const double *changes);
+
+/* The values of an array. */
+void core_tangent_values(const core_tangent *a, enum tangent_array which, double *values);
+
 /* How an array changes. */
 void core_tangent_changes(const core_tangent *a, enum tangent_array which, double *changes);
 

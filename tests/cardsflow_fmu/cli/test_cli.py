@@ -8,6 +8,7 @@ import fcntl
 import io
 import os
 import pty
+import shlex
 import signal
 import struct
 import subprocess
@@ -65,7 +66,7 @@ def test_the_help_of_every_command_has_an_example_that_parses(
     begin = out.index("example:\n  ") + len("example:\n  ")
     example = out[begin:].splitlines()[0]
     assert f"{example} ".startswith(name)
-    arguments = example.partition(" > ")[0].split()[1:]
+    arguments = shlex.split(example.partition(" > ")[0])[1:]
     assert callable(_parser().parse_args(arguments).command)
 
 
@@ -92,6 +93,7 @@ MISSING = {
     ("convert",): ["nowhere", "--to", "mjcf", "-o", "there"],
     ("size",): ["nowhere"],
     ("activations",): ["nowhere", "--motion", "nowhere.mot"],
+    ("calibrate",): ["nowhere", "--robot", "nowhere", "--free", "muscles.*.offset", "-o", "there"],
     ("device",): ["nowhere"],
     ("replay-hardware",): ["nowhere"],
     ("import-cad",): ["nowhere.json"],

@@ -1,0 +1,175 @@
+"""Calibrated robots in files: the robot, what has moved, and what is not identifiable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addin_sdfusion.robot import Finding, InputError
+from addin_sdfusion.robot.files import write_files
+from addin_sdfusion.robot.json_text import json_text
+from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.writers.convert import convert
+from sim_dart.calibration.calibrate import Calibration, Errors, calibrate
+from sim_dart.calibration.identifiability import identifiable, open_directions, without_effect
+from sim_dart.calibration.inertia import NUMBERS, inertia_numbers
+
+from .readings import read_readings
+
+REPORT, TABLE = "calibration.txt", "calibration.json"
+
+_OPEN = 8
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """What a calibration has written.
+
+    Attributes:
+        files: The robot's, and the report as text and as JSON.
+        text: The report.
+        findings: On the robot as read, and on what its format does not hold.
+    """
+
+    files: list[Path]
+    text: str
+    findings: list[Finding]
+
+
+def calibrate_files(
+    recordings: Sequence[Path],
+    robot: Path,
+    free: Sequence[str],
+    folder: Path,
+    cable_set: str | None = None,
+) -> Calibrated:
+    """Calibrate a robot from recordings and write it anew, as SDF with CARDSFlow's muscles.
+
+    Args:
+        recordings: Of its motion; see `read_readings`. Of several the last is kept out.
+        robot: Its file or folder, which stays as it is.
+        free: What may change; see `sim_dart.calibration.parameters.GROUPS`.
+        folder: For the robot and the report; new, or empty.
+        cable_set: The cable set; the file's own when None.
+
+    Raises:
+        InputError: The recordings or the robot cannot be read, or do not identify what is asked;
+            nothing is written.
+        CardsflowError: The result predicts what was kept out worse; nothing is written.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError("is there already; choose a new folder", file=folder)
+    reading = read(robot, cable_set)
+    believed = reading.require()
+    result = calibrate(believed, [read_readings(path, believed) for path in recordings], free)
+    text, table = describe(result), _table(result)
+    place = reading.files[0].parent
+    files, lost = convert(result.robot, "sdf", folder, mesh_folder=place)
+    files += write_files(folder, {REPORT: text + "\n", TABLE: json_text(table, indent=1) + "\n"})
+    return Calibrated(files, text, [*reading.findings, *lost])
+
+
+def describe(result: Calibration) -> str:
+    """The report as text."""
+    seen = identifiable(result)
+    lines = [
+        f"{len(seen)} numbers from {result.windows} windows, {result.kept} kept out; "
+        f"{seen.sum()} identifiable, {(~seen).sum()} held by their priors",
+        f"misfit      {result.misfit:.3g} (1 is as the noise has it)",
+        "",
+        "readings less the robot's roll-outs, RMS     before     after",
+        *_error_lines("calibrated from", result.before, result.after),
+        *_error_lines("kept out", result.kept_before, result.kept_after),
+        "",
+        "what has moved                                     change        sd",
+    ]
+    rows = zip(result.parameters, result.change, result.sd, seen, strict=True)
+    for one, change, sd, is_seen in rows:
+        mark = "" if is_seen else "  not identifiable: held by its prior"
+        lines.append(f"{one.name:45s} {change:11.4g} {sd:9.2g} {one.unit}{mark}")
+    none, left = _without_effect(result), open_directions(result)
+    if none:
+        lines += ["", f"no effect on what was recorded: {', '.join(none)}"]
+    if left:
+        lines += ["", f"{len(left)} directions are not identifiable; the least seen:"]
+        lines += [f"  {direction}" for direction in left[:_OPEN]]
+    return "\n".join([*lines, *warnings(result)])
+
+
+def _without_effect(result: Calibration) -> list[str]:
+    rows = zip(result.parameters, without_effect(result), strict=True)
+    return [one.name for one, idle in rows if idle]
+
+
+def warnings(result: Calibration) -> list[str]:
+    """What is doubtful about a result, a line each."""
+    lines = [f"WARNING {note}" for note in result.notes]
+    if not result.converged:
+        lines.append("WARNING not converged: the numbers may still be off; free fewer of them")
+    if result.misfit > 2.0:
+        lines.append(
+            f"WARNING the misfit is {result.misfit:.3g}: something that is not free differs from "
+            "the robot; deviations are made as much larger"
+        )
+    return lines
+
+
+def _error_lines(what: str, before: Errors, after: Errors) -> list[str]:
+    def rms(values: Any) -> float:
+        return float(np.sqrt(np.nanmean(values**2))) if np.isfinite(values).any() else np.nan
+
+    return [
+        f"{what:16s} {name:27s} {1e3 * rms(b):9.4g} {1e3 * rms(a):9.4g}"
+        for name, b, a in (
+            ("positions, mrad or mm", before.q, after.q),
+            ("lengths, mm", before.lengths, after.lengths),
+        )
+    ]
+
+
+def _table(result: Calibration) -> dict[str, Any]:
+    return {
+        "misfit": result.misfit,
+        "converged": result.converged,
+        "windows": result.windows,
+        "windows_kept_out": result.kept,
+        "errors": {
+            name: {"q": getattr(result, name).q.tolist(), "lengths": _lengths(result, name)}
+            for name in ("before", "after", "kept_before", "kept_after")
+        },
+        "parameters": [
+            {
+                "name": one.name,
+                "unit": one.unit,
+                "change": float(change),
+                "sd": float(sd),
+                "prior_sd": one.sd,
+                "identifiable": bool(seen),
+            }
+            for one, change, sd, seen in zip(
+                result.parameters, result.change, result.sd, identifiable(result), strict=True
+            )
+        ],
+        "offsets": {
+            one.name.split(".")[1]: float(change)
+            for one, change in zip(result.parameters, result.change, strict=True)
+            if one.kind == "offset"
+        },
+        "inertias": {
+            link.name: dict(zip(NUMBERS, inertia_numbers(link.inertia).tolist(), strict=True))
+            for link in result.robot.links
+        },
+        "no_effect": _without_effect(result),
+        "not_identifiable": [str(direction) for direction in open_directions(result)],
+        "warnings": warnings(result),
+    }
+
+
+def _lengths(result: Calibration, name: str) -> list[float | None]:
+    """RMS of what is left of lengths, in [m]; None where there was no sensor."""
+    errors: Errors = getattr(result, name)
+    return [None if np.isnan(one) else float(one) for one in errors.lengths]

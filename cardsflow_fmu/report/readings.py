@@ -1,0 +1,152 @@
+"""Readings for a calibration, from recordings of hardware and tables of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.hardware.protocol.recording import MISSED, is_recording, read_recording
+from cardsflow_fmu.results.saved_run import read_results
+from cardsflow_fmu.signals.muscles import driven_muscles, tension_signals
+from cardsflow_fmu.signals.port import coordinate_signals, motor_signals, muscle_signals
+from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart.calibration.readings import Readings
+from sim_dart.estimation.estimated_robot import passive_muscles
+
+_JITTER = 0.25
+"""Of a step: times farther from equal steps are a gap, or no equal steps at all."""
+
+_MOST_ROWS = 10_000_000
+
+
+def read_readings(path: Path, robot: Robot) -> Readings:
+    """The readings of a recording: positions, lengths and tensions, or commanded forces.
+
+    Args:
+        path: A hardware.rec; a run's folder, or its table; or any .csv or .parquet with `time`,
+            `q.<joint>`,
+            `l.<muscle>` and `f.<muscle>`, or `tension.<muscle>`.
+        robot: The robot that it should be of.
+
+    Raises:
+        InputError: It is none, was cut short, or is of another robot.
+    """
+    columns = _of_hardware(path) if path.is_file() and is_recording(path) else _of_table(path)
+    _require_same_names(path, columns, robot)
+    t = columns["time"]
+    if len(t) < 3:
+        raise InputError(f"has {len(t)} readings: record for longer", file=path)
+    at, step = _equal_steps(path, t)
+    rows = int(at[-1]) + 1
+
+    def block(names: Sequence[str], default: float = np.nan) -> FloatArray:
+        found = np.full((rows, len(names)), np.nan)
+        for k, name in enumerate(names):
+            if name in columns:
+                found[at, k] = columns[name]
+            else:
+                found[:, k] = default
+        return found
+
+    passive = passive_muscles(robot)
+    tensions = block([_tension(own, columns) for own in _tension_names(robot)])
+    tensions[:, passive] = 0.0
+    lengths = block(muscle_signals("l", robot))
+    lengths[:, passive] = np.nan
+    torques = np.zeros((rows, len(robot.coordinates)))
+    motors = motor_signals("tau", robot)
+    driven = [k for k, c in enumerate(robot.coordinates) if c.actuated]
+    if motors:
+        torques[:, driven] = block(motors, 0.0)
+    q = block(coordinate_signals("q", robot))
+    return Readings(path.name, step, q, lengths, tensions, torques)
+
+
+def _tension_names(robot: Robot) -> list[tuple[str, ...]]:
+    """Names that the tension of each muscle may have, the better first."""
+    driven = set(driven_muscles(robot))
+    rows = zip(
+        tension_signals(robot),
+        muscle_signals("tension", robot),
+        muscle_signals("f", robot),
+        strict=True,
+    )
+    return [
+        (own, measured) if k in driven else (measured, commanded)
+        for k, (own, measured, commanded) in enumerate(rows)
+    ]
+
+
+def _tension(names: Sequence[str], columns: Mapping[str, FloatArray]) -> str:
+    return next((name for name in names if name in columns), names[0])
+
+
+def _of_hardware(path: Path) -> dict[str, FloatArray]:
+    """Columns of a hardware.rec: a state that came at a step's end is with the next command."""
+    recording = read_recording(path)
+    if recording.lost_bytes:
+        raise InputError(
+            f"was cut short or damaged after {len(recording)} records; record again", file=path
+        )
+    if len(recording) < 2:
+        raise InputError(f"has {len(recording)} records: record for longer", file=path)
+    header = recording.header
+    states = np.where(((recording.flags & MISSED) != 0)[:, None], np.nan, recording.states)
+    columns = {"time": recording.t[1:]}
+    columns |= dict(zip(header.state_names, states[:-1].T, strict=True))
+    commands = zip(header.command_names, recording.commands[1:].T, strict=True)
+    return columns | {name: one for name, one in commands if name not in columns}
+
+
+def _of_table(path: Path) -> dict[str, FloatArray]:
+    result = read_results(path)
+    if result.summary.get("status", "complete") != "complete":
+        raise InputError("is a run that did not come to its end; record again", file=path)
+    return dict(zip(result.names, result.rows.T, strict=True))
+
+
+def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Robot) -> None:
+    """Refuse a recording of another robot, by its names.
+
+    Raises:
+        InputError: It has joints or muscles that the robot has not, or none of the robot's.
+    """
+    if "time" not in columns:
+        raise InputError("has no column 'time'", file=path)
+    known = {
+        "q": set(coordinate_signals("q", robot)),
+        "l": set(muscle_signals("l", robot)),
+        "f": set(muscle_signals("f", robot)),
+    }
+    for kind, own in known.items():
+        there = {name for name in columns if name.partition(".")[0] == kind and "." in name}
+        foreign = sorted(there - own)
+        if foreign:
+            what = f"{foreign[0]!r} is no signal of robot {robot.name!r}: it is of another robot"
+            raise InputError(what, file=path)
+    if not any(name in columns for name in known["l"] | known["q"]):
+        what = f"has neither positions nor lengths of robot {robot.name!r}, such as "
+        raise InputError(f"{what}{min(known['q'] | known['l'])!r}", file=path)
+
+
+def _equal_steps(path: Path, t: FloatArray) -> tuple[np.ndarray, float]:
+    """Number of its step of each row, and the step, in [s]; rows that are missing leave a gap.
+
+    Raises:
+        InputError: Times do not increase, or by no equal steps.
+    """
+    differences = np.diff(t)
+    if not np.isfinite(t).all() or (differences <= 0).any():
+        row = int(np.argmax(~(differences > 0))) + 2
+        raise InputError(f"row {row}: its time is not after that of the row before", file=path)
+    step = float(np.median(differences))
+    at = np.concatenate([[0], np.cumsum(np.maximum(np.rint(differences / step), 1))])
+    whole = np.rint(differences / step)
+    if (np.abs(differences / step - whole) > _JITTER).mean() > 0.01:
+        raise InputError("its times are not equal steps, as a calibration needs", file=path)
+    if at[-1] >= _MOST_ROWS:
+        raise InputError(f"has gaps as long as {_MOST_ROWS} steps of {step:g} s", file=path)
+    return at.astype(np.int64), step

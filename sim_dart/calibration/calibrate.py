@@ -1,0 +1,311 @@
+"""Calibration of a robot from recordings, with what they identify and what they do not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from addin_sdfusion.robot import CardsflowError, InputError, Robot
+from addin_sdfusion.robot.checks.check import require_valid
+from sim_dart.core.arrays import FloatArray
+from sim_dart.muscles.paths import MusclePaths
+
+from .fit import CalibrationProblem, Fit, fit
+from .inertia import inertia_numbers
+from .parameters import Parameter, PriorSettings, free_parameters
+from .readings import Readings, Window, noise, windows
+
+WINDOW = 0.08
+"""Duration of a roll-out, in [s]: long enough for velocities, short enough for model errors."""
+
+_STAGES = ((0.25, 8), (0.5, 4), (1.0, 4))
+"""Parts of windows, and one window of so many: a model that is far off stays near the readings."""
+
+_STAGE_ITERATIONS = 6
+_FEWEST = 10
+_LARGEST_WORK = 8e6
+"""Directions times readings: of longer recordings windows are left out evenly."""
+
+_KEPT_OUT = 5
+"""Of one recording, one of so many windows, those at its end, is kept out."""
+
+_OTHER_ROBOT = 0.1
+"""Lengths that differ by more, in [m], are those of another robot."""
+
+_GEOMETRY = ("point", "offset", "stiffness")
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Readings less what roll-outs of short windows give, RMS.
+
+    Attributes:
+        q: Shape (n,), in [rad] or [m].
+        lengths: Shape (m,), in [m].
+    """
+
+    q: FloatArray
+    lengths: FloatArray
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What a calibration gave.
+
+    Attributes:
+        robot: The calibrated robot.
+        parameters: What was free.
+        change: By how much each has changed, shape (P,), in its unit.
+        covariance: Of the changes, with the prior, shape (P, P).
+        information: H by the readings alone, in units of the prior's deviations, shape (P, P).
+        prior: That of what was believed, where nothing had changed, shape (P, P).
+        misfit: Mean square of residuals over noise: 1 is as expected, and more scales the
+            covariance.
+        noise: Of one reading of q and lengths, shape (n + m,).
+        before, after: Errors over the recordings that it was made from.
+        kept_before, kept_after: Over what was kept out.
+        windows, kept: Number of windows that it was made from, and that were kept out.
+        iterations: Of the last stage.
+        converged: Whether they came to an end.
+        notes: What is to be known besides, a line each.
+    """
+
+    robot: Robot
+    parameters: tuple[Parameter, ...]
+    change: FloatArray
+    covariance: FloatArray
+    information: FloatArray
+    prior: FloatArray
+    misfit: float
+    noise: FloatArray
+    before: Errors
+    after: Errors
+    kept_before: Errors
+    kept_after: Errors
+    windows: int
+    kept: int
+    iterations: int
+    converged: bool
+    notes: tuple[str, ...]
+
+    @property
+    def sd(self) -> FloatArray:
+        """Standard deviations of the changes, shape (P,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+def calibrate(
+    robot: Robot,
+    recordings: Sequence[Readings],
+    free: Sequence[str],
+    priors: PriorSettings | None = None,
+) -> Calibration:
+    """Calibrate a robot.
+
+    Args:
+        robot: As it is believed to be.
+        recordings: Of its motion; of several the last is kept out, of one its end.
+        free: What is free; see `free_parameters`.
+        priors: How far numbers may be off.
+
+    Raises:
+        RobotError: The robot is not valid.
+        InputError: The recordings cannot identify what is asked for, or are of another robot.
+        CardsflowError: The result predicts what was kept out worse than the robot did.
+    """
+    require_valid(robot)
+    for readings in recordings:
+        _require_sensors(robot, readings)
+    paths, believed = MusclePaths(robot), priors or PriorSettings()
+    parameters, notes = free_parameters(robot, free, _torques(paths, recordings), believed)
+    if any(one.kind in _GEOMETRY for one in parameters):
+        for readings in recordings:
+            _require_this_robot(robot, paths, readings)
+    cut, kept = _kept_out(recordings)
+    spread = noise(cut)
+    problem = CalibrationProblem(robot, parameters, spread, believed.inertia)
+    z = np.zeros(len(parameters))
+    for fraction, every in _STAGES:
+        some = _bounded(_windows_of(cut, fraction)[::every], len(parameters))
+        z = fit(problem, some, z, _STAGE_ITERATIONS).z
+    some = _bounded(cut, len(parameters))
+    found = fit(problem, some, z)
+    require_valid(problem.robot_at(found.z))
+    result = _result(robot, problem, found, some, kept, spread, notes)
+    _require_better(result)
+    return result
+
+
+def _result(
+    robot: Robot,
+    problem: CalibrationProblem,
+    found: Fit,
+    cut: list[Window],
+    kept: list[Window],
+    spread: FloatArray,
+    notes: tuple[str, ...],
+) -> Calibration:
+    P, n = len(problem.parameters), len(robot.coordinates)
+    H = found.at.information
+    _, _, prior = problem.prior(found.z)
+    C = np.linalg.inv(H + prior)
+    count = sum(int((~np.isnan(r)).sum()) for r in found.at.residuals)
+    freedom = count - 2 * n * len(cut) - float(np.trace(H @ C))
+    misfit = found.at.cost / max(freedom, 1.0)
+    sd = problem.sd
+    none = np.zeros(P)
+    return Calibration(
+        robot=problem.robot_at(found.z),
+        parameters=problem.parameters,
+        change=_changes(robot, problem, found.z),
+        covariance=max(misfit, 1.0) * C * sd[:, None] * sd,
+        information=H,
+        prior=problem.prior(none)[2],
+        misfit=misfit,
+        noise=spread,
+        before=_errors(problem, none, cut),
+        after=_errors(problem, found.z, cut),
+        kept_before=_errors(problem, none, kept),
+        kept_after=_errors(problem, found.z, kept),
+        windows=len(cut),
+        kept=len(kept),
+        iterations=found.iterations,
+        converged=found.converged,
+        notes=notes,
+    )
+
+
+def _changes(robot: Robot, problem: CalibrationProblem, z: FloatArray) -> FloatArray:
+    """Changes of the parameters; of inertias with what made them thick."""
+    changes: FloatArray = z * problem.sd
+    for k, one in enumerate(problem.parameters):
+        if one.kind == "inertia":
+            changes[k] += one.value - inertia_numbers(robot.links[one.item].inertia)[one.part[0]]
+    return changes
+
+
+def _errors(problem: CalibrationProblem, z: FloatArray, cut: Sequence[Window]) -> Errors:
+    """With theta held, and windows beginning where they fit best."""
+    n = len(problem.robot.coordinates)
+    _, left = problem.with_starts(z, cut)
+    if left is None:
+        return Errors(np.full(n, np.inf), np.full(len(problem.robot.muscles), np.inf))
+    residuals = np.concatenate(left)
+    rms = np.sqrt(np.mean(residuals**2, axis=0))
+    return Errors(rms[:n], rms[n:])
+
+
+def _require_sensors(robot: Robot, readings: Readings) -> None:
+    """Refuse recordings from which a robot's motion cannot be known.
+
+    Raises:
+        InputError: Positions of joints or tensions are missing.
+    """
+    blind = [
+        c.name for c, q in zip(robot.coordinates, readings.q.T, strict=True) if np.isnan(q).all()
+    ]
+    if len(blind) == len(robot.coordinates):
+        raise InputError(
+            f"{readings.name}: from lengths alone a robot cannot be calibrated: any error of a "
+            "muscle's path could be another pose; record with encoders at the joints, or with "
+            "their positions from motion capture, once"
+        )
+    if blind:
+        raise InputError(
+            f"{readings.name}: positions of {', '.join(blind)} are missing: muscles across them "
+            "could have any path; record with encoders there, or with positions from motion "
+            "capture, once"
+        )
+    mute = [
+        m.name for m, f in zip(robot.muscles, readings.tensions.T, strict=True) if np.isnan(f).all()
+    ]
+    if mute:
+        what = f"tensions of {', '.join(mute)} are missing, and commanded forces as well"
+        raise InputError(f"{readings.name}: {what}")
+
+
+def _require_this_robot(robot: Robot, paths: MusclePaths, readings: Readings) -> None:
+    """Refuse lengths that are another robot's.
+
+    Raises:
+        InputError: They do not follow the robot's own, be they off by a constant.
+    """
+    rows = np.flatnonzero(~np.isnan(readings.q).any(axis=1))
+    rows = rows[:: max(1, len(rows) // 200)]
+    model = np.array([paths.evaluate(readings.q[row]).lengths.copy() for row in rows])
+    off = readings.lengths[rows] - model
+    off = off - np.nanmedian(off, axis=0) if len(rows) else off
+    for muscle, differences in zip(robot.muscles, off.T, strict=True):
+        differences = differences[~np.isnan(differences)]
+        if len(differences) and np.abs(differences).max() > _OTHER_ROBOT:
+            most = 1e3 * float(np.abs(differences).max())
+            raise InputError(
+                f"{readings.name}: the length of {muscle.name!r} differs from this robot's by up "
+                f"to {most:.0f} mm, besides a constant: it is another robot's"
+            )
+
+
+def _require_better(result: Calibration) -> None:
+    """Refuse a result that predicts worse.
+
+    Raises:
+        CardsflowError: It does, over what was kept out.
+    """
+    before, after = _size(result, result.kept_before), _size(result, result.kept_after)
+    if not after <= 1.02 * before:
+        raise CardsflowError(
+            f"the calibrated robot predicts the readings that were kept out worse than the old "
+            f"one, {after:.3g} times their noise in place of {before:.3g}: record a motion of more "
+            "variety"
+        )
+
+
+def _size(result: Calibration, errors: Errors) -> float:
+    """RMS over the noise."""
+    all_ = np.concatenate([errors.q, errors.lengths]) / result.noise
+    return float(np.sqrt(np.nanmean(all_**2)))
+
+
+def _kept_out(recordings: Sequence[Readings]) -> tuple[list[Window], list[Window]]:
+    """Windows to calibrate from, and those that are kept out."""
+    if len(recordings) > 1:
+        cut, kept = windows(recordings[:-1], WINDOW), windows(recordings[-1:], WINDOW)
+    else:
+        every = windows(recordings, WINDOW)
+        last = len(every) - len(every) // _KEPT_OUT
+        cut, kept = every[:last], every[last:]
+    for name, some in (("to calibrate from", cut), ("to keep out", kept)):
+        if len(some) < (_FEWEST if some is cut else 2):
+            raise InputError(
+                f"{', '.join(r.name for r in recordings)}: there are {len(some)} stretches of "
+                f"{WINDOW} s without a gap {name}: record for longer"
+            )
+    return cut, kept
+
+
+def _windows_of(cut: Sequence[Window], fraction: float) -> list[Window]:
+    """The beginnings of windows."""
+    rows = max(6, round(fraction * len(cut[0].measured)))
+    return [window._replace(measured=window.measured[:rows]) for window in cut]
+
+
+def _bounded(cut: list[Window], parameters: int) -> list[Window]:
+    """Windows, evenly fewer if there is too much work in them."""
+    work = parameters * sum(len(window.measured) for window in cut)
+    return cut[:: max(1, round(work / _LARGEST_WORK))]
+
+
+def _torques(paths: MusclePaths, recordings: Sequence[Readings]) -> FloatArray:
+    """RMS of the muscles' torques, shape (n,)."""
+    squares = []
+    for readings in recordings:
+        sound = ~np.isnan(readings.q).any(axis=1) & ~np.isnan(readings.tensions).any(axis=1)
+        rows = np.flatnonzero(sound)
+        for row in rows[:: max(1, len(rows) // 100)]:
+            L = paths.evaluate(readings.q[row]).jacobian
+            squares.append((L.T @ readings.tensions[row] - readings.torques[row]) ** 2)
+    if not squares:
+        raise InputError(f"{recordings[0].name}: there is no reading of all positions and tensions")
+    return np.asarray(np.maximum(np.sqrt(np.mean(squares, axis=0)), 1e-3))

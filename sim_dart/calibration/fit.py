@@ -1,0 +1,389 @@
+"""Calibration by output error: roll-outs over short windows against what was read.
+
+Unknown are theta, of the robot and its sensors, and of each window w where it begins, x_w = (q,
+qd):
+
+    min  sum_w |r_w(theta, x_w)|^2 + prior(theta),   r_w = (y_w - y(theta, x_w)) / noise
+
+by Levenberg and Marquardt's method. With A = dr/dx and B = dr/dtheta of a window and A = Q R, the
+starts are
+eliminated: what is left of a window is (I - Q Q') (r + B dtheta) (Golub & Pereyra 2003, Inverse
+Problems 19).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from queue import SimpleQueue
+from typing import NamedTuple
+
+import numpy as np
+
+from addin_sdfusion.robot import CardsflowError, Robot
+from sim_dart.core.arrays import BoolArray, FloatArray, IntArray
+from sim_dart.estimation.estimated_robot import cable_compliances
+
+from .inertia import InertiaPrior, thickened
+from .parameters import Parameter, calibrated_robot
+from .readings import Window, smooth_start
+from .sensitivity import Sensitivity, robot_numbers
+
+LONGEST_STEP = 1e-3
+"""Of roll-outs, in [s]: readings that are farther apart have several steps between them."""
+
+_ROBOT = ("point", "inertia", "damping", "friction", "armature")
+_MOST_ITERATIONS = 30
+_MOST_REFUSALS = 12
+_SMALL_GAIN = 5e-5
+_LEAST_GAIN = 0.1
+_DIFFERENCE = 1e-4
+_NEAR = 0.01
+"""Numbers of inertias are linear, nearly, in changes below so much of their prior's deviation."""
+
+_START_ITERATIONS = 4
+
+
+class _Seen(NamedTuple):
+    """A window, linear in the changes of theta and of its start, with the start eliminated."""
+
+    start_change: FloatArray
+    start_slope: FloatArray
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """All windows about theta and starts.
+
+    Attributes:
+        cost: Sum of squared residuals, without the prior.
+        information: H of theta in units of the prior, starts eliminated, shape (P, P).
+        gradient: Shape (P,).
+        residuals: Of each window, in units of readings, shape (rows, n + m).
+        seen: Of each window, how its start follows theta.
+    """
+
+    cost: float
+    information: FloatArray
+    gradient: FloatArray
+    residuals: list[FloatArray]
+    seen: list[_Seen]
+
+
+class CalibrationProblem:
+    """A robot, what is free of it, and how well it is read.
+
+    Args:
+        robot: As it is believed to be.
+        parameters: The free ones; none to fit starts alone.
+        noise: Of one reading of q and lengths, shape (n + m,).
+        inertia_sd: Of the prior of inertias; see `InertiaPrior`.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        parameters: Sequence[Parameter],
+        noise: FloatArray,
+        inertia_sd: float,
+    ) -> None:
+        self.robot, self.parameters = robot, tuple(parameters)
+        self._n, self._m = len(robot.coordinates), len(robot.muscles)
+        self._noise = noise
+        self.sd = np.array([one.sd for one in parameters])
+        self.low = np.array([(one.low - one.value) / one.sd for one in parameters])
+        self._compliance = cable_compliances(robot)
+        self._directions = np.zeros((len(self.parameters), robot_numbers(robot).size))
+        self._priors = _inertia_priors(self.robot, self.parameters, inertia_sd)
+        self._filled_at = np.zeros(len(self.parameters))
+        self._fill_directions(self._filled_at, [one.kind in _ROBOT for one in self.parameters])
+        self._bent = np.array([one.kind == "inertia" for one in self.parameters], dtype=bool)
+
+    def robot_at(self, z: FloatArray) -> Robot:
+        """The robot with theta = z sd."""
+        return calibrated_robot(self.robot, self.parameters, z * self.sd)
+
+    def prior(self, z: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """The cost of theta by what was believed, half its gradient and half its Hessian."""
+        cost, g, H = float(z @ z), z.copy(), np.eye(len(z))
+        for at, prior in self._priors:
+            s = self.sd[at]
+            of_link, slope, bend = prior(z[at] * s)
+            cost += of_link - float(z[at] @ z[at])
+            g[at], H[np.ix_(at, at)] = slope * s, bend * s[:, None] * s
+        return cost, g, H
+
+    def with_starts(
+        self, z: FloatArray, cut: Sequence[Window]
+    ) -> tuple[list[FloatArray], list[FloatArray] | None]:
+        """Where windows begin so that they fit best with theta held, and what is left of them.
+
+        Args:
+            z: theta over its sd.
+            cut: The windows.
+
+        Returns:
+            Starts, shape (2 n,) each, and residuals, shape (rows, n + m) each, or None where one
+            diverges.
+        """
+        roller = Sensitivity(self.robot_at(z), self._directions[:0])
+        starts, left, is_sound = [], [], True
+        for window in cut:
+            start = smooth_start(window, self._n)
+            for _ in range(_START_ITERATIONS):
+                rolled = self._roll(roller, window, start, z, held=True)
+                if rolled is None:
+                    start, is_sound = smooth_start(window, self._n), False
+                    break
+                residual, slopes = rolled
+                r, A = _whitened(residual, slopes, self._noise)
+                start = start - np.linalg.lstsq(A, r, rcond=1e-10)[0]
+            else:
+                left.append(residual)
+            starts.append(start)
+        return starts, left if is_sound else None
+
+    def linearise(
+        self, z: FloatArray, cut: Sequence[Window], starts: Sequence[FloatArray]
+    ) -> Linearised | None:
+        """Windows about a point; None where one diverges."""
+        if np.abs(z - self._filled_at)[self._bent].max(initial=0.0) > _NEAR:
+            self._fill_directions(z, self._bent)
+            self._filled_at = z
+        robot, threads = self.robot_at(z), os.cpu_count() or 1
+        rollers: SimpleQueue[Sensitivity] = SimpleQueue()  # a core serves one thread at a time
+        for _ in range(threads):
+            rollers.put(Sensitivity(robot, self._directions))
+
+        def roll(window: Window, start: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+            roller = rollers.get()
+            try:
+                return self._roll(roller, window, start, z)
+            finally:
+                rollers.put(roller)
+
+        H, g, cost = np.zeros((len(z), len(z))), np.zeros(len(z)), 0.0
+        residuals, seen = [], []
+        with ThreadPoolExecutor(threads) as pool:
+            for rolled in pool.map(roll, cut, starts):
+                if rolled is None:
+                    pool.shutdown(cancel_futures=True)
+                    return None
+                one = self._start_eliminated(*rolled)
+                H += one.information
+                g += one.gradient
+                cost += one.cost
+                residuals += one.residuals
+                seen += one.seen
+        return Linearised(cost, H, g, residuals, seen)
+
+    def _start_eliminated(self, left: FloatArray, slopes: FloatArray) -> Linearised:
+        """One window, with its start eliminated."""
+        r, J = _whitened(left, slopes, self._noise)
+        A, B = J[:, len(self.parameters) :], J[:, : len(self.parameters)]
+        Q, R = np.linalg.qr(A)
+        inverse = np.linalg.pinv(R, rcond=1e-10)
+        Qr, QB = Q.T @ r, Q.T @ B
+        H, g = B.T @ B - QB.T @ QB, B.T @ r - QB.T @ Qr
+        return Linearised(float(r @ r), H, g, [left], [_Seen(-inverse @ Qr, -inverse @ QB)])
+
+    def _fill_directions(self, z: FloatArray, which: Sequence[bool] | BoolArray) -> None:
+        """How the robot's numbers change with z: exact for what they are linear in."""
+        for k in np.flatnonzero(which):
+            step = np.zeros(len(z))
+            step[k] = _DIFFERENCE if self.parameters[k].kind == "inertia" else 0.5
+            ends = [robot_numbers(self.robot_at(z + way * step)) for way in (1.0, -1.0)]
+            moved = np.where(ends[0] == ends[1], 0.0, ends[0])  # limits may be infinite
+            still = np.where(ends[0] == ends[1], 0.0, ends[1])
+            self._directions[k] = (moved - still) / (2.0 * step[k])
+
+    def _roll(
+        self,
+        roller: Sensitivity,
+        window: Window,
+        start: FloatArray,
+        z: FloatArray,
+        held: bool = False,
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """What is left of a window, and its derivatives by z, unless held, and the start."""
+        rows, readings = len(window.measured), window.readings
+        theta = z * self.sd
+        delay = self._sum("tension_delay", theta)
+        read, slope = readings.delayed_tensions(window.first, rows, delay)
+        gain = np.ones(self._m)
+        for one, change in zip(self.parameters, theta, strict=True):
+            if one.kind == "gain":
+                gain[one.item] += change
+        commanded, changes = self._command_changes(read, slope * gain, held)
+        steps = max(1, int(np.ceil(readings.step / LONGEST_STEP - 1e-9)))
+        torques = readings.torques[window.first : window.first + rows]
+        h = readings.step / steps
+        tensions = read * gain
+        rolled = roller.roll(start, tensions, torques, changes, commanded, h, steps)
+        if rolled is None:
+            return None
+        y, slopes = rolled.readings.copy(), rolled.derivatives
+        lengths = y[:, self._n :]
+        rates = np.gradient(lengths, readings.step, axis=0)
+        self._add_sensors(
+            lengths, slopes[:, self._n :], rates, readings.step, tensions, theta, held
+        )
+        return window.measured - y, -slopes
+
+    def _add_sensors(
+        self,
+        lengths: FloatArray,
+        slopes: FloatArray,
+        rates: FloatArray,
+        step: float,
+        tensions: FloatArray,
+        theta: FloatArray,
+        held: bool,
+    ) -> None:
+        """Make path lengths those at the motors: l - f / k + b, read late."""
+        stiff: FloatArray = -tensions * self._compliance
+        late = self._sum("length_delay", theta)
+        lengths -= rates * late
+        if late:
+            slopes -= late * np.gradient(slopes, step, axis=0)
+        for k, (one, change) in enumerate(zip(self.parameters, theta, strict=True)):
+            if one.kind == "offset":
+                lengths[:, one.item] += change
+            if one.kind == "stiffness":
+                stiff[:, one.item] = -tensions[:, one.item] / (one.value + change)
+            if held:
+                continue
+            if one.kind == "offset":
+                slopes[:, one.item, k] += one.sd
+            elif one.kind == "stiffness":
+                stiffness = one.value + change
+                slopes[:, one.item, k] += tensions[:, one.item] / stiffness**2 * one.sd
+            elif one.kind == "length_delay":
+                slopes[:, :, k] -= rates * one.sd
+        lengths += stiff
+
+    def _command_changes(
+        self, read: FloatArray, slope: FloatArray, held: bool
+    ) -> tuple[np.ndarray, FloatArray]:
+        """How tensions change with the parameters of their sensors."""
+        commanded = np.full(0 if held else len(self.parameters), -1, dtype=np.int32)
+        changes = []
+        for k, one in enumerate(() if held else self.parameters):
+            if one.kind == "tension_delay":
+                changes.append(one.sd * slope)
+            elif one.kind == "gain":
+                change = np.zeros_like(read)
+                change[:, one.item] = one.sd * read[:, one.item]
+                changes.append(change)
+            else:
+                continue
+            commanded[k] = len(changes) - 1
+        return commanded, np.array(changes).reshape(-1, *read.shape)
+
+    def _sum(self, kind: str, theta: FloatArray) -> float:
+        """The value of a parameter that there is one of at most."""
+        found = (t for one, t in zip(self.parameters, theta, strict=True) if one.kind == kind)
+        return float(sum(found))
+
+
+def _inertia_priors(
+    robot: Robot, parameters: Sequence[Parameter], sd: float
+) -> list[tuple[IntArray, InertiaPrior]]:
+    """Of each link whose numbers are free, where they are among the parameters."""
+    at: dict[int, list[int]] = {}
+    for k, one in enumerate(parameters):
+        if one.kind == "inertia":
+            at.setdefault(one.item, []).append(k)
+    return [
+        (np.array(rows, dtype=np.int32), InertiaPrior(thickened(robot.links[link].inertia), sd))
+        for link, rows in at.items()
+    ]
+
+
+def _whitened(
+    left: FloatArray, slopes: FloatArray, noise: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Residuals and derivatives over the noise, without readings that there are not."""
+    taken = ~np.isnan(left).ravel()
+    weight = np.broadcast_to(1.0 / noise, left.shape).ravel()[taken]
+    J = slopes.reshape(-1, slopes.shape[2])[taken] * weight[:, None]
+    return left.ravel()[taken] * weight, J
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A calibration.
+
+    Attributes:
+        z: Changes of the parameters over their priors' sd, shape (P,).
+        at: The windows there.
+        starts: Where they begin.
+        iterations: How many it took.
+        converged: Whether the last one changed nothing.
+    """
+
+    z: FloatArray
+    at: Linearised
+    starts: list[FloatArray]
+    iterations: int
+    converged: bool
+
+
+def fit(
+    problem: CalibrationProblem,
+    cut: Sequence[Window],
+    z: FloatArray | None = None,
+    most: int = _MOST_ITERATIONS,
+) -> Fit:
+    """Solve a calibration.
+
+    Args:
+        problem: It.
+        cut: The windows.
+        z: Where to begin; zeros when left out.
+        most: Most iterations.
+
+    Raises:
+        CardsflowError: The robot diverges within windows where it begins.
+    """
+    z = np.zeros(len(problem.parameters)) if z is None else z
+    z, damping = np.maximum(z, problem.low), 1e-3
+    starts, _ = problem.with_starts(z, cut)
+    at = problem.linearise(z, cut, starts)
+    if at is None:
+        raise CardsflowError("the robot diverges within the recording's windows: is it this robot?")
+    for iteration in range(1, most + 1):
+        for _ in range(_MOST_REFUSALS):
+            new_z = np.maximum(z + _step(problem, at, z, damping), problem.low)
+            moved = [
+                x + s.start_change + s.start_slope @ (new_z - z)
+                for x, s in zip(starts, at.seen, strict=True)
+            ]
+            is_physical = np.isfinite(problem.prior(new_z)[0])
+            new = problem.linearise(new_z, cut, moved) if is_physical else None
+            before = at.cost + problem.prior(z)[0]
+            after = np.inf if new is None else new.cost + problem.prior(new_z)[0]
+            if new is not None and after <= before:
+                break
+            damping = max(damping * 10.0, 1e-6)
+        else:
+            return Fit(z, at, starts, iteration, True)
+        z, starts, at, damping = new_z, moved, new, damping / 10.0
+        if before - after <= max(_SMALL_GAIN * before, _LEAST_GAIN):
+            return Fit(z, at, starts, iteration, True)
+    return Fit(z, at, starts, most, False)
+
+
+def _step(problem: CalibrationProblem, at: Linearised, z: FloatArray, damping: float) -> FloatArray:
+    """Of Levenberg and Marquardt; what is at its bound and would leave it stays."""
+    _, slope, bend = problem.prior(z)
+    H, g = at.information + bend, at.gradient + slope
+    free = ~((z <= problem.low) & (g > 0.0))
+    step = np.zeros(len(z))
+    if free.any():
+        part = H[np.ix_(free, free)]
+        scaled = part + damping * np.diag(np.diag(part))
+        step[free] = -np.linalg.solve(scaled, g[free])
+    return step

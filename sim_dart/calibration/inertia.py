@@ -1,0 +1,103 @@
+"""Inertias as ten numbers in which motions are linear, and a prior that keeps them physical.
+
+The pseudo-inertia of a body, P = int [x; 1] [x; 1]' dm, 4 x 4, is positive definite exactly where
+a mass distribution has it (Wensing, Kim & Slotine 2018, IEEE Robotics and Automation Letters 3).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from addin_sdfusion.robot.model.robot import Inertia
+from sim_dart.core.arrays import FloatArray
+
+NUMBERS = {
+    "mass": "kg",
+    **dict.fromkeys(("moment_x", "moment_y", "moment_z"), "kg.m"),
+    **dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), "kg.m2"),
+}
+"""The numbers of `inertia_numbers` with their units, in their order."""
+
+_THIN = 0.1
+_SMALLEST = 1e-3
+_PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+def inertia_numbers(inertia: Inertia) -> FloatArray:
+    """Mass, first moments and inertia about the link's origin, shape (10,), in SI units."""
+    m, c = inertia.mass, np.array(inertia.com)
+    about_origin = np.array(inertia.matrix) + m * (c @ c * np.eye(3) - np.outer(c, c))
+    return np.array([m, *(m * c), *(about_origin[place] for place in _PLACES)])
+
+
+def inertia_of(numbers: FloatArray) -> Inertia:
+    """The inverse of `inertia_numbers`."""
+    m, c = float(numbers[0]), numbers[1:4] / numbers[0]
+    I = _matrix(numbers) - m * (c @ c * np.eye(3) - np.outer(c, c))  # noqa: E741
+    x, y, z = c.tolist()
+    return Inertia(m, (x, y, z), *(float(I[place]) for place in _PLACES))
+
+
+def thickened(inertia: Inertia) -> FloatArray:
+    """The numbers of a body with mass, made a little thick where it is thin, or impossible."""
+    I = np.array(inertia.matrix)  # noqa: E741
+    radius = max(float(np.sqrt(max(np.trace(I), 0.0) / 2.0 / inertia.mass)), _SMALLEST)
+    values, axes = np.linalg.eigh(np.trace(I) / 2.0 * np.eye(3) - I)
+    least = inertia.mass * (_THIN * radius) ** 2
+    S = axes @ np.diag(np.maximum(values, least)) @ axes.T
+    I = np.trace(S) * np.eye(3) - S  # noqa: E741
+    thick = Inertia(inertia.mass, inertia.com, *(float(I[place]) for place in _PLACES))
+    return inertia_numbers(thick)
+
+
+def pseudo_inertia(numbers: FloatArray) -> FloatArray:
+    """P of a body's numbers, shape (4, 4); linear in them."""
+    I = _matrix(numbers)  # noqa: E741
+    P = np.empty((4, 4))
+    P[:3, :3] = np.trace(I) / 2.0 * np.eye(3) - I
+    P[:3, 3] = P[3, :3] = numbers[1:4]
+    P[3, 3] = numbers[0]
+    return P
+
+
+def _matrix(numbers: FloatArray) -> FloatArray:
+    xx, yy, zz, xy, xz, yz = numbers[4:]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+class InertiaPrior:
+    """How far a body's numbers may be from what is believed: infinitely, if they are unphysical.
+
+    The cost is w (log |P0| - log |P| + tr(P0^-1 P) - 4), convex in the numbers (Lee, Wensing & Park
+    2020, IEEE Transactions on Robotics 36), w so that all numbers together, the density, have a
+    standard deviation of `sd` of themselves; the mass alone has twice as much.
+
+    Args:
+        numbers: As believed, of a body that is not thin, shape (10,).
+        sd: Of the density, over the density.
+    """
+
+    def __init__(self, numbers: FloatArray, sd: float) -> None:
+        self._believed = numbers
+        self._E = np.array([pseudo_inertia(e) for e in np.eye(10)])
+        P0 = pseudo_inertia(numbers)
+        self._inverse = np.linalg.inv(P0)
+        self._logdet = np.linalg.slogdet(P0)[1]
+        self._w = 1.0 / (2.0 * sd**2)
+
+    def __call__(self, change: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """The cost of a change of the numbers, half its gradient, and half its Hessian."""
+        P, E, w = pseudo_inertia(self._believed + change), self._E, self._w
+        if np.linalg.eigvalsh(P)[0] <= 0.0:
+            return np.inf, np.zeros(10), np.zeros((10, 10))
+        trace = float(np.sum(self._inverse * P))
+        cost = w * (self._logdet - np.linalg.slogdet(P)[1] + trace - 4.0)
+        PE = np.linalg.solve(P, E)
+        g = w / 2.0 * np.trace(self._inverse @ E - PE, axis1=1, axis2=2)
+        H = w / 2.0 * np.einsum("iab,jba->ij", PE, PE)
+        return float(cost), g, H
+
+    @property
+    def sd(self) -> FloatArray:
+        """Standard deviations of the numbers, shape (10,)."""
+        return np.sqrt(np.diag(np.linalg.inv(self(np.zeros(10))[2])))

@@ -1,0 +1,110 @@
+"""Roll-outs with exact derivatives by a robot's numbers, from the complex core."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from addin_sdfusion.robot import CardsflowError, Robot
+from sim_dart.core.arrays import FloatArray, IntArray
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.library import Core, blob_reals, library
+from sim_dart.estimation.estimated_robot import estimated_robot
+
+
+@cache
+def _bound() -> Any:
+    core = ctypes.CDLL(library()._name)  # without Python's lock: windows take milliseconds each
+    pointer, size, count = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int32
+    core.core_sensitivity_numbers.argtypes = core.core_sensitivity_size.argtypes = [pointer]
+    core.core_sensitivity_numbers.restype = core.core_sensitivity_size.restype = size
+    core.core_sensitivity_open.argtypes = [pointer, pointer]
+    core.core_sensitivity_open.restype = pointer
+    core.core_sensitivity_roll.argtypes = [
+        *(pointer, pointer, pointer, count, count, ctypes.c_double, pointer, pointer, count),
+        *(pointer, pointer, pointer, pointer, pointer),
+    ]
+    return core
+
+
+class Rolled(NamedTuple):
+    """A roll-out.
+
+    Attributes:
+        readings: q and path lengths, shape (rows, n + m).
+        derivatives: By the directions, then by q and qd at the start, shape (rows, n + m,
+            directions + 2 n).
+    """
+
+    readings: FloatArray
+    derivatives: FloatArray
+
+
+def robot_numbers(robot: Robot) -> FloatArray:
+    """The numbers of the blob that roll-outs work on, shape (numbers,)."""
+    return blob_reals(compile_blob(estimated_robot(robot)))
+
+
+class Sensitivity:
+    """A robot that is pulled by tensions that were measured, with derivatives.
+
+    Args:
+        robot: The robot; its driven muscles pull with the tensions they are given.
+        directions: How its numbers change along each direction, shape (directions, numbers).
+
+    Raises:
+        CardsflowError: This core has no derivatives.
+    """
+
+    def __init__(self, robot: Robot, directions: FloatArray) -> None:
+        self._core = Core(compile_blob(estimated_robot(robot)))
+        self._c = _bound()
+        size = self._c.core_sensitivity_size(self._core.handle)
+        if not size:
+            raise CardsflowError("this C core has no derivatives, by which robots are calibrated")
+        self._n, self._m = len(robot.coordinates), len(robot.muscles)
+        self._directions = np.ascontiguousarray(directions)
+        self._memory = np.empty(-(-size // 8))
+        address = self._memory.ctypes.data
+        self._handle = ctypes.c_void_p(self._c.core_sensitivity_open(self._core.handle, address))
+
+    def roll(
+        self,
+        start: FloatArray,
+        tensions: FloatArray,
+        torques: FloatArray,
+        changes: FloatArray,
+        commanded: IntArray,
+        h: float,
+        steps: int,
+    ) -> Rolled | None:
+        """Roll through the readings of a window.
+
+        Args:
+            start: q and qd at the first reading, shape (2 n,).
+            tensions: From each reading on, shape (rows, m), in [N].
+            torques: Of motors at joints, shape (rows, n), in [N·m] or [N].
+            changes: How tensions may change, shape (k, rows, m).
+            commanded: Of each direction, which of these goes with it, or -1, shape (directions,).
+            h: Step, in [s].
+            steps: Steps between two readings.
+
+        Returns:
+            None where the state has diverged.
+        """
+        rows, width = len(tensions), self._n + self._m
+        readings = np.empty((rows, width))
+        derivatives = np.empty((rows, width, len(self._directions) + 2 * self._n))
+        start, tensions = np.ascontiguousarray(start), np.ascontiguousarray(tensions)
+        torques, changes = np.ascontiguousarray(torques), np.ascontiguousarray(changes)
+        q = start.ctypes.data
+        bad = self._c.core_sensitivity_roll(
+            *(self._handle, q, q + 8 * self._n, rows, steps, h),
+            *(tensions.ctypes.data, torques.ctypes.data, len(self._directions)),
+            *(self._directions.ctypes.data, changes.ctypes.data, commanded.ctypes.data),
+            *(readings.ctypes.data, derivatives.ctypes.data),
+        )
+        return None if bad else Rolled(readings, derivatives)

@@ -1,0 +1,119 @@
+"""`cardsflow calibrate`: a robot from a recording, and recordings that are refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import PLANAR_2R
+
+from addin_sdfusion.robot import read_robot
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.hardware.protocol.exchange import Exchange
+from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
+from cardsflow_fmu.report.readings import read_readings
+from cardsflow_fmu.results.run_data import RunData
+from cardsflow_fmu.simulation.run import simulate
+
+ROBOT = PLANAR_2R / "robot"
+OFFSETS = (2e-3, -1e-3, 3e-3, -2e-3)
+
+
+@pytest.fixture(scope="module")
+def result() -> RunData:
+    settings = {"run.duration": 2.0}
+    return simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+
+
+def table_of(result: RunData) -> tuple[list[str], np.ndarray]:
+    """Time, positions, lengths with offsets and noise, and forces, at 200 Hz."""
+    names = [n for n in result.names if n == "time" or n.split(".")[0] in ("q", "l", "f")]
+    rows = np.stack([result[name] for name in names], axis=1)[::5]
+    rng = np.random.default_rng(1)
+    for k, name in enumerate(names):
+        if name[:2] in ("q.", "l."):
+            rows[:, k] += 1e-4 * rng.normal(size=len(rows))
+        if name[:2] == "l.":
+            rows[:, k] += OFFSETS[int(name[-1]) - 1]
+    return names, rows
+
+
+def written(file: Path, names: list[str], rows: np.ndarray) -> Path:
+    np.savetxt(file, rows, delimiter=",", header=",".join(names), comments="", fmt="%.17g")
+    return file
+
+
+def command(recording: Path, folder: Path) -> list[object]:
+    free = "muscles.*.offset, joints.*.damping"
+    return ["calibrate", recording, "--robot", ROBOT, "--free", free, "-o", folder]
+
+
+def test_a_robot_and_a_report_are_written(
+    cardsflow: CommandLine, tmp_path: Path, result: RunData
+) -> None:
+    file = written(tmp_path / "run.csv", *table_of(result))
+    code, out, _ = cardsflow(*command(file, tmp_path / "new"))
+    assert code == 0, out
+    assert "muscles.cable_1.offset" in out
+    table = json.loads((tmp_path / "new" / "calibration.json").read_text())
+    sds = {one["name"]: one["sd"] for one in table["parameters"]}
+    for k, offset in enumerate(OFFSETS, 1):
+        sd = sds[f"muscles.cable_{k}.offset"]
+        assert sd < 1e-4
+        assert abs(table["offsets"][f"cable_{k}"] - offset) < 4 * sd
+    assert [m.name for m in read_robot(tmp_path / "new").muscles] == [
+        m.name for m in read_robot(ROBOT).muscles
+    ]
+    assert "choose a new folder" in cardsflow.refused(*command(file, tmp_path / "new"))
+
+
+def test_what_is_no_recording_of_the_robot_is_one_line(
+    cardsflow: CommandLine, tmp_path: Path, result: RunData
+) -> None:
+    """And nothing is written."""
+    names, rows = table_of(result)
+    blind = [k for k, name in enumerate(names) if not name.startswith("q.")]
+    foreign = [name.replace("cable_4", "biceps") for name in names]
+    late = rows.copy()
+    late[50:, 0] -= 0.5
+    uneven = rows.copy()
+    uneven[:, 0] += np.arange(len(rows)) ** 2 * 1e-5
+    cases = {
+        "from lengths alone": ([names[k] for k in blind], rows[:, blind]),
+        "is of another robot": (foreign, rows),
+        "time goes back after row 50": (names, late),
+        "not equal steps": (names, uneven),
+        "record for longer": (names, rows[:60]),
+    }
+    for message, table in cases.items():
+        file = written(tmp_path / "case.csv", *table)
+        assert message in cardsflow.refused(*command(file, tmp_path / "new"))
+        assert not (tmp_path / "new").exists()
+    assert cardsflow.refused(*command(tmp_path / "none.csv", tmp_path / "new"))
+    missing = ["calibrate", file, "--robot", ROBOT, "-o", tmp_path / "new"]
+    assert "--free" in cardsflow.refused(*missing)
+
+
+def test_recordings_of_hardware(cardsflow: CommandLine, tmp_path: Path) -> None:
+    """A state at the end of a step is that with the next command; cut short is refused."""
+    robot = read_robot(ROBOT)
+    states = ("q.joint_1", "q.joint_2", *(f"l.cable_{k}" for k in range(1, 5)))
+    forces = tuple(f"f.cable_{k}" for k in range(1, 5))
+    units = ("rad", "rad", *("m",) * 4)
+    header = RecordingHeader(forces, ("N",) * 4, states, units, 1, 0.01)
+    file = tmp_path / "hardware.rec"
+    with Recorder(file, header) as recorder:
+        for k in range(6):
+            state = None if k == 2 else np.arange(6.0) + k
+            recorder.write(0.01 * k, np.full(4, 10.0 + k), Exchange(state, k, 0.0, 0.0, 0))
+    readings = read_readings(file, robot)
+    assert readings.step == pytest.approx(0.01)
+    np.testing.assert_array_equal(readings.q[:, 0], [0.0, 1.0, np.nan, 3.0, 4.0])
+    np.testing.assert_array_equal(readings.tensions[:, 0], [11.0, 12.0, 13.0, 14.0, 15.0])
+    np.testing.assert_array_equal(readings.lengths[0], [2.0, 3.0, 4.0, 5.0])
+    file.write_bytes(file.read_bytes()[:-7])
+    assert "cut short" in cardsflow.refused(*command(file, tmp_path / "new"))
+    assert not (tmp_path / "new").exists()

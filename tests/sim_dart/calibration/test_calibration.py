@@ -1,0 +1,184 @@
+"""Calibration: exact derivatives, physical inertias, hidden numbers found, what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.robots.robots import PLANAR_2R
+
+from addin_sdfusion.robot import InputError, Robot, read_robot
+from addin_sdfusion.robot.model.robot import Inertia
+from sim_dart.calibration.calibrate import calibrate
+from sim_dart.calibration.identifiability import identifiable
+from sim_dart.calibration.inertia import (
+    InertiaPrior,
+    inertia_numbers,
+    inertia_of,
+    pseudo_inertia,
+    thickened,
+)
+from sim_dart.calibration.parameters import PriorSettings, calibrated_robot, free_parameters
+from sim_dart.calibration.readings import Readings, windows
+from sim_dart.calibration.sensitivity import Sensitivity, robot_numbers
+from sim_dart.core.arrays import FloatArray
+
+FREE = ["muscles.*.offset", "joints.*.damping"]
+STEP, ROWS, NOISE = 5e-3, 16, 1e-4
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    robot = read_robot(PLANAR_2R / "robot", "basic")
+    joints = tuple(
+        replace(j, coordinates=tuple(replace(c, damping=1.0) for c in j.coordinates))
+        for j in robot.joints
+    )
+    return replace(robot, joints=joints)
+
+
+def rolled(robot: Robot, start: FloatArray, tensions: FloatArray) -> FloatArray:
+    none = np.zeros((0, robot_numbers(robot).size))
+    nothing = np.zeros((0, *tensions.shape)), np.zeros(0, dtype=np.int32)
+    torques = np.zeros((len(tensions), len(robot.coordinates)))
+    found = Sensitivity(robot, none).roll(start, tensions, torques, *nothing, 1e-3, 5)
+    assert found is not None
+    return found.readings
+
+
+def recording(robot: Robot, offsets: FloatArray, seed: int, pieces: int = 30) -> Readings:
+    """Short motions from random states, gaps between them, with noise."""
+    rng = np.random.default_rng(seed)
+    n, m = len(robot.coordinates), len(robot.muscles)
+    q, lengths, tensions = [], [], []
+    for _ in range(pieces):
+        start = np.concatenate([rng.uniform(-0.5, 0.5, n), rng.uniform(-1.0, 1.0, n)])
+        f = rng.uniform(20.0, 22.0, m) * np.ones((ROWS, 1))
+        y = rolled(robot, start, f)
+        y += NOISE * rng.normal(size=y.shape)
+        gap = np.full((1, m), np.nan)
+        q += [y[:, :n], gap[:, :n]]
+        lengths += [y[:, n:] + offsets, gap]
+        tensions += [f, gap]
+    q_all = np.vstack(q)
+    return Readings(
+        "a run", STEP, q_all, np.vstack(lengths), np.vstack(tensions), np.zeros_like(q_all)
+    )
+
+
+@pytest.mark.parametrize("free", ["*.via_points", "links.*.inertia", "joints.*.damping"])
+def test_derivatives_by_the_robots_numbers_are_those_of_differences(arm: Robot, free: str) -> None:
+    """Against central differences of roll-outs of changed robots."""
+    parameters, _ = free_parameters(arm, [free], np.ones(2), PriorSettings())
+    parameters = parameters[::3] if len(parameters) > 4 else parameters
+    start = np.array([0.2, -0.3, 1.0, -0.5])
+    tensions = np.linspace(20.0, 60.0, 4) * np.ones((8, 1))
+
+    theta0 = 0.1 * np.array([one.sd for one in parameters])
+    arm_there = calibrated_robot(arm, parameters, theta0)
+
+    def changed(k: int, step: float) -> Robot:
+        theta = theta0.copy()
+        theta[k] += step
+        return calibrated_robot(arm, parameters, theta)
+
+    h = 1e-5
+    rows = []
+    for k in range(len(parameters)):
+        ends = [robot_numbers(changed(k, way * h)) for way in (1.0, -1.0)]
+        with np.errstate(invalid="ignore"):
+            rows.append(np.where(ends[0] == ends[1], 0.0, (ends[0] - ends[1]) / (2 * h)))
+    nothing = np.zeros((0, *tensions.shape)), np.full(len(rows), -1, dtype=np.int32)
+    exact = Sensitivity(arm_there, np.array(rows)).roll(
+        start, tensions, np.zeros((8, 2)), *nothing, 1e-3, 5
+    )
+    assert exact is not None
+    for k in range(len(parameters)):
+        ends = [rolled(changed(k, way * h), start, tensions) for way in (1.0, -1.0)]
+        np.testing.assert_allclose(
+            exact.derivatives[:, :, k], (ends[0] - ends[1]) / (2 * h), atol=2e-8, rtol=1e-6
+        )
+
+
+BODY = Inertia(2.0, (0.1, 0.0, 0.2), 0.02, 0.03, 0.04, 0.001, 0.0, 0.002)
+
+
+def test_numbers_of_an_inertia_go_both_ways() -> None:
+    found = inertia_of(inertia_numbers(BODY))
+    np.testing.assert_allclose(np.array(found.matrix), np.array(BODY.matrix), atol=1e-15)
+    np.testing.assert_allclose([found.mass, *found.com], [BODY.mass, *BODY.com], atol=1e-15)
+    np.testing.assert_allclose(thickened(BODY), inertia_numbers(BODY), atol=1e-15)
+    point = thickened(Inertia(2.0, (0.1, 0.0, 0.2), 0.0, 0.0, 0.0))
+    assert np.linalg.eigvalsh(pseudo_inertia(point))[0] > 0
+
+
+def test_inertias_that_no_body_has_are_infinitely_far() -> None:
+    """And the gradient and Hessian of the distance are those of differences, exact ones at 0."""
+    numbers, rng = inertia_numbers(BODY), np.random.default_rng(0)
+    prior = InertiaPrior(numbers, 0.3)
+    assert prior(np.zeros(10))[0] == pytest.approx(0.0, abs=1e-12)
+    assert prior.sd[0] == pytest.approx(2 * 0.3 * BODY.mass)
+    assert numbers @ prior(np.zeros(10))[2] @ numbers == pytest.approx(1 / 0.3**2)
+    unphysical = 0
+    for _ in range(200):
+        change = 0.3 * prior.sd * rng.normal(size=10)
+        cost, g, H = prior(change)
+        moments = np.linalg.eigvalsh(np.array(inertia_of(numbers + change).matrix))
+        is_physical = moments[0] > 0 and moments[2] < moments[0] + moments[1]
+        is_physical &= numbers[0] + change[0] > 0
+        assert np.isfinite(cost) == is_physical
+        unphysical += not is_physical
+        if not is_physical:
+            continue
+        for k in range(10):
+            step = 1e-5 * prior.sd[k] * np.eye(10)[k]
+            high, low = prior(change + step), prior(change - step)
+            if not np.isfinite(high[0] + low[0]) or cost > 1e3:
+                continue
+            assert (high[0] - low[0]) / (4e-5 * prior.sd[k]) == pytest.approx(g[k], rel=1e-3)
+            slope = (high[1] - low[1]) / (2e-5 * prior.sd[k])
+            np.testing.assert_allclose(slope, H[k], rtol=1e-3, atol=1e-6 * np.abs(H[k]).max())
+    assert 20 < unphysical < 180
+
+
+def test_hidden_numbers_are_found_within_their_deviations(arm: Robot) -> None:
+    parameters, _ = free_parameters(arm, FREE, np.ones(2), PriorSettings())
+    hidden = np.array([3e-3, -2e-3, 1e-3, 4e-3, 0.4, -0.3])
+    truth = calibrated_robot(arm, parameters, hidden)
+    result = calibrate(arm, [recording(truth, hidden[:4], 1)], FREE)
+    assert identifiable(result).all()
+    assert np.isfinite(result.kept_after.lengths).all()
+    assert (result.kept_after.lengths < 2 * NOISE).all()
+    assert result.misfit < 1.2
+    assert (np.abs(result.change - hidden) < 3.0 * result.sd).all()
+    assert (result.sd[:4] < 1e-4).all()
+    found = [c.damping for c in result.robot.coordinates]
+    np.testing.assert_allclose(found, [1.4, 0.7], atol=float(3 * result.sd[4:].max()))
+
+
+def test_what_is_not_identifiable_is_refused(arm: Robot) -> None:
+    whole = recording(arm, np.zeros(4), 2, pieces=12)
+    blind = replace(whole, q=np.full_like(whole.q, np.nan))
+    with pytest.raises(InputError, match=r"from lengths alone .* encoders at the joints"):
+        calibrate(arm, [blind], FREE)
+    one = whole.q.copy()
+    one[:, 1] = np.nan
+    with pytest.raises(InputError, match=r"positions of joint_2 are missing"):
+        calibrate(arm, [replace(whole, q=one)], FREE)
+    with pytest.raises(InputError, match=r"tensions of .* are missing"):
+        calibrate(arm, [replace(whole, tensions=np.full_like(whole.tensions, np.nan))], FREE)
+    with pytest.raises(InputError, match="another robot's"):
+        calibrate(arm, [replace(whole, lengths=whole.lengths * [1, 1, 2, 1])], FREE)
+    with pytest.raises(InputError, match="is nothing of this robot"):
+        calibrate(arm, [whole], ["muscles.*.ofset"])
+    short = replace(whole, **{k: getattr(whole, k)[:40] for k in ("q", "lengths", "tensions")})
+    with pytest.raises(InputError, match="record for longer"):
+        calibrate(arm, [replace(short, torques=whole.torques[:40])], FREE)
+
+
+def test_windows_have_no_gap(arm: Robot) -> None:
+    whole = recording(arm, np.zeros(4), 3, pieces=5)
+    cut = windows([whole], ROWS * STEP)
+    assert len(cut) == 5
+    assert all(np.isfinite(window.measured).all() for window in cut)
