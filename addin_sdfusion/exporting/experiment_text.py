@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
+from ..robot.identifier import identifier
 from ..robot.json_text import json_text
 from ..robot.model.joint import Coordinate
 from ..robot.model.robot import Robot
@@ -59,7 +60,7 @@ def experiment_findings(robot: Robot) -> Iterator[Finding]:
     ):
         first: dict[str, str] = {}
         for name in names:
-            other = first.setdefault(_as_variable(name), name)
+            other = first.setdefault(identifier(name), name)
             if other != name:
                 problem = f"as a variable of the simulation it is the same as {other!r}; rename one"
                 yield warning(Subject(kind, name), "experiment-names", problem)
@@ -142,9 +143,3 @@ def _nearby(c: Coordinate, q: float) -> float:
 def toml_key(name: str) -> str:
     """A name as a TOML key."""
     return name if _BARE.fullmatch(name) else json_text(name, ensure_ascii=False)
-
-
-def _as_variable(name: str) -> str:
-    """A name as part of an FMI variable's name; what the simulation makes of it."""
-    cleaned = re.sub(r"\W", "_", name, flags=re.ASCII) or "_"
-    return f"_{cleaned}" if cleaned[0].isdigit() else cleaned

@@ -55,7 +55,7 @@ def add_build(commands: Commands) -> None:
 
 
 def _build(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.results.engines import why_python
+    from cardsflow_fmu.results.engines import system_engines, why_python
     from cardsflow_fmu.simulation.build import SYSTEM_FILE, build
 
     experiment = experiment_of(options)
@@ -70,5 +70,7 @@ def _build(options: argparse.Namespace) -> int:
     if options.native is None:
         for model, what in why_python(experiment).items():
             print(f"cardsflow: {model}.fmu is in Python: C does not have {what}", file=sys.stderr)
+    engines = ", ".join(f"{model} {engine}" for model, engine in system_engines(files).items())
+    print(f"cardsflow: {engines}", file=sys.stderr)
     print_files((*files.values(), options.output / SYSTEM_FILE), options.json)
     return GOOD

@@ -35,6 +35,7 @@ class Beginning:
         f_max: Force bounds that the robot's files lack, in [N], by the muscle's name.
         f_max_reason: Where they come from.
         kp, kd: Gains, in [1/s²] and [1/s].
+        observer: Bandwidth of the disturbance observer, in [rad/s]; 0 for none.
         period, step: Of the controller and of the simulation, in [s].
         remarks: What else there is to know, a line each.
     """
@@ -47,6 +48,7 @@ class Beginning:
     f_max_reason: str = ""
     kp: float = field(kw_only=True)
     kd: float = field(kw_only=True)
+    observer: float = field(default=0.0, kw_only=True)
     period: float = field(kw_only=True)
     step: float = field(kw_only=True)
     remarks: tuple[str, ...] = ()
@@ -92,7 +94,9 @@ def experiment_text(
         *_line("period", beginning.period, controller),
         *_dependent(beginning),
         *(f"# passive.{toml_key(name)} = true" for name in beginning.springs),
-        *_defaults(controller, {"ki", "observer", "delay", "predict", "muscle_horizon", "engine"}),
+        *_defaults(controller, {"ki"}),
+        *_line("observer", beginning.observer, controller, used=beginning.observer > 0.0),
+        *_defaults(controller, {"delay", "predict", "muscle_horizon", "engine"}),
         "",
         "[plant]",
         *_line("step", beginning.step, plant),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
 from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot.identifier import identifier as identifier
 
 Causality = Literal["input", "output", "parameter"]
 Variability = Literal["continuous", "discrete", "fixed", "tunable"]
@@ -34,12 +34,6 @@ class Port:
     description: str
     start: float = 0.0
     boolean: bool = False
-
-
-def identifier(name: str) -> str:
-    """A designer's name as one part of a structured FMI variable name: `cable 1` -> `cable_1`."""
-    cleaned = re.sub(r"\W", "_", name, flags=re.ASCII) or "_"
-    return f"_{cleaned}" if cleaned[0].isdigit() else cleaned
 
 
 def signal_names(prefix: str, names: Iterable[str]) -> list[str]:

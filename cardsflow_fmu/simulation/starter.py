@@ -34,6 +34,8 @@ EXPERIMENT_TOML = "experiment.toml"
 
 _GAINS = (400.0, 40.0)  # kp in [1/s²], kd in [1/s]: critically damped at 20 rad/s
 _SLOW_GAINS = (150.0, 25.0)  # for muscles that take their time
+_STIFF_GAINS, _OBSERVER = (2000.0, 90.0), 0.2
+"""Against the friction of joints: gains, and the bandwidth of the observer times the period."""
 _PERIODS = ((0.005, 0.001), (0.002, 0.001), (0.001, 0.001), (0.0005, 0.0005), (0.0002, 0.0002))
 """Of the controller and of the simulation, in [s], the longest first."""
 _OWN_RATE = 20.0  # in [rad/s], of what springs hold; half of critical damping
@@ -183,7 +185,8 @@ class _Search:
         dependent = tuple(
             c.name for c, d in zip(motion.robot.coordinates, chosen, strict=True) if d
         )
-        kp, kd = _SLOW_GAINS if modelled_muscles(self.robot) else _GAINS
+        observed, slow = bool(_rubbing(motion.robot)), bool(modelled_muscles(self.robot))
+        kp, kd = _SLOW_GAINS if slow else _STIFF_GAINS if observed else _GAINS
         rate = _growth(motion)
         for period, step in _PERIODS:
             if rate * period > _STABLE and period > _PERIODS[-1][0]:
@@ -196,6 +199,7 @@ class _Search:
                 dependent,
                 kp=kp,
                 kd=kd,
+                observer=float(f"{_OBSERVER / period:.3g}") if observed and not slow else 0.0,
                 period=period,
                 step=step,
             )
@@ -239,6 +243,12 @@ class _Search:
             for c, a, b in zip(motion.robot.coordinates, motion.start, motion.end, strict=True)
             if a == b
         ]
+        if beginning.observer:
+            names = ", ".join(_rubbing(motion.robot)[:_SOME_LINES])
+            remarks.append(
+                f"against the friction of {names}: kp {beginning.kp:g}, kd {beginning.kd:g}, and a "
+                f"disturbance observer of {beginning.observer:g} rad/s"
+            )
         if still:
             remarks.append(f"muscles hold {', '.join(still)}, with no room for a motion")
         meetings = self._meetings(motion) if trial is not None and trial.is_good else []
@@ -261,7 +271,12 @@ class _Search:
         path = self.robot_path.resolve()
         text = experiment_text(self.robot, str(path), beginning, self.cable_set)
         file = path.parent / EXPERIMENT_TOML  # which is not written, nor read
-        experiment = Experiment(**experiment_settings(tomllib.loads(text), file))
+        try:
+            experiment = Experiment(**experiment_settings(tomllib.loads(text), file))
+        except InputError as error:
+            if error.file == file:
+                error.file, error.key = self.robot_path, None
+            raise
         try:
             loop = NativeLoop(experiment)
         except InputError:
@@ -312,6 +327,11 @@ def _locked(motion: FirstMotion) -> list[str]:
         return lines
     more = len(lines) - _SOME_LINES
     return [*lines[:_SOME_LINES], f"{more} others are locked, too: the file has a line for each"]
+
+
+def _rubbing(robot: Robot) -> list[str]:
+    """The coordinates with Coulomb friction."""
+    return [c.name for c in robot.coordinates if c.friction > 0.0]
 
 
 def _judged(robot: Robot, summary: Mapping[str, Any]) -> Trial:

@@ -81,6 +81,8 @@ def test_ten_thousand_links_are_read(tmp_path: Path, parent: str) -> None:
 
 def test_published_robots_are_read(shared: Path) -> None:
     for folder in filter(Path.is_dir, sorted(shared.glob("robots/*/*"))):
+        if folder.name == "templates":  # CASPR's DTDs
+            continue
         with takes_at_most(2.0, f"the published robot {folder.name}, read"):
             try:
                 read(folder)

@@ -44,6 +44,7 @@ CHECKS: tuple[Check, ...] = (
     masses.inertias,
     masses.moving_bodies,
     masses.inertia_about_axis,
+    masses.lengths,
     muscles.has_muscles,
     muscles.via_points,
     muscle_paths.conditions,

@@ -15,6 +15,8 @@ from ..model.robot import WORLD, Robot
 AXIS_TOLERANCE = 1e-6
 MOST_NAMES = 20
 """So many links of a loop are named."""
+DEGREES = 3.0 * math.tau, 720.0
+"""Angles between these are taken for degrees; what is beyond stands for no limit."""
 
 
 def joint_ends(robot: Robot) -> Iterator[Finding]:
@@ -117,6 +119,11 @@ def limits(robot: Robot) -> Iterator[Finding]:
         elif c.initial < c.lower or c.initial > c.upper:
             problem = f"initial value {c.initial!r} is outside {c.lower!r} .. {c.upper!r}"
             yield warning(subject, "initial-outside-limits", problem)
+        farthest = max([abs(x) for x in (c.lower, c.upper) if math.isfinite(x)], default=0.0)
+        if c.unit == "rad" and DEGREES[0] < farthest <= DEGREES[1]:
+            turns = farthest / math.tau
+            problem = f"a limit of {farthest:g} rad is {turns:.3g} turns; is it in degrees?"
+            yield warning(subject, "limits-in-degrees", problem)
 
 
 def motors(robot: Robot) -> Iterator[Finding]:

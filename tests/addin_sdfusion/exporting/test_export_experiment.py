@@ -69,11 +69,11 @@ def test_names_that_become_one_variable_are_reported(tmp_path):
     robot = planar_2r()
     joints = tuple(
         replace(j, coordinates=(replace(j.coordinates[0], name=name),))
-        for j, name in zip(robot.joints, ("左", "右"), strict=True)
+        for j, name in zip(robot.joints, ("左 1", "左_1"), strict=True)
     )
     exported = export_built(built(replace(robot, joints=joints)), ALL, tmp_path / "arm")
     (finding,) = [f for f in exported.findings if f.code == "experiment-names"]
-    assert "'左'" in finding.message
+    assert "'左 1'" in finding.message
     assert main(["run", str(tmp_path / "arm")]) == 2
 
 

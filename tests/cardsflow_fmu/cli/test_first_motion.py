@@ -239,6 +239,38 @@ def test_published_robots_track(
 
 
 @pytest.mark.slow
+def test_names_in_other_scripts_stay_different(tmp_path: Path, cardsflow: CommandLine) -> None:
+    muscles = [
+        replace(muscle, name=name)
+        for muscle, name in zip(strands(ABOVE, BELOW, f_max=300.0), ("肌", "腱"), strict=True)
+    ]
+    summary, _ = started(arm(*muscles), tmp_path, cardsflow)
+    assert_tracks(summary)
+    assert list(summary["forces"]["per_muscle"]) == ["f.u808c", "f.u8171"]
+    same = [replace(m, name=name) for m, name in zip(muscles, ("a b", "a_b"), strict=True)]
+    write_sdf(arm(*same), tmp_path / "same")
+    said = cardsflow.refused("init", tmp_path / "same", "-o", tmp_path / "same.toml")
+    what = "'a b' and 'a_b' would both be 'f.a_b': rename one"
+    assert said.strip() == f"cardsflow: {tmp_path / 'same'}: {what}"
+
+
+@pytest.mark.slow
+def test_friction_of_joints_is_made_up_for_and_told(tmp_path: Path, cardsflow: CommandLine) -> None:
+    """As much as 2.5 rad/s² of the arm, which feedback alone follows no better than 6 mrad."""
+    robot = arm(*strands(ABOVE, BELOW))
+    rubbing = replace(robot.joints[0].coordinates[0], friction=0.125)
+    summary, err = started(
+        replace(robot, joints=(replace(robot.joints[0], coordinates=(rubbing,)),)),
+        tmp_path,
+        cardsflow,
+    )
+    assert_tracks(summary)
+    assert "against the friction of q" in err
+    assert "locked" not in err
+    assert tomllib.loads((tmp_path / "experiment.toml").read_text())["controller"]["observer"] > 0.0
+
+
+@pytest.mark.slow
 def test_a_motor_drives_what_no_muscle_moves(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = two_links(*strands(ABOVE, BELOW))
     motor = Coordinate("wrist", actuated=True, tau_min=-20.0, tau_max=20.0)

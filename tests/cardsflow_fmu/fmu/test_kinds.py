@@ -66,7 +66,8 @@ def test_build(
     assert code == 0
     assert kinds(tmp_path) == expected
     assert said in err
-    assert bool(said) == bool(err)
+    for model in ("plant", "controller"):
+        assert (f"{model} native" in err) == expected[model]
 
 
 @pytest.mark.parametrize(

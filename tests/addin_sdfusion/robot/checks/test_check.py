@@ -177,11 +177,13 @@ ERRORS = {
 WARNINGS = {
     "zero-inertia-about-axis": with_hand(iyy=0.0),
     "inertia-triangle": with_hand(iyy=0.3),
+    "lengths-in-millimetres": with_hand(ixx=500.0, iyy=500.0, izz=500.0),
     "no-moment-arm": with_cable(start="arm"),
     "no-force-limit": with_cable(f_max=math.inf),
     "initial-outside-limits": with_coordinate(initial=2.0),
     "no-motor-limit": with_coordinate(actuated=True, tau_min=-5.0),
     "zero-limits": with_coordinate(lower=0.0, upper=0.0),
+    "limits-in-degrees": with_coordinate(lower=0.0, upper=140.0),
     "no-muscles": replace(ROBOT, cable_set=""),
     "cable-model-not-simulated": with_cable(model=CableModel("linear_spring", (("K", 10.0),))),
     "winch-travel-left-out": with_cable(pulley=SCREW),
