@@ -69,6 +69,7 @@ def test_files_that_are_named_exist(file: Path) -> None:
     assert lost == []
 
 
+@pytest.mark.slow
 @every_document
 def test_commands_are_understood(file: Path) -> None:
     """Every command that is named exists, and has the options that it is named with."""

@@ -195,6 +195,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", designs.FEATURES)
 def test_a_complained_of_design_is_exported_or_refused_with_a_reason(
     fusion: Any, tmp_path: Path, name: str

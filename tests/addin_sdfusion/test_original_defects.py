@@ -210,6 +210,7 @@ def test_12_a_quarter_turn_and_a_named_centre_of_mass(
     )
 
 
+@pytest.mark.slow
 def test_12_no_thread_calls_the_api() -> None:
     """The API is for the main thread."""
     for file in ADDIN.rglob("*.py"):

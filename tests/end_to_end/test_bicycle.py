@@ -95,6 +95,7 @@ def test_the_tip_of_five_bars_follows_in_operational_space(tmp_path: Path) -> No
         np.testing.assert_allclose(found[name], direct[name], rtol=1e-8, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_init_writes_a_motion_of_independent_coordinates(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

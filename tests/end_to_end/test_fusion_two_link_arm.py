@@ -131,6 +131,7 @@ def test_moved_nested_and_made_in_any_order_the_robot_is_the_same(
     np.testing.assert_allclose(initial, q, atol=1e-9)
 
 
+@pytest.mark.slow
 @given(nesting=st.integers(0, 3), seed=st.integers(0, 2**16))
 def test_nesting_and_order_leave_gravity_and_tasks_as_they_are(nesting, seed) -> None:
     built = build_robot(drawn(nesting=nesting, seed=seed))

@@ -28,6 +28,7 @@ def reached() -> Result:
     return simulate(Experiment.load(HILL_ARM), through="direct")
 
 
+@pytest.mark.slow
 def test_the_hand_reaches_every_target(reached: Result) -> None:
     summary = reached.summary
     assert summary["status"] == "complete"
@@ -109,6 +110,7 @@ def test_with_elastic_tendons_the_hand_comes_nearly_as_near() -> None:
     assert f"fibre_length.{MUSCLES[0]}" in result.names
 
 
+@pytest.mark.slow
 def test_both_integrators_agree(reached: Result) -> None:
     exact = Experiment.load(HILL_ARM, {"plant.integrator": "rk4"})
     other = simulate(exact, through="direct")

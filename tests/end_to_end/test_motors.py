@@ -112,6 +112,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 SPRING = {"kind": "passive_spring", "K": 40.0, "l0": 0.4}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", few(CASES, 2))
 def test_native_fmus_drive_motors_as_those_with_python_do(case: str, tmp_path: Path) -> None:
     example, settings = CASES[case]

@@ -84,6 +84,7 @@ def test_the_fingers_press_with_what_their_gains_make() -> None:
         )
 
 
+@pytest.mark.slow
 def test_the_box_obeys_newton_while_it_moves() -> None:
     """Contact forces on it, less its weight, are its mass times its acceleration."""
     result = picked_up()

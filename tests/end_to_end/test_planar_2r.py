@@ -46,6 +46,7 @@ def test_the_summary_is_what_the_columns_say(at_1_khz: Result) -> None:
     assert at_1_khz.summary["forces"]["max"] == forces.max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "settings", [{}, {"controller.period": 0.01, "robot.cable_set": "basic_2018_07"}]
 )
@@ -103,6 +104,7 @@ def test_the_reference_fmu_begins_at_the_hosts_start_time(tmp_path: Path) -> Non
     assert result["q_d.joint_1"][0] == pytest.approx(expected, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["plant", "controller", "reference"])
 def test_each_fmu_runs_alone_in_fmpy_without_any_option(name: str, tmp_path: Path) -> None:
     file = build(Experiment.load(PLANAR_2R), tmp_path)[name]
@@ -115,6 +117,7 @@ def test_a_run_that_fails_leaves_no_files_of_the_run_before(tmp_path: Path) -> N
     assert not list(tmp_path.glob("*.fmu"))
 
 
+@pytest.mark.slow
 def test_finer_plant_steps_change_the_motion_by_the_order_of_the_step() -> None:
     """Substeps evaluate L and f anew, so the plant converges with the first order."""
     rows = []
@@ -255,6 +258,7 @@ def test_check_warns_of_the_arms_zero_inertia(tmp_path: Path) -> None:
     assert {f["name"] for f in findings} == {"link_1", "link_2"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", few([[0.0, 0.5], [-1.0, 0.5], [-0.5, 1.0], [-0.5, 0.0]], 2))
 @pytest.mark.parametrize("period", [0.005, 0.01])
 def test_a_start_half_a_radian_off_is_recovered(start: list[float], period: float) -> None:

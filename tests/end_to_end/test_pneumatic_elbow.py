@@ -19,6 +19,7 @@ def followed() -> Result:
     return simulate(Experiment.load(PNEUMATIC_ELBOW), through="direct")
 
 
+@pytest.mark.slow
 def test_the_joint_follows(followed: Result) -> None:
     summary = followed.summary
     assert summary["status"] == "complete"
@@ -65,6 +66,7 @@ def test_energy_is_the_muscles_work_less_what_the_joint_takes(followed: Result) 
     np.testing.assert_allclose(energy - energy[0], work, atol=0.01)
 
 
+@pytest.mark.slow
 def test_air_that_comes_too_slowly_is_reported() -> None:
     slow = {f"muscles.{name}.model.pressure_time_constant": 4.0 for name in MUSCLES}
     summary = simulate(Experiment.load(PNEUMATIC_ELBOW, slow), through="direct").summary
@@ -73,6 +75,7 @@ def test_air_that_comes_too_slowly_is_reported() -> None:
     assert summary["tracking"]["max"] > 0.01
 
 
+@pytest.mark.slow
 def test_both_integrators_agree(followed: Result) -> None:
     exact = Experiment.load(PNEUMATIC_ELBOW, {"plant.integrator": "rk4"})
     other = simulate(exact, through="direct")

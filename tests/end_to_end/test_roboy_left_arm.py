@@ -122,6 +122,7 @@ def test_fmus_and_a_plain_python_loop_give_equal_columns() -> None:
     assert fmu["w.hand.fz"][350] == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("drawn_figures")
 def test_the_approach_leads_from_the_start_to_the_flower(tmp_path: Path) -> None:
     result = run(Experiment.load(ROBOY_LEFT_ARM, {"run.duration": 2.5}), tmp_path)
@@ -190,6 +191,7 @@ def test_a_flower_out_of_reach_is_refused_before_the_first_step() -> None:
 JOINT_SPACE = {"type": "joint_space", "kp": 2000.0, "kd": 90.0, "period": 0.005}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("settings", "message"),
     [

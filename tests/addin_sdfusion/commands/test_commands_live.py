@@ -54,6 +54,7 @@ def test_every_dialog_opens_with_an_unresolved_reference(fusion: Any, tmp_path: 
     assert (tmp_path / "robot").is_dir()
 
 
+@pytest.mark.slow
 def test_four_hundred_points_take_one_edit_of_each_component(fusion: Any, tmp_path: Path) -> None:
     arm()
     before = fusion.full_fingerprint()

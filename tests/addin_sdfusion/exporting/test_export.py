@@ -292,6 +292,7 @@ def test_cancelled_at_any_time_the_folder_is_as_it_was(tmp_path):
         assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 @given(robots())
 def test_any_sound_robot_is_read_back(tmp_path, robot):
     robot = replace(robot, links=tuple(replace(link, end=None) for link in robot.links))

@@ -237,6 +237,7 @@ def test_a_full_disk_at_any_write_or_move_leaves_the_old_export(tmp_path, arm):
     assert read_robot(arm).links[0].inertia.mass == 7.0
 
 
+@pytest.mark.slow
 def test_an_interrupted_swap_is_undone(tmp_path, arm):
     before = files_of(arm)
     for number in range(0, count_of_steps(tmp_path), 5):
@@ -318,6 +319,7 @@ def test_a_folder_in_the_place_of_a_file_is_refused(arm):
         export_built(built(other_arm()), ALL, arm)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

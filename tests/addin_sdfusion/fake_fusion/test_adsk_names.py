@@ -146,6 +146,7 @@ def fake_classes() -> list[Any]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("namespace", "name"), fake_classes())
 def test_fake_has_only_what_exists(namespace: str, name: str, reference: Reference) -> None:
     cls = CLASSES[namespace][name]

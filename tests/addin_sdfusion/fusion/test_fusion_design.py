@@ -38,6 +38,7 @@ def codes(snapshot: DesignSnapshot) -> Counter[str]:
 # What is there -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", designs.FEATURES)
 def test_every_feature_is_read_and_untouched(fusion: Any, name: str, tmp_path: Any) -> None:
     design = designs.FEATURES[name]()
@@ -211,6 +212,7 @@ def test_points_of_one_name_are_different_entities(fusion: Any) -> None:
 # Order and motion --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", range(DESIGNS // 10))
 def test_any_design_reads_as_the_products_of_its_poses(block: int) -> None:
     """Nothing is said of a sound design but that names are taken twice."""
@@ -290,6 +292,7 @@ def _compare_joints(design: Any, snapshot: DesignSnapshot) -> None:
             assert motion.upper is None
 
 
+@pytest.mark.slow
 @given(SEEDS, SEEDS)
 def test_order_of_creation_does_not_matter(seed: int, other: int) -> None:
     with fake_fusion.install():
@@ -312,6 +315,7 @@ def test_order_of_creation_does_not_matter(seed: int, other: int) -> None:
         assert text[0] == text[1]
 
 
+@pytest.mark.slow
 @given(SEEDS, SEEDS)
 def test_frames_nesting_and_order_of_the_arm_do_not_matter(seed: int, moved: int) -> None:
     with fake_fusion.install():

@@ -324,6 +324,7 @@ def test_wrap_surfaces_stay_after_their_point(count: int, data: st.DataObject) -
     assert after(inserted)[1] == after(deleted)[1] == 7
 
 
+@pytest.mark.slow
 @given(tables())
 def test_numbers_are_in_a_row(table: MuscleTable) -> None:
     table = edits.renumbered(table)

@@ -37,6 +37,7 @@ def test_the_motion_is_the_reference(experiment: Experiment) -> None:
     np.testing.assert_allclose(motion.qd[5:-5], half, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_the_planar_arm_needs_what_its_simulation_shows(experiment: Experiment) -> None:
     """41.3 N, as the forces of the closed loop."""
     sizes = size(experiment, margin=0.5)
@@ -59,6 +60,7 @@ def test_weak_muscles_are_reported(experiment: Experiment) -> None:
     assert strong["infeasible_points"] == 0
 
 
+@pytest.mark.slow
 def test_the_bottleneck_is_relieved_by_moving_it(experiment: Experiment) -> None:
     robot, motion = experiment.robot, reference_motion(experiment)
     terms = motion_terms(DartDynamics(robot), motion)
@@ -97,6 +99,7 @@ def test_what_no_strength_can_do_is_reported(experiment: Experiment) -> None:
         size_robot(replace(robot, cable_set=""), reference_motion(experiment, 9))
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_table_or_json(cardsflow: CommandLine) -> None:
     command = ["size", PLANAR_2R, "--set", "controller.period=0.2", "--margin", "0.5"]
     code, text, _ = cardsflow(*command)
@@ -114,6 +117,7 @@ def test_a_wrong_margin_is_bad_input(cardsflow: CommandLine) -> None:
     assert "margin must be finite and not negative" in cardsflow.refused(*command)
 
 
+@pytest.mark.slow
 def test_a_motion_in_operational_space_is_followed() -> None:
     """The left arm's flower: the joints lead the hand along it, and 0.5 kN are enough."""
     experiment = Experiment.load(LEFT_ARM)

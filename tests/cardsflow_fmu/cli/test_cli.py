@@ -136,6 +136,7 @@ def test_unknown_options_are_exit_code_2(words: tuple[str, ...], cardsflow: Comm
     assert err.startswith("usage: ")
 
 
+@pytest.mark.slow
 def test_what_a_command_looks_for_is_exit_code_1(
     results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -180,6 +181,7 @@ def test_every_command_but_those_for_people_and_shells_has_json() -> None:
         assert ("--json" in options) == (words not in without), words
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["run", "info", "check", "size"])
 def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) -> None:
     words = {

@@ -117,6 +117,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory, plant_run: Result) -> Pat
     return folder / "hardware.rec"
 
 
+@pytest.mark.slow
 def test_a_run_through_a_device_is_that_with_the_plant_and_is_recorded(
     recorded: Path, plant_run: Result
 ) -> None:
@@ -180,6 +181,7 @@ class Line:
         return came.device_flags
 
 
+@pytest.mark.slow
 def test_silence_makes_the_device_safe_and_it_says_so(recorded: Path) -> None:
     with served("device", ARM, "--watchdog", "30") as device:
         with Line(device.uri, recorded) as line:
@@ -192,6 +194,7 @@ def test_silence_makes_the_device_safe_and_it_says_so(recorded: Path) -> None:
     assert device.totals["device"]["watchdog"] == 1
 
 
+@pytest.mark.slow
 def test_a_device_with_a_key_answers_signed_frames_only(recorded: Path, tmp_path: Path) -> None:
     key = tmp_path / "key.bin"
     key.write_bytes(bytes(range(32)))

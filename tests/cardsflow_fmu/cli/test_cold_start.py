@@ -39,6 +39,7 @@ def imported(words: tuple[str, ...], folder: Path) -> set[str]:
     return {name.partition(".")[0] for name in names} & HEAVY
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "needed"),
     few(

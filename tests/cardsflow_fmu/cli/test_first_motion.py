@@ -70,6 +70,7 @@ def assert_tracks(summary: dict) -> None:
     assert summary["tracking"]["max"] < 1e-3
 
 
+@pytest.mark.slow
 def test_limits_that_the_file_lacks_are_suggested(tmp_path: Path, cardsflow: CommandLine) -> None:
     summary, err = started(arm(*strands(ABOVE)), tmp_path, cardsflow)
     assert_tracks(summary)
@@ -79,6 +80,7 @@ def test_limits_that_the_file_lacks_are_suggested(tmp_path: Path, cardsflow: Com
     assert f"it is set to {f_max:g} N" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("apart", "meets"), [(0.01, False), (0.002, True)])
 def test_motions_keep_muscles_apart_or_say_where_they_meet(
     apart: float, meets: bool, tmp_path: Path
@@ -97,6 +99,7 @@ def test_motions_keep_muscles_apart_or_say_where_they_meet(
     assert tomllib.loads(starter.file.read_text())["muscles"].keys() == {"*"}
 
 
+@pytest.mark.slow
 def test_a_hanging_link_is_moved_where_its_one_muscle_can_hold_it(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -184,6 +187,7 @@ def test_a_robot_that_nothing_holds_is_refused_in_words(
     assert not (tmp_path / "experiment.toml").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("length", "mass"), few([(10.0, 1e3), (1e-2, 1.0), (1e-3, 1e-3)]), ids=["10 m", "cm", "mm"]
 )

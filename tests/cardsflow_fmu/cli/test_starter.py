@@ -29,6 +29,7 @@ ROBOTS = sorted(folder / "robot" for folder in EXAMPLES.iterdir() if (folder / "
 VALID = Draft202012Validator(schema())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", few(ROBOTS, 2), ids=lambda robot: robot.parent.name)
 def test_a_first_experiment_runs_as_it_is(robot: Path, tmp_path: Path) -> None:
     file = init(robot, tmp_path / "arm/experiment.toml").file
@@ -43,6 +44,7 @@ def test_a_first_experiment_runs_as_it_is(robot: Path, tmp_path: Path) -> None:
     assert max(abs(result[name] - result[name][0]).max() for name in names) > 0.005
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["sdf", "caspr", "file"])
 def test_whatever_a_run_takes_is_taken(form: str, tmp_path: Path) -> None:
     robot = planar_2r()
@@ -130,6 +132,7 @@ def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[st
         init(PLANAR_2R / "robot", dangling)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("output", "message"),
     [

@@ -177,6 +177,7 @@ def test_what_is_no_fmu_is_refused(tmp_path: Path, compiler: str, old: str, new:
         direct(experiment(str(file)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", MAPS)
 def test_our_own_fmus_may_be_named_without_a_map(tmp_path: Path, version: FmiVersion) -> None:
     """In either version of FMI, arrays too, beside a reference of FMI 2.0."""

@@ -70,6 +70,7 @@ def contents(archive: bytes) -> list[bytes]:
         return [opened.read(name) for name in opened.namelist()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("uri", OUTER)
 def test_a_visual_mesh_from_elsewhere_is_left_out_with_the_reason(home: Path, uri: str) -> None:
     name_meshes(home, uri, "visual")

@@ -95,6 +95,7 @@ def test_states_of_one_kind_stand_together() -> None:
     assert names[-4:] == [f"{kind}.cable_{k}" for kind in kinds for k in (1, 3)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["plant", "controller"])
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_the_fmus_are_valid(name: str, version: Any, tmp_path: Path) -> None:
@@ -104,6 +105,7 @@ def test_the_fmus_are_valid(name: str, version: Any, tmp_path: Path) -> None:
     assert "u.cable_3" in described or "u" in described
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("settings", [MIXED, DRIVEN, MIXED | {"plant.integrator": "rk4"}])
 def test_fmus_and_a_plain_python_loop_give_equal_columns(settings: dict[str, Any]) -> None:
     experiment = arm(settings, {"plant.energy": True, "plant.step": 5e-4})

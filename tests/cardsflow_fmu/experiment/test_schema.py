@@ -46,6 +46,7 @@ def errors(kind: str, data: dict[str, Any]) -> list[str]:
     return [error.message for error in VALIDATORS[kind].iter_errors(data)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", VALIDATORS)
 def test_a_schema_is_one(kind: str) -> None:
     Draft202012Validator.check_schema(schema(kind))
@@ -217,6 +218,7 @@ LEAVES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: written(x) or "top")
 def test_the_reader_looks_at_every_key_of_the_schema(place: Path_, key: str) -> None:
     operational = OPERATIONAL & {key, *map(str, place)}
@@ -258,6 +260,7 @@ def mutated(data: Any, path: Path_ = ()) -> Iterator[tuple[Path_, Any]]:
         yield (*path, key), value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["planar_2r", "hill_arm", "pick_up"])
 def test_what_the_reader_takes_the_schema_takes(name: str) -> None:
     """An editor never marks what runs: values of every kind, at every place."""
@@ -334,6 +337,7 @@ ODD: tuple[Any, ...] = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: written(x) or "top")
 def test_odd_values_are_read_or_refused_in_lines_with_the_file(place: Path_, key: str) -> None:
     """No trace, and no words of the library, whatever is given."""

@@ -269,6 +269,7 @@ def test_robots_travel_in_fmus_and_read_back(tmp_path: Path) -> None:
     np.testing.assert_array_equal(fmu.columns(names), direct.columns(names))
 
 
+@pytest.mark.slow
 def test_two_robots_meet_in_a_world(tmp_path: Path) -> None:
     """The right arm stands where the left one is going to: they touch."""
     data = two_arms(world={"links": "capsules", "capsule_radius": 0.05})
@@ -280,6 +281,7 @@ def test_two_robots_meet_in_a_world(tmp_path: Path) -> None:
     assert touched > 1.0
 
 
+@pytest.mark.slow
 def test_an_sdf_worlds_objects_stand_in_the_world(tmp_path: Path) -> None:
     (tmp_path / "scene.world").write_text(
         "<sdf version='1.6'><world name='w'><model name='table'><static>1</static>"

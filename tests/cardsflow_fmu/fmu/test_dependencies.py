@@ -125,6 +125,7 @@ def checked(case: str, native: bool, folder: Path, fmi: Any = "2.0") -> None:
         assert {name for name in left if "energy" not in name and "momentum" not in name} == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "native"), few(KINDS, 3, 6))
 def test_a_plant(case: str, native: bool, tmp_path: Path) -> None:
     checked(case, native, tmp_path)
@@ -174,6 +175,7 @@ KINDS_OF_CONTROLLERS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "native"), few(KINDS_OF_CONTROLLERS, 2, 6))
 def test_a_controller(case: str, native: bool, tmp_path: Path) -> None:
     """At a tick that is met, and at one that is not, so that the slack shows as well."""
@@ -240,6 +242,7 @@ def test_a_reference_depends_on_time_alone(tmp_path: Path) -> None:
             assert set(declared(file, at_start=at_start).values()) == {frozenset()}
 
 
+@pytest.mark.slow
 def test_arrays_depend_on_what_their_elements_do(tmp_path: Path) -> None:
     """FMI 3.0 with arrays says the same as with scalars, array by array."""
     experiment = experiment_of("muscles")

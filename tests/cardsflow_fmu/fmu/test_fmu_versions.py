@@ -56,6 +56,7 @@ def read(file: Path, name: str) -> bytes:
         return archive.read(name)
 
 
+@pytest.mark.slow
 def test_fmpy_finds_nothing(files: Mapping[str, Path]) -> None:
     for name in NAMES:
         assert validate_fmu(str(files[name])) == []
@@ -127,6 +128,7 @@ def test_what_is_there_for_people(files: Mapping[str, Path]) -> None:
         assert slave.get("needsExecutionTool") == "true"
 
 
+@pytest.mark.slow
 def test_same_input_same_bytes(
     example: Path, version: Version, files: Mapping[str, Path], tmp_path: Path
 ) -> None:
@@ -178,6 +180,7 @@ def simulate_plant(file: Path) -> np.ndarray:
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "expected", "name"),
     [

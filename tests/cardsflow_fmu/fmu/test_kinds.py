@@ -87,6 +87,7 @@ def test_native_alone_or_nothing(
     assert not out.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "engine"),
     [

@@ -34,6 +34,7 @@ def simulated(name: str, changes: tuple[tuple[str, object], ...]) -> Result:
     return simulate(Experiment.load(EXAMPLES / name, settings), through="direct")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes"),
     [

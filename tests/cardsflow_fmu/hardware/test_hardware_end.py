@@ -134,6 +134,7 @@ def has_ended_well(bench: Bench) -> bool:
     )
 
 
+@pytest.mark.slow
 @in_both_hosts
 def test_terminate_leads_to_the_safe_state(bench: Bench) -> None:
     bench.host.slave.terminate()

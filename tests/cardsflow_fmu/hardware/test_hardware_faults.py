@@ -202,6 +202,7 @@ def rms(result: Result) -> float:
     return float(result.summary["tracking"]["rms"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("faults", "key_file"),
     [

@@ -98,6 +98,7 @@ def test_the_ports_are_those_of_the_plant_and_diagnostics(folder: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_the_fmu_declares_no_states_or_derivatives(tmp_path: Path, fmi: FmiVersion) -> None:
     files = build(experiment(), tmp_path, fmi=fmi)
     flags = fmpy.read_model_description(str(files["hardware"])).coSimulation
@@ -108,6 +109,7 @@ def test_the_fmu_declares_no_states_or_derivatives(tmp_path: Path, fmi: FmiVersi
     assert fmpy.read_model_description(str(files["plant"])).coSimulation.canGetAndSetFMUstate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("host", few(["direct", "in-process", "worker"], 2))
 def test_in_lock_step_hardware_has_the_trajectory_of_the_plant(
     host: str, monkeypatch: pytest.MonkeyPatch
@@ -190,6 +192,7 @@ def test_nothing_moves_before_the_first_step(devices: list[Device]) -> None:
     assert devices[0].state == "running"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["close", "forget", "reset", "trip", "bad step"])
 def test_every_end_leads_to_the_safe_state(devices: list[Device], how: str) -> None:
     model = stepped(started({"hardware.ramp_down": 0.02}), 3)
@@ -241,6 +244,7 @@ def test_only_a_reset_is_allowed_after_an_error(devices: list[Device]) -> None:
     model.close()
 
 
+@pytest.mark.slow
 def test_freeing_the_fmu_leads_to_the_safe_state(devices: list[Device], tmp_path: Path) -> None:
     """By FMI alone, as any host does: terminate, free."""
     file = build(experiment({"hardware.ramp_down": 0.01}), tmp_path / "fmus")["hardware"]

@@ -258,6 +258,7 @@ time.sleep(60)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_the_recording_of_a_killed_run_is_read(tmp_path: Path) -> None:
     file = tmp_path / "hardware.rec"
@@ -270,6 +271,7 @@ def test_the_recording_of_a_killed_run_is_read(tmp_path: Path) -> None:
     np.testing.assert_array_equal(recording.commands[:, 0], np.arange(500))
 
 
+@pytest.mark.slow
 def test_a_replay_in_lock_step_has_the_states_in_order(tmp_path: Path) -> None:
     """Where no state came, the one before is repeated."""
     written = write(tmp_path / "a.rec", 5000, (7.0, 8.0, 9.0))

@@ -159,6 +159,7 @@ def test_missing_devices_and_invalid_addresses_have_different_exit_codes(
         assert uri in cardsflow.refused("run", PLANAR_2R, "--hardware", uri, *out)
 
 
+@pytest.mark.slow
 def test_a_paced_run_reports_its_timeliness(tmp_path: Path) -> None:
     begin = time.monotonic()
     settings = SHORT | {"run.duration": 0.2}
@@ -190,6 +191,7 @@ def test_a_run_that_cannot_keep_up_says_so(monkeypatch: pytest.MonkeyPatch) -> N
     assert "did NOT keep up" in result.describe()
 
 
+@pytest.mark.slow
 def test_hardware_in_real_time(tmp_path: Path) -> None:
     begin = time.monotonic()
     result = run(load(REALTIME | {"run.duration": 0.3}), tmp_path / "out", realtime=True)
@@ -201,6 +203,7 @@ def test_hardware_in_real_time(tmp_path: Path) -> None:
     assert exchanges["oldest_state"] >= 0.0
 
 
+@pytest.mark.slow
 def test_a_run_may_approach_from_the_measured_positions(tmp_path: Path) -> None:
     """The device is 0.3 rad from the trajectory's start; an approach leads there."""
     away = {"start.q": [-0.2, 0.3], "hardware.link": "loopback:", "hardware.use": True}
@@ -287,6 +290,7 @@ def test_fmus_do_not_contain_the_key(tmp_path: Path) -> None:
                 assert file.read_bytes() not in archive.read(name)
 
 
+@pytest.mark.slow
 def test_a_key_signs_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = key_file(tmp_path)
     signed = simulate(load(LOCKSTEP | {"hardware.key_file": str(file)}))
@@ -461,6 +465,7 @@ def test_an_approach_is_refused_with_an_external_reference(tmp_path: Path) -> No
         simulate(load(settings))
 
 
+@pytest.mark.slow
 def test_an_external_fmu_may_replace_the_hardware(tmp_path: Path) -> None:
     other = build(load(SHORT | {"start.q": [0.1, 0.2]}), tmp_path)["plant"]
     settings = SHORT | {"fmus.hardware": str(other), "hardware.use": True}

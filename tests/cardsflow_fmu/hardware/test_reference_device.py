@@ -99,6 +99,7 @@ def test_is_short_and_allocates_nothing() -> None:
         assert re.search(r"\b([mc]alloc|realloc|alloca|free)\b", file.read_text()) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", KEYS)
 @pytest.mark.parametrize("step", [STEP, 5 * STEP])
 def test_lock_step(built: Path, tmp_path: Path, key: bytes | None, step: float) -> None:

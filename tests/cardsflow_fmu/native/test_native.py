@@ -66,6 +66,7 @@ def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
                 assert (entry.compress_size if is_windows else entry.file_size) < 500_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", NATIVE_MODELS)
 @pytest.mark.native
 def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
@@ -92,6 +93,7 @@ def test_what_the_core_lacks_is_refused_by_name(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", NATIVE_MODELS)
 @pytest.mark.native
 def test_a_damaged_file_is_refused(model: str, tmp_path: Path) -> None:

@@ -63,6 +63,7 @@ def check(
             np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * scale)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_random_robots(seed: int, tmp_path: Path) -> None:
     """Branches, turned frames, prismatic and fixed joints, muscles all over them, tasks."""
@@ -223,6 +224,7 @@ def test_the_instance_stays_as_it_is(tmp_path: Path) -> None:
     assert (rows[0] == rows[1]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_trees(seed: int, tmp_path: Path) -> None:
     """Joints of several degrees of freedom, and free bases."""

@@ -60,6 +60,7 @@ PATHS: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PATHS)
 def test_paths(name: str, tmp_path: Path) -> None:
     rng = np.random.default_rng(sorted(PATHS).index(name))
@@ -85,6 +86,7 @@ LAWS = [(kind, {}) for kind in SOUND] + [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", few(range(2)))
 @pytest.mark.parametrize(("kind", "extra"), LAWS)
 def test_laws(kind: str, extra: dict[str, float], seed: int, tmp_path: Path) -> None:
@@ -172,6 +174,7 @@ KINKS: dict[str, tuple[Robot, FloatArray]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINKS)
 def test_kinks(name: str, tmp_path: Path) -> None:
     """They have numbers, and what does not hang on the kink is right: gravity acts on all alike."""
@@ -190,6 +193,7 @@ def test_the_side_of_a_kink(tmp_path: Path) -> None:
     np.testing.assert_array_equal(matrix[3:6, -3:], np.eye(3))
 
 
+@pytest.mark.slow
 def test_fmi_3_says_the_same(tmp_path: Path) -> None:
     """Arrays of FMI 3.0 and scalars of FMI 2.0: the same bits."""
     experiment = Experiment.load(EXAMPLES / "pneumatic_elbow", {"plant.energy": False})

@@ -71,6 +71,7 @@ def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     assert any(name.startswith("tension.") for name in native.names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", few(["pneumatic", "mixed", "others", "motors"], 2))
 def test_variables_are_the_same(case: str, tmp_path: Path) -> None:
     experiment = experiment_of(case)

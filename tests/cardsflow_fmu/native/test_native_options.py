@@ -52,6 +52,7 @@ def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     assert_native_agrees(native, tmp_path, python_of=on_dart, forces=1e-9, others=1e-11, of=LAWS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", get_args(FmiVersion))
 @pytest.mark.parametrize("case", few(CASES))
 def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) -> None:
@@ -152,6 +153,7 @@ def energy_lost(rule: str, step: float, folder: Path) -> float:
         return abs(sum(host.get(*energies)) - begin - sum(done))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rule", "order", "most"), [("euler", 1, 0.05), ("rk4", 4, 1e-7)])
 def test_energy_is_what_work_has_made_of_it(
     rule: str, order: int, most: float, tmp_path: Path

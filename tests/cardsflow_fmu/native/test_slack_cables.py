@@ -122,6 +122,7 @@ def test_a_cable_below_no_force_is_slack(native: bool, tmp_path: Path) -> None:
     np.testing.assert_allclose(mixed, expected @ directions(commands.size), atol=1e-7 * size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at_the_top", [False, True])
 def test_commands_at_the_ends_of_their_range(at_the_top: bool, tmp_path: Path) -> None:
     """Muscles with laws have the inside's derivative: pressures follow by 1 - exp(-h / T)."""

@@ -91,6 +91,7 @@ def test_temporary_folders_in_use_and_of_others_stay(
     assert {path.name for path in tmp_path.iterdir()} == kept
 
 
+@pytest.mark.slow
 def test_many_who_lock_at_once_come_one_after_another(tmp_path: Path) -> None:
     """A lock's file is removed by who has held it, and never under somebody who holds it."""
     inside, most, done = [0], [0], [0]

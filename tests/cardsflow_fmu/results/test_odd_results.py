@@ -169,6 +169,7 @@ def test_what_is_wrong_is_reported_in_one_line(
         assert message.removesuffix("; did you mean 'tim'") in err
 
 
+@pytest.mark.slow
 def test_another_robots_results_are_reported(
     results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -246,6 +247,7 @@ def test_external_files_stay_and_our_own_are_replaced(
     assert "is a folder" in cardsflow.refused(*words)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", few(range(5), 2))
 @pytest.mark.parametrize("place", few(["file/x", "x" * 300, "a\0b", "/proc/x"], 2))
 def test_places_that_cannot_be_written_are_reported(

@@ -329,6 +329,7 @@ def test_a_report_opens_from_disk_without_a_network(reported: Path, tmp_path: Pa
         ]
 
 
+@pytest.mark.slow
 def test_an_incomplete_run_is_reported_as_such(finished: tuple[Path, Result]) -> None:
     result = Result.load(finished[0])
     result.summary |= {"status": "incomplete", "error": "<b>gone</b>"}

@@ -82,6 +82,7 @@ ROBOTS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
 def test_every_byte_and_every_value_comes_back(robot: Robot, tmp_path: Path) -> None:
     run = run_of(robot, tmp_path)
@@ -113,6 +114,7 @@ def test_every_byte_and_every_value_comes_back(robot: Robot, tmp_path: Path) -> 
     assert len(levels) == changes + 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
 def test_frames_follow_from_the_description(robot: Robot, tmp_path: Path) -> None:
     """/tf is what the URDF in the recording gives at its joint states, and where the links are."""
@@ -303,6 +305,7 @@ def test_results_without_their_robot_and_hardware_are_recorded_too(
     assert list(messages["/signals"][0][1].name) == ["age", "round_trip_time", "seq", "flags"]
 
 
+@pytest.mark.slow
 def test_a_run_leaves_a_recording_where_it_is_asked_for(tmp_path: Path) -> None:
     settings = {"run.recording": "mcap", "run.duration": 0.05}
     result = run(Experiment.load(PLANAR_2R, settings), tmp_path / "out", through="direct")

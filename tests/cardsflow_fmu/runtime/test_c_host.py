@@ -86,6 +86,7 @@ def test_steps_the_plant(c_host: Path, tmp_path: Path) -> None:
         assert (found[k] == model.values[outputs]).all()
 
 
+@pytest.mark.slow
 def test_the_closed_loop_of_the_example_is_that_of_run(compiler: str, tmp_path: Path) -> None:
     """examples/exchange/closed_loop.c: all real variables bit by bit, at every step."""
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.5, "controller.period": 0.002})

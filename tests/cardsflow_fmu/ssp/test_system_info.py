@@ -59,6 +59,7 @@ def test_a_broken_structure_is_named_in_its_archive(tmp_path: Path) -> None:
         system_info(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("settings", "native", "engines"),
     [

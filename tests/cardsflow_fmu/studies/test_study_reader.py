@@ -16,6 +16,7 @@ def vary(path: str, values: str = "values = [1.0]") -> str:
     return f"[[vary]]\npath = '{path}'\n{values}\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["attachments.toml", "flower"])
 def test_the_examples_are_studies(name: str) -> None:
     study = Study.load(ROOT / "examples" / "design_study" / name)

@@ -32,6 +32,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
     return run_here(small_study(folder, GAINS, top), folder / "out")
 
 
+@pytest.mark.slow
 def test_the_best_run_is_that_of_the_smallest_error(swept: StudyResult) -> None:
     errors = {run.index: outcome.metrics["tracking.rms"] for run, outcome in swept.rows()}
     assert len(errors) == 6

@@ -71,6 +71,7 @@ def runs_of(study: Study, output: Path, **options: Any) -> int:
     return len(executor.handed)
 
 
+@pytest.mark.slow
 def test_a_study_writes_a_row_a_run_in_their_order(tmp_path: Path) -> None:
     result = run_here(small_study(tmp_path), tmp_path / "out")
     rows = table(tmp_path / "out")
@@ -269,6 +270,7 @@ def test_parquet_holds_what_csv_holds(tmp_path: Path) -> None:
                 assert ("" if value is None else str(value)) == text[name]
 
 
+@pytest.mark.slow
 def test_the_command_line(tmp_path: Path, cardsflow: CommandLine) -> None:
     study = small_study(tmp_path)
     run_here(study, tmp_path / "out")

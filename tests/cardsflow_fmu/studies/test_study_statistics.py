@@ -55,6 +55,7 @@ def test_sobols_indices_of_a_sum_are_its_parts_of_the_variance(tmp_path: Path) -
     assert found["b"]["total"] == pytest.approx(0.1, abs=0.01)
 
 
+@pytest.mark.slow
 def test_sobols_indices_of_a_product_have_a_part_that_is_made_together(tmp_path: Path) -> None:
     """Y = (a - 3/2)(b - 3/2): no variation alone does anything."""
     study = small_study(

@@ -200,6 +200,7 @@ def test_run_view_shows_the_run_and_then_its_replay(tmp_path: Path) -> None:
     assert (tmp_path / "results.csv").is_file()
 
 
+@pytest.mark.slow
 def test_the_command_writes_pages_of_runs_and_robots(
     results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:

@@ -81,6 +81,7 @@ def test_collision_meshes_are_not_drawn(folder: Path) -> None:
     assert link_meshes(arm_with(Mesh("collision", "box.stl")), folder) == {}
 
 
+@pytest.mark.slow
 def test_large_meshes_become_small_and_keep_their_shape() -> None:
     sphere = trimesh.creation.icosphere(subdivisions=6, radius=2.0)
     assert len(sphere.faces) > 10 * MOST_FACES

@@ -19,6 +19,7 @@ def terms(L: object, torque: object, low: float = 0.0, high: float = 10.0) -> Te
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(60))
 def test_all_are_driven_exactly_where_the_torque_is_inside(seed: int) -> None:
     rng = np.random.default_rng(seed)

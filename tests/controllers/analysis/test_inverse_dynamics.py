@@ -96,6 +96,7 @@ def test_every_method_works_along_a_motion(arm: DartDynamics, method: str) -> No
     np.testing.assert_allclose(made[found.solved], found.terms.tau[found.solved], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_sized_muscles_are_strong_enough_and_no_more(arm: DartDynamics) -> None:
     terms = motion_terms(arm, swing()).with_bounds(None, 20.0)
     sizes = size_muscles(terms, margin=0.0)

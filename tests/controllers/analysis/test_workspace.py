@@ -42,6 +42,7 @@ def test_wrench_closure_of_the_two_link_arm_in_closed_form(arm: DartDynamics) ->
     assert 0 < closed.sum() < closed.size
 
 
+@pytest.mark.slow
 def test_every_condition_equals_its_linear_programmes(arm: DartDynamics) -> None:
     found = workspace(
         arm,

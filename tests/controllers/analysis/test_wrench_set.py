@@ -68,6 +68,7 @@ def test_torque_margins_are_those_of_linear_programmes() -> None:
             assert margins[k, j] == pytest.approx(-best.fun, abs=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "m"), [(1, 2), (2, 3), (2, 5), (3, 4), (4, 7)])
 def test_wrench_closure_is_a_positive_null_vector_and_full_rank(n: int, m: int) -> None:
     L = stacked(70 + m, 80, n, m)[0]

@@ -72,6 +72,7 @@ def test_least_squares_are_casprs_minimum_norm_forces(shared: Path, file: str) -
             assert forces @ forces == pytest.approx(caspr["objective_sum_f2"], rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("size", few([1.0, 8.0]))
 def test_solved_poses_have_solutions_and_infeasible_ones_have_none(
@@ -296,6 +297,7 @@ def test_brute_force_finds_corners() -> None:
     assert sums.min() == pytest.approx(linear_programme(L[0], tau[0], LOW, HIGH).forces.sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     ("lever", "force"), few([(1e-5, 1.0), (1e4, 1.0), (1.0, 1e3), (1.0, 1e-3)])

@@ -183,6 +183,7 @@ def test_equal_priorities_share_what_they_cannot_both_have() -> None:
     assert solution.qdd[0] == pytest.approx(-0.5, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_joint_limits_are_approached_and_not_crossed() -> None:
     """The task lies 0.3 m beyond the limit: the joint comes to rest at it."""
     mass, T = PointMass(), 1e-3

@@ -83,6 +83,7 @@ def test_the_joints_sag_by_their_weight_over_the_spring() -> None:
     assert np.abs(plant.q - q_d).max() > 1e-3
 
 
+@pytest.mark.slow
 def test_integral_action_lifts_the_weight() -> None:
     """The control loop's ki, here in [N·m/(rad·s)]."""
     plant, q_d = Plant(planar_2r()), np.array([0.1, -0.1])

@@ -142,6 +142,7 @@ def test_inertias_that_no_body_has_are_infinitely_far() -> None:
     assert 20 < unphysical < 180
 
 
+@pytest.mark.slow
 def test_hidden_numbers_are_found_within_their_deviations(arm: Robot) -> None:
     parameters, _ = free_parameters(arm, FREE, np.ones(2), PriorSettings())
     hidden = np.array([3e-3, -2e-3, 1e-3, 4e-3, 0.4, -0.3])

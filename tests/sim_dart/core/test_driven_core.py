@@ -101,6 +101,7 @@ def energies(robot: Robot, q: FloatArray, qd: FloatArray) -> tuple[float, float]
     return kinetic, potential
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", STATES)
 def test_all_terms_follow_from_energies_and_places(state: FloatArray) -> None:
     """Lagrange's equations with energies of links that are placed by numpy, and differences."""

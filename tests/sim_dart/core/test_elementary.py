@@ -66,6 +66,7 @@ def single(tmp_path_factory: pytest.TempPathFactory) -> Compiled:
     return Compiled(library, ctypes.c_float, np.float32, np.float64)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "true", "low", "high", "most"),
     [

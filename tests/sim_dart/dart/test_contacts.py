@@ -25,6 +25,7 @@ def resting(kind: str, folder: Path, **surface: float) -> tuple[Plant, float]:
     return world_of(scene), half
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", SHAPES)
 def test_every_shape_rests_at_its_height_and_never_deep_in_the_ground(
     kind: str, tmp_path: Path
@@ -36,6 +37,7 @@ def test_every_shape_rests_at_its_height_and_never_deep_in_the_ground(
     assert z.min() > -impact - (1e-3 if kind == "fine mesh" else 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [kind for kind in SHAPES if kind != "fine mesh"])  # it rocks
 def test_the_contacts_carry_the_weight(kind: str, tmp_path: Path) -> None:
     """In the mean: the momentum stays zero. A cylinder's points of contact come and go."""
@@ -141,6 +143,7 @@ def test_a_body_on_a_slope_of_30_degrees_slides_below_the_friction_of_its_tangen
     assert way == pytest.approx(expected, rel=0.02) if slides else way < 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", few([0.6, 0.3, 0.9, 1.0]))
 @pytest.mark.parametrize("kind", few(SHAPES, 3))
 def test_a_body_bounces_to_the_square_of_its_restitution(
@@ -170,6 +173,7 @@ def test_no_restitution_means_no_bounce() -> None:
     assert z[400:].max() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["pyramid", "cone"])
 def test_two_fingers_hold_a_box_by_friction_lift_it_and_let_it_fall(law: str) -> None:
     robot, pads = pincers()

@@ -292,6 +292,7 @@ def shot(kind: str, wall: str, speed: float, turn: np.ndarray, folder: Path) -> 
     return bool(poses[:, 0, 0].max() > 0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wall", few(["mesh", "box", "cylinder"]))
 @pytest.mark.parametrize("kind", few(SHAPES, 2))
 def test_nothing_tunnels_below_the_speed_that_is_refused(

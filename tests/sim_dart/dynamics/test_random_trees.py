@@ -54,6 +54,7 @@ def test_terms_equal_darts(first: int) -> None:
         check({"J' qd": bias}, 1e-10, seed)
 
 
+@pytest.mark.slow
 @groups
 def test_terms_equal_mujocos(first: int) -> None:
     for seed in range(first, first + GROUP):

@@ -151,6 +151,7 @@ def test_jacobian_is_the_derivative_of_the_lengths(options: dict[str, object], c
     assert compared >= 0.99 * 60 * 5 * 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", few([2, 3, 5], 2))
 @pytest.mark.parametrize("options", KINDS, ids=NAMES)
 def test_the_cable_is_taut_between_the_surfaces(options: dict[str, object], count: int) -> None:

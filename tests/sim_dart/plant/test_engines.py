@@ -57,6 +57,7 @@ def test_a_thousand_steps_of_a_damped_tree_are_those_of_dart(seed: int, rule: An
     assert go_together(plants, 1000, 0.3 * f) > 0.01  # by muscles and springs alone
 
 
+@pytest.mark.slow
 @RULES
 @pytest.mark.parametrize("robot", [planar_2r(), random_robot(2, joints=4)])
 def test_joint_limits_stop_core_and_dart_alike(robot: Robot, rule: Any) -> None:
@@ -71,6 +72,7 @@ def test_joint_limits_stop_core_and_dart_alike(robot: Robot, rule: Any) -> None:
     assert np.abs(plants[0].q).max() <= 0.4 + 1e-9
 
 
+@pytest.mark.slow
 @RULES
 def test_substeps_laws_and_energies_are_those_of_dart(rule: Any) -> None:
     """Energies, momenta, tensions and states of elastic muscles under a load."""

@@ -184,6 +184,7 @@ def test_semi_implicit_euler_is_of_first_order(name: str, error: float) -> None:
     assert coarse / fine == pytest.approx(2.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_rk4_is_of_fourth_order_where_all_is_smooth() -> None:
     errors = [worst("hanging", h, "rk4") for h in (1e-2, 5e-3, 2.5e-3)]
     assert errors[0] < 3e-5

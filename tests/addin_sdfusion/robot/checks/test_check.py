@@ -308,6 +308,7 @@ def test_mass_properties_made_from_a_density_pass_both_inertia_tests(inertia):
     assert positive_semidefinite(density_matrix(inertia.matrix))
 
 
+@pytest.mark.slow
 @given(robots())
 def test_random_trees_are_sound(robot):
     assert [finding for finding in check(robot) if finding.is_error] == []

@@ -83,6 +83,7 @@ def test_every_trajectory_of_a_model_is_read(shared, model):
         assert Counter(t.spline for t in trajectories if t.space == space) == kinds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("model", "cable_set"), FINDINGS)
 def test_a_model_is_the_same_after_writing_and_reading(shared, model, cable_set, tmp_path):
     robot = read_robot(folder(shared, model), cable_set)

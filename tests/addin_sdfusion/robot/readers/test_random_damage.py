@@ -158,6 +158,7 @@ def test_a_broken_sdf_robot_is_read_or_refused(tmp_path):
     try_all(MUTATIONS // 5, [tmp_path / "example"], damaged, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "text"),
     [("arm.urdf", URDF), ("leg.osim", MENDED_OSIM), ("model.xml", WHOLE_MJCF)],

@@ -72,6 +72,7 @@ SHARED = {
 """Poses of muscles without wraps."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHARED)
 def test_masses_gravity_and_lengths_are_those_of_opensim(shared: Path, name: str) -> None:
     file = shared / f"models/opensim/{name}.osim"

@@ -102,6 +102,7 @@ def next_to_origin(muscle):
     return any(0.0 < math.hypot(*point.position) < 1e-5 for point in muscle.via_points)
 
 
+@pytest.mark.slow
 @given(robots())
 def test_any_sound_robot_is_written(robot):
     assume(not any(map(next_to_origin, robot.muscles)))
@@ -189,6 +190,7 @@ def with_stops(robot, friction, rng):
     return replace(robot, joints=tuple(joints), cable_sets=(), cable_set="")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 10.0, 60.0])
 @pytest.mark.parametrize("seed", [3, 5, 9])
 def test_a_tree_with_stops_and_friction_moves_as_here(friction, seed, tmp_path):

@@ -173,6 +173,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "each", "format_"), CASES)
 def test_nothing_is_lost_in_silence(seed: int, each: int, format_: str) -> None:
     """So many changes of each field, of random parts of the robot."""

@@ -30,6 +30,7 @@ def robot():
     return read_robot(EXAMPLE)
 
 
+@pytest.mark.slow
 @given(robots())
 def test_sdf_gives_back_the_robot_to_the_last_bit(robot):
     with tempfile.TemporaryDirectory() as folder:
@@ -38,6 +39,7 @@ def test_sdf_gives_back_the_robot_to_the_last_bit(robot):
         assert read_robot(Path(folder) / "model.sdf") == robot
 
 
+@pytest.mark.slow
 @given(robots(caspr=True))
 def test_caspr_gives_back_the_robot_to_the_last_bit(robot):
     with tempfile.TemporaryDirectory() as folder:
@@ -45,6 +47,7 @@ def test_caspr_gives_back_the_robot_to_the_last_bit(robot):
         assert read_robot(folder) == robot
 
 
+@pytest.mark.slow
 @given(robots())
 def test_cardsflow_xml_alone_gives_back_the_active_muscles_and_task_frames(robot):
     with tempfile.TemporaryDirectory() as folder:

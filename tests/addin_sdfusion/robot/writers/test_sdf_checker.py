@@ -30,6 +30,7 @@ def verdict(folder):
     return done.stdout + done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "robot", [planar_2r(), random_robot(0), every_joint()], ids=lambda robot: str(robot.name)
 )

@@ -116,6 +116,7 @@ def wraps(draw, muscle, surfaces):
     return tuple(draw(st.lists(wrap, max_size=3)))
 
 
+@pytest.mark.slow
 @given(with_everything())
 def test_a_robot_with_everything_comes_back_to_the_last_bit(robot):
     if any(finding.is_error for finding in sdf_losses(robot)):
