@@ -101,11 +101,11 @@ def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) 
     tau = terms.tau + np.einsum("tmn,tm->tn", L, resting)
     arms = np.abs(L).max(axis=(0, 1), initial=0.0)
     driven = arms > _NO_ARM * arms.max(initial=0.0)
-    A, wanted = (L * active[:, :, None])[:, :, driven], tau[:, driven]
-    found = distribute(A, wanted, least, 1.0)
+    A, demanded = (L * active[:, :, None])[:, :, driven], tau[:, driven]
+    found = distribute(A, demanded, least, 1.0)
     a, infeasible = np.array(found.forces), ~found.solved
     if infeasible.any():
-        a[infeasible] = _with_reserves(A[infeasible], wanted[infeasible], least)
+        a[infeasible] = _with_reserves(A[infeasible], demanded[infeasible], least)
     reserves = tau + np.einsum("tmn,tm->tn", L, active * a)
     reserves[np.ix_(~infeasible, driven)] = 0.0
     names = np.array(terms.coordinate_names)

@@ -123,9 +123,9 @@ def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Ro
     }
     for kind, own in known.items():
         there = {name for name in columns if name.partition(".")[0] == kind and "." in name}
-        foreign = sorted(there - own)
-        if foreign:
-            what = f"{foreign[0]!r} is no signal of robot {robot.name!r}: it is of another robot"
+        unknown = sorted(there - own)
+        if unknown:
+            what = f"{unknown[0]!r} is no signal of robot {robot.name!r}: it is of another robot"
             raise InputError(what, file=path)
     if not any(name in columns for name in known["l"] | known["q"]):
         what = f"has neither positions nor lengths of robot {robot.name!r}, such as "

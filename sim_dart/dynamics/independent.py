@@ -200,8 +200,8 @@ def dependent_coordinates(
     if not jacobians:
         raise InputError(f"robot {robot.name!r}: its loops close in no pose near its initial one")
     rank = max(int(np.linalg.matrix_rank(J, 1e-7 * np.linalg.norm(J))) for J in jacobians)
-    wanted = np.array([2.0 * (name in among) - 1.0 * (name in never) for name in names])
-    sets = {tuple(sorted(_picked(J, rank, wanted))) for J in jacobians}
+    preference = np.array([2.0 * (name in among) - 1.0 * (name in never) for name in names])
+    sets = {tuple(sorted(_picked(J, rank, preference))) for J in jacobians}
     best = max(sorted(sets), key=lambda chosen: _quality(jacobians, chosen))
     asked = {names.index(n) for n in among if n in names}
     barred = {names.index(n) for n in never if n in names}
@@ -228,7 +228,7 @@ def _closed_poses(robot: Robot) -> list[FloatArray]:
     return poses
 
 
-def _picked(J: FloatArray, rank: int, wanted: FloatArray) -> list[int]:
+def _picked(J: FloatArray, rank: int, preference: FloatArray) -> list[int]:
     """Columns of J that are as far from depending on each other as a greedy choice finds."""
     left, chosen = J.copy(), list[int]()
     for _ in range(rank):
@@ -238,7 +238,7 @@ def _picked(J: FloatArray, rank: int, wanted: FloatArray) -> list[int]:
             able[chosen] = False
         if not able.any():
             break
-        best = int(np.lexsort((sizes, np.where(able, wanted, -np.inf)))[-1])
+        best = int(np.lexsort((sizes, np.where(able, preference, -np.inf)))[-1])
         chosen.append(best)
         unit = left[:, best] / sizes[best]
         left = left - np.outer(unit, unit @ left)

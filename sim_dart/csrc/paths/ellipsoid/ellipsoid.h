@@ -16,7 +16,7 @@ CORE_INSIDE real ellipsoid_nearest(const wrap_surface *s, const real a[3], const
 /* Whether an end is inside. */
 CORE_INSIDE int ellipsoid_holds(const wrap_surface *s, const real a[3], const real b[3]);
 
-/* The side of it, as of a way, that a direction in the world stands for. */
+/* The side of it, as of a way, from a direction in the world. */
 CORE_INSIDE int ellipsoid_side(const wrap_surface *s, const real direction[3]);
 
 #endif
