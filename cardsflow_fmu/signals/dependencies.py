@@ -40,6 +40,8 @@ _AT_START: dict[str, dict[str, str]] = {
     "mujoco_muscle": {"activation": "u", "tension": "ulv"},
     "path_spring": {"tension": "lv"},
     "tendon_spring": {"tension": "lv"},
+    "winch": {"drum_speed": "", "drum_angle": "ul", "tension": "ulv"},
+    "winch_position": {"drum_speed": "", "drum_angle": "ul", "tension": "ulv"},
     "hill_degroote2016": _HILL,
     "hill_millard2012": _HILL,
     "hill_thelen2003": _HILL,

@@ -80,7 +80,7 @@ def _tree_fields(frames: list[MovingFrame]) -> Fields:
 def _law_fields(robot: Robot) -> dict[str, ArrayLike]:
     kinds = list(law_parameters())
     in_core = ["ideal" if m.model.own else law_of(m.model).kind for m in robot.muscles]
-    values = [tension_laws.law_parameters(muscle.model) for muscle in robot.muscles]
+    values = [tension_laws.muscle_parameters(muscle) for muscle in robot.muscles]
     return {
         "law_kind": [kinds.index(kind) for kind in in_core],
         "law_parameter": [number for numbers in values for number in numbers.values()],

@@ -78,10 +78,6 @@ def cable_models(robot: Robot) -> Iterator[Finding]:
         if muscle.model.kind == "passive_spring" and (muscle.f_min, muscle.f_max) != (0.0, 0.0):
             problem = "a passive spring takes no command; set f_min and f_max to 0"
             yield error(subject, "passive-cable-force", problem)
-        yield from _pulley_numbers(subject, muscle)
-        if muscle.pulley is not None and [p.link for p in muscle.via_points[:1]] != [WORLD]:
-            problem = f"has a base pulley; put its first via point on {WORLD!r}"
-            yield error(subject, "pulley-not-at-base", problem)
         yield from _friction(subject, muscle)
         if subject.name == muscle.name:  # one of the active set
             yield from _not_simulated(subject, muscle)
@@ -128,23 +124,6 @@ def _travel(pulley: BasePulley) -> str:
         f"its winch moves its pulley{how} in CASPR, from a place that depends on how often it was "
         "called; here the pulley stands at the constant winch point"
     )
-
-
-def _pulley_numbers(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
-    """A pulley has a size and a direction."""
-    if muscle.pulley is None:
-        return
-    radius, entry = muscle.pulley.radius, muscle.pulley.entry_vector
-    if len(radius) != 1 or radius[0] <= 0.0:
-        problem = f"pulley_radius {_text(radius)} of its base pulley is not one number above zero"
-        yield error(subject, "bad-pulley", problem)
-    if len(entry) != 3 or not any(entry):
-        problem = f"{muscle.pulley.entry_name} {_text(entry)} of its base pulley is no direction"
-        yield error(subject, "bad-pulley", problem)
-
-
-def _text(numbers: tuple[float, ...]) -> str:
-    return " ".join(map(repr, numbers)) or "(not given)"
 
 
 def _bodies(robot: Robot) -> dict[str, str]:

@@ -22,6 +22,8 @@ CableKind = Literal[
     "passive_spring",
     "path_spring",
     "tendon_spring",
+    "winch",
+    "winch_position",
     "linear_spring",
     "vsd_torsion",
     "vsd_flexure",
@@ -85,7 +87,7 @@ class CableModel:
 
 @dataclass(frozen=True, slots=True)
 class BasePulley:
-    """A swivelling pulley where a cable leaves the base.
+    """A swivelling pulley where a cable begins, at the base or on a link.
 
     The first via point is where the cable comes on, along the entry vector; the pulley's plane
     swivels about that line to hold the next point. The arc on the pulley, of `pulley_radius`,
@@ -95,7 +97,9 @@ class BasePulley:
 
     Attributes:
         kind: `rotating`, or `screw` with a winch behind it.
-        parameters: Its numbers by the names and in the units of CASPR's files, vectors in a row.
+        parameters: Its numbers by the names and in the units of CASPR's files, vectors in a row;
+            and `inertia` about its axis in [kg m^2] and `bearing_friction` in [N m], which the
+            winch behind it bears.
     """
 
     kind: Literal["rotating", "screw"]
@@ -115,6 +119,10 @@ class BasePulley:
     def radius(self) -> tuple[float, ...]:
         """The pulley's radius, in [m]; empty if it is not given."""
         return dict(self.parameters).get("pulley_radius", ())
+
+    def number(self, name: str) -> float:
+        """A number that may be left out: 0 then."""
+        return dict(self.parameters).get(name, (0.0,))[0]
 
 
 @dataclass(frozen=True, slots=True)

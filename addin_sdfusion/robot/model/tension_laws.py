@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ..errors import InputError
-from .muscle import CableModel
+from .muscle import CableModel, Muscle
 from .tension_parameters import (
     DE_GROOTE,
     ELASTIC_CABLE,
@@ -26,6 +26,8 @@ from .tension_parameters import (
     SPRING,
     TENDON_SPRING,
     THELEN,
+    WINCH,
+    WINCH_POSITION,
     Parameter,
 )
 
@@ -81,6 +83,7 @@ class TensionLaw(NamedTuple):
 
 
 _EXCITATION = Command("excitation", "1", 0.0, 1.0)
+_DRUM_STATES = (LawState("drum_speed", "rad/s"), LawState("drum_angle", "rad"))
 _HILL_STATES = (LawState("activation", "1"), LawState("fibre_length", "m", "elastic_tendon"))
 
 TENSION_LAWS: dict[str, TensionLaw] = {
@@ -120,9 +123,19 @@ TENSION_LAWS: dict[str, TensionLaw] = {
                    "OpenSim, PathSpring: f = K (l - l0) (1 + D l'), never below 0", PATH_SPRING),
         TensionLaw("tendon_spring", "a spring and damper of MuJoCo's tendons; it pushes, too",
                    "MuJoCo: f = k (l - l_high) or k (l - l_low), + d l'", TENDON_SPRING),
+        TensionLaw("winch", "a motor with gear and drum that winds up an elastic cable",
+                   "(N^2 J_M + J_D) w' = N u - r f - b w - Tc sgn w; f = EA e (1 + D e'), never "
+                   "below 0, e = (l - l_u) / (l_u + l_lead); l_u = l_0 - r theta", WINCH,
+                   Command("torque", "N.m", "-max_torque", "max_torque"), _DRUM_STATES),
+        TensionLaw("winch_position", "the same with a drive that holds the length of cable",
+                   "winch, with N u = Kp (l_u - u) / r - Kd w within +-N T_max", WINCH_POSITION,
+                   Command("rest_length", "m", 0.0, "longest_rest_length"), _DRUM_STATES),
     )
 }  # fmt: skip
 """The laws that are simulated, by kind."""
+
+WINCHES = ("winch", "winch_position")
+"""The laws that have a drum."""
 
 PRESETS: dict[str, CableModel] = {
     "roboy_myo_muscle": CableModel("series_elastic_motor", ROBOY_MYO_MUSCLE),
@@ -156,6 +169,23 @@ def law_parameters(model: CableModel) -> dict[str, float]:
         if value is None:
             raise InputError(f"{model.kind}: parameter {parameter.name!r} is missing")
         values[parameter.name] = value
+    return values
+
+
+def muscle_parameters(muscle: Muscle) -> dict[str, float]:
+    """All parameters of a muscle's law, with what its pulley adds to its winch.
+
+    A pulley of radius R turns by r / R as far as a drum of radius r: it adds J (r / R)^2 to the
+    drum's inertia, and Tc r / R to its dry friction.
+
+    Args:
+        muscle: A muscle without errors; see `check`.
+    """
+    values = law_parameters(muscle.model)
+    if muscle.pulley is not None and law_of(muscle.model).kind in WINCHES:
+        ratio = values["drum_radius"] / muscle.pulley.radius[0]
+        values["drum_inertia"] += muscle.pulley.number("inertia") * ratio**2
+        values["dry_friction"] += muscle.pulley.number("bearing_friction") * ratio
     return values
 
 

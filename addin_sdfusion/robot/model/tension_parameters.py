@@ -31,6 +31,9 @@ class Parameter(NamedTuple):
 _LEAST, _MOST = 1e-7, 1e7
 """Strains, forces over F0 and slopes beyond which a curve's pieces have no digits left."""
 
+_LARGEST = 1e9
+"""Of a winch's numbers, in SI units: what no winch has, and the core still computes with."""
+
 
 def _positive(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
     return Parameter(name, unit, default, 0.0, math.inf, meaning, open_low=True)
@@ -39,6 +42,11 @@ def _positive(name: str, unit: str, default: float | None, meaning: str) -> Para
 def _natural(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
     """Zero or above."""
     return Parameter(name, unit, default, 0.0, math.inf, meaning)
+
+
+def _bounded(name: str, unit: str, default: float | None, low: float, meaning: str) -> Parameter:
+    """From `low` to what no winch has."""
+    return Parameter(name, unit, default, low, _LARGEST, meaning)
 
 
 def _part(name: str, default: float, meaning: str) -> Parameter:
@@ -73,6 +81,31 @@ MOTOR = (
     Parameter("rest_length", "m", 0.0, -math.inf, math.inf,
               "l0: path length at which the spring has no force with the spindle at 0"),
     _positive("max_voltage", "V", 24.0, "largest command"),
+)  # fmt: skip
+
+WINCH = (
+    _bounded("drum_radius", "m", None, 1e-6, "r, to the middle of the cable"),
+    _bounded("drum_pitch", "m", 0.0, 0.0, "p: way along the drum a turn; a turn winds up a helix. "
+             "The cable leaves at one place, as from a drum that travels"),
+    _bounded("gear_ratio", "1", 1.0, 1e-3, "N: motor turns a drum turn"),
+    _bounded("motor_inertia", "kg.m2", None, 1e-9, "J_M, of rotor and gear, on the motor's side"),
+    _bounded("drum_inertia", "kg.m2", 0.0, 0.0, "J_D"),
+    _bounded("viscous_friction", "N.m.s/rad", 0.0, 0.0, "b, about the drum's axis"),
+    _bounded("dry_friction", "N.m", 0.0, 0.0, "Tc, about the drum's axis: it holds the drum up to "
+             "that, and brakes with it"),
+    _bounded("axial_stiffness", "N", None, 1e-3, "EA, of the cable"),
+    _bounded("dissipation", "s", 0.0, 0.0, "D"),
+    _bounded("lead_length", "m", 0.0, 0.0, "l_lead: cable between the drum and the first via "
+             "point"),
+    _bounded("rest_length", "m", 0.0, -_LARGEST, "l_0: cable on the path with the drum at 0"),
+    _bounded("max_torque", "N.m", None, 1e-9, "T_max, of the motor; largest command of a torque"),
+)  # fmt: skip
+
+WINCH_POSITION = (
+    *WINCH,
+    _bounded("position_gain", "N.m/rad", None, 1e-9, "Kp of the drive, about the drum's axis"),
+    _bounded("velocity_gain", "N.m.s/rad", None, 0.0, "Kd, likewise"),
+    _bounded("longest_rest_length", "m", 1000.0, 1e-9, "largest command"),
 )  # fmt: skip
 
 ROBOY_MYO_MUSCLE = (

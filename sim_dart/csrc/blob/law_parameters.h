@@ -78,6 +78,17 @@
     P(deactivation_time_constant) P(activation_width) P(control_low) P(control_high)
 #define PATH_SPRING_PARAMETERS(P) P(stiffness) P(rest_length) P(dissipation)
 #define TENDON_SPRING_PARAMETERS(P) P(stiffness) P(rest_low) P(rest_high) P(damping)
+#define WINCH_PARAMETERS(P)                                                                            \
+    P(drum_radius)                                                                                     \
+    P(drum_pitch)                                                                                      \
+    P(gear_ratio)                                                                                      \
+    P(motor_inertia)                                                                                   \
+    P(drum_inertia)                                                                                    \
+    P(viscous_friction)                                                                                \
+    P(dry_friction)                                                                                    \
+    P(axial_stiffness) P(dissipation) P(lead_length) P(rest_length) P(max_torque)
+#define WINCH_POSITION_PARAMETERS(P)                                                                   \
+    WINCH_PARAMETERS(P) P(position_gain) P(velocity_gain) P(longest_rest_length)
 #define NO_PARAMETERS(P)
 
 /* LAW(kind, the name of its tension_law, parameters). The order is that of law_kind. */
@@ -93,7 +104,9 @@
     LAW(ligament_blankevoort1991, LIGAMENT, LIGAMENT_PARAMETERS)                                       \
     LAW(mujoco_muscle, MUJOCO, MUJOCO_PARAMETERS)                                                      \
     LAW(path_spring, PATH_SPRING, PATH_SPRING_PARAMETERS)                                              \
-    LAW(tendon_spring, TENDON_SPRING, TENDON_SPRING_PARAMETERS)
+    LAW(tendon_spring, TENDON_SPRING, TENDON_SPRING_PARAMETERS)                                        \
+    LAW(winch, WINCH, WINCH_PARAMETERS)                                                                \
+    LAW(winch_position, WINCH_POSITION, WINCH_POSITION_PARAMETERS)
 
 #define LAW_KIND(kind, law, parameters) KIND_##law,
 enum { LAWS(LAW_KIND) LAW_KINDS };

@@ -49,6 +49,7 @@
 #include "../laws/law_motor.c"
 #include "../laws/law_mujoco.c"
 #include "../laws/law_spring.c"
+#include "../laws/law_winch.c"
 #include "../laws/laws.c"
 #include "../dynamics/energies.c"
 #include "../dynamics/external_wrenches.c"

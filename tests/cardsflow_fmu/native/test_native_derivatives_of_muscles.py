@@ -96,7 +96,8 @@ def test_laws(kind: str, extra: dict[str, float], seed: int, tmp_path: Path) -> 
     n = len(robot.coordinates)
     q, qd = rng.uniform(-0.1, 0.1, n), rng.uniform(-0.1, 0.1, n)
     commands = rng.uniform(0.2, 0.8, commanded(robot))
-    size = 8e-5 if kind == "series_elastic_motor" else 8e-6  # else rounding shows
+    stiff = {"series_elastic_motor": 8e-5, "winch": 8e-5, "winch_position": 6e-4}
+    size = stiff.get(kind, 8e-6)  # else rounding shows
     check(robot, tmp_path, q, qd, commands, substeps=2, size=size, tolerance=1e-8)
 
 

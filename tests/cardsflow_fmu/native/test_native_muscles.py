@@ -39,6 +39,18 @@ OTHERS = cables(
     CABLE | {"damping": 5.0},
 ) | {"muscles.cable_3.f_min": 0.0, "muscles.cable_3.f_max": 0.0}
 MOTORS = cables(MOTOR, MOTOR, "ideal", "ideal")
+DRUM = {
+    "kind": "winch_position",
+    "drum_radius": 0.02,
+    "motor_inertia": 2e-5,
+    "viscous_friction": 0.01,
+    "axial_stiffness": 2e4,
+    "max_torque": 5.0,
+    "position_gain": 20.0,
+    "velocity_gain": 0.1,
+}
+TORQUE = {name: value for name, value in DRUM.items() if not name.endswith("_gain")}
+WINCHES = cables(DRUM, DRUM, TORQUE | {"kind": "winch"}, TORQUE | {"kind": "winch"})
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "pneumatic": ("pneumatic_elbow", {}),
@@ -46,12 +58,13 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "mixed": ("planar_2r", MIXED),
     "others": ("planar_2r", OTHERS),
     "motors": ("planar_2r", MOTORS),
+    "winches": ("planar_2r", WINCHES),
     "around": ("planar_2r", MIXED | AROUND | {"plant.substeps": 3}),
     "horizon": ("planar_2r", MIXED | {"controller.muscle_horizon": 0.02}),
 }
 
 
-TOLERANCES = {"motors": 1e-9}
+TOLERANCES = {"motors": 1e-9, "winches": 1e-9}
 """Else 1e-11. DART and the core differ in the last digits of M; a motor's voltage, which is found
 from the desired tension of a few periods later, makes much of little."""
 

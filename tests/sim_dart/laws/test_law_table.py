@@ -188,13 +188,17 @@ def test_ports_follow_from_the_laws() -> None:
         "pressure.m4",
         *(f"activation.m{i}" for i in (5, 6, 7)),
         "activation.m9",
-        "activation.m12",
-        "fibre_length.m12",
+        *(f"{name}.m{i}" for i in (12, 13) for name in ("drum_speed", "drum_angle")),
+        "activation.m14",
+        "fibre_length.m14",
     )
-    assert laws.state_units == ("A", "rad/s", "rad", "Pa", "1", "1", "1", "1", "1", "m")
-    assert laws.command_units == ("N", "m", "", "V", "Pa", "1", "1", "1", "", "1", "", "", "1")
-    assert laws.command_low.tolist() == [0, 0, 0, -24, 0, 0, 0, 0, 0, 0, 0, 0, 0]
-    assert laws.command_high.tolist() == [math.inf, 1000, 0, 24, 6e5, 1, 1, 1, 0, 1, 0, 0, 1]
+    units = ("A", "rad/s", "rad", "Pa", *"1111", "rad/s", "rad", "rad/s", "rad", "1", "m")
+    assert laws.state_units == units
+    units = ("N", "m", "", "V", "Pa", "1", "1", "1", "", "1", "", "", "N.m", "m", "1")
+    assert laws.command_units == units
+    assert laws.command_low.tolist() == [0, 0, 0, -24, *[0] * 8, -2, 0, 0]
+    high = [math.inf, 1000, 0, 24, 6e5, 1, 1, 1, 0, 1, 0, 0, 2, 1000, 1]
+    assert laws.command_high.tolist() == high
 
 
 def test_the_law_of_a_preset_takes_other_parameters() -> None:

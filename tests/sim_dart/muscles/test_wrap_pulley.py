@@ -8,9 +8,27 @@ from typing import Literal
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from support.robots.muscle_bench import WINCH
 from support.robots.wrapped import FAR, base_pulley, carriage, vector
 
-from addin_sdfusion.robot import WORLD, Muscle, Robot, ViaPoint
+from addin_sdfusion.robot import (
+    WORLD,
+    CableModel,
+    CableSet,
+    Coordinate,
+    Inertia,
+    Joint,
+    Link,
+    Muscle,
+    Robot,
+    ViaPoint,
+    prismatic,
+    revolute,
+)
+from addin_sdfusion.robot.model.joint import Motion
+from addin_sdfusion.robot.model.muscle_path import Branch
+from addin_sdfusion.robot.model.tension_laws import muscle_parameters
 from sim_dart import MusclePaths
 from sim_dart.core.arrays import FloatArray
 
@@ -121,3 +139,93 @@ def test_without_its_pulley_the_cable_is_straight() -> None:
     bare = robot.with_muscles(replace(muscle, pulley=None) for muscle in robot.muscles)
     with_pulley = MusclePaths(robot).evaluate(np.zeros(3)).lengths
     assert (with_pulley >= MusclePaths(bare).evaluate(np.zeros(3)).lengths).all()
+
+
+def test_a_pulley_may_be_on_a_link() -> None:
+    """The same cable seen from its other end: pulley on the carriage, its far end in the world."""
+    rng = np.random.default_rng(5)
+    robot = pulleys(rng, 40)
+    turned = robot.with_muscles(
+        replace(
+            m, via_points=(replace(m.via_points[0], link=FAR), replace(m.via_points[1], link=WORLD))
+        )
+        for m in robot.muscles
+    )
+    for q in rng.uniform(-0.3, 0.3, (5, 3)):
+        there, here = MusclePaths(robot).evaluate(q), MusclePaths(turned).evaluate(-q)
+        np.testing.assert_allclose(here.lengths, there.lengths, rtol=1e-13)
+        np.testing.assert_allclose(here.jacobian, -there.jacobian, rtol=0, atol=1e-12)
+
+
+def test_a_winch_bears_inertia_and_friction_of_its_pulley() -> None:
+    """J (r / R)^2 and Tc r / R at the drum."""
+    pulley = base_pulley(R, (1.0, 0.0, 0.0))
+    given = (("inertia", (3e-4,)), ("bearing_friction", (0.02,)))
+    law = CableModel("winch", (*WINCH.items(), ("drum_inertia", 1e-3)))
+    ends = (ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(FAR, (0.3, 0.0, 0.1)))
+    muscle = Muscle("m", ends, 0.0, 9.0, law, replace(pulley, parameters=pulley.parameters + given))
+    values, ratio = muscle_parameters(muscle), WINCH["drum_radius"] / R
+    assert values["drum_inertia"] == pytest.approx(1e-3 + 3e-4 * ratio**2, rel=1e-15)
+    assert values["dry_friction"] == pytest.approx(WINCH["dry_friction"] + 0.02 * ratio, rel=1e-15)
+
+
+CORNERS = [(x, y, z) for z in (-1.0, 1.0) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
+PLATFORMS = {
+    # pulleys at the corners of a frame, above and below; cables to the corners of a box
+    "like IPAnema": [
+        ((4.0 * x, 3.0 * y, 2.0 + 2.0 * z), (0.3 * x, 0.2 * y, 0.1 * z)) for x, y, z in CORNERS
+    ],
+    # all pulleys above, two a corner; cables cross to the far edges of a box
+    "like CoGiRo": [
+        ((7.0 * x + 0.5 * z, 5.5 * y, 5.5 + 0.1 * z), (-0.5 * x * z, 0.5 * y, 0.5 * z))
+        for x, y, z in CORNERS
+    ],
+}
+
+
+@pytest.mark.parametrize("name", PLATFORMS)
+def test_platforms_with_swivelling_pulleys_in_closed_form(name: str) -> None:
+    """Lengths to 1e-12 m; the wrench of unit tensions is that of forces along the tangents."""
+    free = Joint("free", WORLD, "platform", *_spatial())
+    muscles = [
+        Muscle(f"c{k}", (ViaPoint(WORLD, F), ViaPoint("platform", b)), 1.0, 100.0,
+               pulley=base_pulley(R, (0.0, 0.0, 1.0 if F[2] < 1.0 else -1.0)))
+        for k, (F, b) in enumerate(PLATFORMS[name])
+    ]  # fmt: skip
+    link = Link("platform", Inertia(10.0, (0.0, 0.0, 0.0), 1.0, 1.0, 1.0))
+    robot = Robot("p", (link,), (free,), (CableSet("all", tuple(muscles)),), "all")
+    paths, rng = MusclePaths(robot), np.random.default_rng(6)
+    for _ in range(20):
+        q = rng.uniform(-1, 1, 6) * [1, 1, 1, 0.3, 0.3, 0.3] + [0, 0, 2, 0, 0, 0]
+        turned = Rotation.from_euler("XYZ", q[3:]).as_matrix()
+        for k, length in enumerate(paths.evaluate(q).lengths):
+            F, v, b = numbers(muscles[k])
+            assert length == pytest.approx(caspr_length(F, v, q[:3] + turned @ b), abs=1e-12)
+
+
+def _spatial() -> tuple[tuple[Motion, ...], tuple[Coordinate, ...]]:
+    axes = [tuple(row) for row in np.eye(3).tolist()]
+    motions = [*(prismatic(a)[0] for a in axes), *(revolute(a)[0] for a in axes)]
+    driven = tuple(replace(motion, coordinate=k) for k, motion in enumerate(motions))
+    names = [Coordinate(f"q{k}", -9.0, 9.0, unit="m" if k < 3 else "rad") for k in range(6)]
+    return driven, tuple(names)
+
+
+def test_a_tackle_pulls_with_every_fall() -> None:
+    """A path that runs to and fro n times: n times the length, n times the force."""
+    fall = (ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(FAR, (0.5, 0.2, 0.1)))
+    tackles = [Muscle(f"n{n}", tuple(fall[k % 2] for k in range(n + 1))) for n in (1, 2, 3, 6)]
+    state = MusclePaths(carriage(tackles, [])).evaluate(np.array([0.1, 0.2, -0.1]))
+    for n, length, row in zip((1, 2, 3, 6), state.lengths, state.jacobian, strict=True):
+        assert length == pytest.approx(n * state.lengths[0], rel=1e-14)
+        np.testing.assert_allclose(row, n * state.jacobian[0], rtol=1e-13)
+
+
+def test_a_differential_pulley_pulls_with_the_difference_of_its_radii() -> None:
+    """Weston's: a sheave of R pays out, one of r < R on the same axle takes in."""
+    up, load = ViaPoint(WORLD, (0.0, 0.0, 1.0)), ViaPoint(FAR, (0.0, 0.0, 0.0))
+    down = Branch(2, -10.0 / 9.0)  # r / R = 0.9
+    muscle = Muscle("w", (up, load, up, load), branches=(down,))
+    plain = Muscle("p", (up, load))
+    state = MusclePaths(carriage([muscle, plain], [])).evaluate(np.array([0.0, 0.1, 0.2]))
+    np.testing.assert_allclose(state.jacobian[0], 0.1 * state.jacobian[1], rtol=1e-12, atol=1e-16)

@@ -25,6 +25,16 @@ from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.muscles.laws import MuscleLaws
 
+WINCH = {
+    "drum_radius": 0.05,
+    "gear_ratio": 5.0,
+    "motor_inertia": 2e-4,
+    "dry_friction": 0.1,
+    "axial_stiffness": 1e4,
+    "dissipation": 1e-3,
+    "lead_length": 0.5,
+    "max_torque": 2.0,
+}
 HILL = {"max_isometric_force": 1000.0, "optimal_fibre_length": 0.1, "tendon_slack_length": 0.2}
 """What has no default; OpenSim's own defaults."""
 
@@ -41,6 +51,8 @@ SOUND: dict[str, dict[str, float]] = {
     "mujoco_muscle": {"force": 1000.0, "length_low": 0.2, "length_high": 0.35},
     "path_spring": {"stiffness": 5000.0, "rest_length": 0.28, "dissipation": 0.01},
     "tendon_spring": {"stiffness": 400.0, "rest_low": 0.1, "rest_high": 0.25, "damping": 30.0},
+    "winch": WINCH,
+    "winch_position": WINCH | {"position_gain": 100.0, "velocity_gain": 5.0},
 }
 """A sound set of parameters for every law."""
 

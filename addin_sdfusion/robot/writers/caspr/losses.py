@@ -14,7 +14,7 @@ from ...finding_builders import all_muscles, all_task_frames, error, warning
 from ...model.joint import Joint
 from ...model.muscle import BasePulley, Muscle
 from ...model.pose import IDENTITY
-from ...model.robot import GRAVITY, Robot
+from ...model.robot import GRAVITY, WORLD, Robot
 from ...model.trajectory import Trajectory
 from ..common_losses import cable_friction, loops, muscle_paths
 from .joints import CASPR_JOINTS, caspr_word
@@ -143,6 +143,9 @@ def _muscle(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
         problem = f"CASPR's <{tag}> has no {', '.join(unknown)}; left out"
         yield warning(subject, "caspr-cable-property", problem)
     if muscle.pulley is not None:
+        if [p.link for p in muscle.via_points[:1]] != [WORLD]:
+            problem = "CASPR has pulleys at the base only; put its first via point there"
+            yield error(subject, "pulley-not-at-base", problem)
         yield from _pulley(subject, muscle.pulley)
     yield from cable_friction(subject, muscle, "CASPR")
 

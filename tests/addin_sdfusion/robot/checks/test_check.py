@@ -88,6 +88,18 @@ def with_surfaces(*surfaces):
 
 
 PULLEY = BasePulley("rotating", (("pulley_radius", (0.1,)), ("cable_entry_vector", (0, 0, 1))))
+
+
+def pulley(**numbers):
+    return BasePulley("rotating", (*PULLEY.parameters, *((k, (v,)) for k, v in numbers.items())))
+
+
+def in_pulley():
+    start, end = cable().via_points
+    near = tuple(a + b for a, b in zip(start.position, (0.0, 0.05, 0.02), strict=True))
+    return (start, replace(start, position=near), end)
+
+
 SCREW = BasePulley(
     "screw", (("pulley_radius", (0.1,)), ("cable_pulley_entry_vector", (0.0, 0.0, 1.0)))
 )
@@ -161,7 +173,9 @@ ERRORS = {
     "unknown-task-link": with_frame(link="hnad"),
     "empty-task-set": replace(ROBOT, task_sets=(TaskSet("tip", ()),)),
     "passive-cable-force": with_cable(model=CableModel("passive_spring")),
-    "pulley-not-at-base": with_cable(start="arm", end="hand", pulley=PULLEY),
+    "unknown-pulley-parameter": with_cable(pulley=pulley(inertai=1e-4)),
+    "point-in-pulley": with_cable(via_points=in_pulley(), pulley=PULLEY),
+    "pulley-without-winch": with_cable(pulley=pulley(inertia=1e-4)),
     "duplicate-wrap-surface": with_surfaces(BALL, BALL),
     "unknown-wrap-link": with_surfaces(replace(BALL, link="amr")),
     "bad-wrap-size": with_surfaces(replace(BALL, radius=0.0)),

@@ -1,0 +1,79 @@
+"""Checks of swivelling pulleys, in every cable set."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ..caspr_vocabulary import CASPR_PULLEYS
+from ..finding import Finding, Subject
+from ..finding_builders import all_muscles, error, unknown
+from ..model.muscle import BasePulley, Muscle
+from ..model.robot import Robot
+from ..model.tension_laws import WINCHES, law_of
+
+_OF_BEARING = ("inertia", "bearing_friction")
+
+
+def pulleys(robot: Robot) -> Iterator[Finding]:
+    """A pulley has a size and a direction, and its cable leaves it; a winch bears its inertia."""
+    for subject, muscle in all_muscles(robot):
+        if muscle.pulley is None:
+            continue
+        found = [*_names(subject, muscle.pulley), *_numbers(subject, muscle.pulley)]
+        yield from found
+        if not found:
+            yield from _next_point(subject, muscle, muscle.pulley)
+            yield from _bearing(subject, muscle, muscle.pulley)
+
+
+def _names(subject: Subject, pulley: BasePulley) -> Iterator[Finding]:
+    words = next(words for words in CASPR_PULLEYS.values() if words.kind == pulley.kind)
+    known = [*(item.tag for item in words.properties), *_OF_BEARING]
+    for name, _ in pulley.parameters:
+        if name not in known:
+            problem = f"its pulley: {unknown('parameter', name, known)}"
+            yield error(subject, "unknown-pulley-parameter", problem)
+
+
+def _numbers(subject: Subject, pulley: BasePulley) -> Iterator[Finding]:
+    radius, entry = pulley.radius, pulley.entry_vector
+    if len(radius) != 1 or radius[0] <= 0.0:
+        problem = f"pulley_radius {_text(radius)} of its base pulley is not one number above zero"
+        yield error(subject, "bad-pulley", problem)
+    if len(entry) != 3 or not any(entry):
+        problem = f"{pulley.entry_name} {_text(entry)} of its base pulley is no direction"
+        yield error(subject, "bad-pulley", problem)
+    given = dict(pulley.parameters)
+    for name in _OF_BEARING:
+        values = given.get(name, (0.0,))
+        if len(values) != 1 or values[0] < 0.0:
+            problem = f"{name} {_text(values)} of its pulley is not one number from zero"
+            yield error(subject, "bad-pulley", problem)
+
+
+def _next_point(subject: Subject, muscle: Muscle, pulley: BasePulley) -> Iterator[Finding]:
+    """The next via point is not within the pulley, as far as both are on one link."""
+    points = muscle.via_points[:2]
+    if len(points) < 2 or points[0].link != points[1].link or any(p.moves for p in points):
+        return
+    way = [b - a for a, b in zip(points[0].position, points[1].position, strict=True)]
+    size = math.hypot(*pulley.entry_vector)
+    along = sum(w * v for w, v in zip(way, pulley.entry_vector, strict=True)) / size
+    whole = math.hypot(*way)
+    across = math.sqrt(max(whole**2 - along**2, 0.0))
+    if math.hypot(along, across - pulley.radius[0]) < pulley.radius[0]:
+        problem = f"its via point 2 lies inside its pulley of radius {pulley.radius[0]:g} m"
+        yield error(subject, "point-in-pulley", problem)
+
+
+def _bearing(subject: Subject, muscle: Muscle, pulley: BasePulley) -> Iterator[Finding]:
+    given = [name for name in _OF_BEARING if pulley.number(name)]
+    if given and law_of(muscle.model).kind not in WINCHES:
+        problem = f"{' and '.join(given)} of its pulley need a winch to bear them; give the muscle "
+        problem += f"the law {' or '.join(WINCHES)}, or leave them out"
+        yield error(subject, "pulley-without-winch", problem)
+
+
+def _text(numbers: tuple[float, ...]) -> str:
+    return " ".join(map(repr, numbers)) or "(not given)"

@@ -1,0 +1,290 @@
+/* winch and winch_position: a drum with gear and motor that winds up an elastic cable.
+
+   Drum speed w and angle theta, positive while reeling in; command: the motor's torque, or with winch_position
+   the length of cable on the path, without force, that a drive holds.
+
+       J w'   = T - rho f - b w - Tc sgn w         about the drum's axis; J = N^2 J_M + J_D
+       theta' = w
+       f      = EA e (1 + D e')                    never below 0; e = (l - l_u) / (l_u + l_lead)
+       l_u    = l_0 - rho theta                    cable paid out, on the path; rho^2 = r^2 + (p / 2 pi)^2
+       T      = N u,  or  Kp (l_u - u) / rho - Kd w,  within +-N T_max
+
+   A turn winds up a helix of pitch p; the cable leaves at the same place, as from a drum that travels. In e' the
+   length that is stretched, l_u + l_lead, stands still.
+
+   A substep is the implicit midpoint rule, with dry friction by the speed that it ends with:
+
+       J (w1 - w0) / t = G((w0 + w1) / 2) - Tc sgn w1,   theta1 = theta0 + t (w0 + w1) / 2
+
+   G falls with w: there is one w1, and it is 0 where friction holds the drum.                         */
+#include "../math/elementary.h"
+#include "law.h"
+
+#include <math.h>
+#include <stddef.h>
+
+typedef struct {
+    WINCH_PARAMETERS(PARAMETER)
+} winch_parameters;
+
+typedef struct {
+    WINCH_POSITION_PARAMETERS(PARAMETER)
+} winch_position_parameters;
+
+enum {
+    WINCH_RADIUS = LAW_OWN, /* rho */
+    WINCH_INERTIA,          /* J */
+    WINCH_VISCOUS,
+    WINCH_DRY,
+    WINCH_AXIAL_STIFFNESS,
+    WINCH_DISSIPATION,
+    WINCH_LEAD,
+    WINCH_REST_LENGTH,
+    WINCH_GEAR,       /* torque of the drum by command; 0 with a drive */
+    WINCH_MOST,       /* largest torque of the drum */
+    WINCH_PROPORTIONAL, /* of a drive, Kp; 0 without */
+    WINCH_DERIVATIVE,
+    WINCH_CONSTANTS
+};
+enum { WINCH_SPEED, WINCH_ANGLE, WINCH_STATES };
+
+/* In [m]: what is paid out at least, where it divides. */
+static const real LEAST_CABLE = PRECISE(1e-3, 1e-3);
+static const real LONGEST_WINCH_STEP = 2.5e-4;
+/* Of a substep, with the fastest oscillation of the drum, in [rad]. */
+static const real LARGEST_WINCH_TURN = 0.05;
+#define MOST_WINCH_STEPS 2000
+#define MOST_WINCH_ITERATIONS 20
+
+/* In SI units: what no winch has, and what is computed with still. */
+static const real LARGEST_OF_WINCH = 1e9;
+
+static int is_within(real x, real low)
+{
+    return value_of(x) >= value_of(low) && value_of(x) <= value_of(LARGEST_OF_WINCH);
+}
+
+static const char *winch_refusal(const void *parameters)
+{
+    const winch_parameters *p = parameters;
+    const real natural[] = {p->drum_pitch,  p->drum_inertia, p->viscous_friction, p->dry_friction,
+                            p->dissipation, p->lead_length};
+    if (!is_within(p->drum_radius, (real)1e-6) || !is_within(p->gear_ratio, (real)1e-3) ||
+        !is_within(p->motor_inertia, (real)1e-9) || !is_within(p->axial_stiffness, (real)1e-3) ||
+        !is_within(p->max_torque, (real)1e-9))
+        return "drum_radius, gear_ratio, motor_inertia, axial_stiffness and max_torque must be above 0, "
+               "and 1e9 at most";
+    for (size_t i = 0; i < sizeof natural / sizeof *natural; i++)
+        if (!is_within(natural[i], 0))
+            return "drum_pitch, drum_inertia, frictions, dissipation and lead_length must not be negative, "
+                   "and 1e9 at most";
+    return is_within(p->rest_length, -LARGEST_OF_WINCH) ? NULL : "rest_length must be within 1e9";
+}
+
+static const char *winch_position_refusal(const void *parameters)
+{
+    const winch_position_parameters *p = parameters;
+    if (!is_within(p->position_gain, (real)1e-9) || !is_within(p->velocity_gain, 0) ||
+        !is_within(p->longest_rest_length, (real)1e-9))
+        return "position_gain and longest_rest_length must be above 0, velocity_gain not negative, "
+               "and all 1e9 at most";
+    return winch_refusal(parameters);
+}
+
+static void winch_prepare(const void *parameters, real *k)
+{
+    const winch_parameters *p = parameters;
+    const real N = p->gear_ratio, r = p->drum_radius, travel = p->drum_pitch / (2 * PI);
+    k[LAW_LOW] = -p->max_torque, k[LAW_HIGH] = p->max_torque;
+    k[WINCH_RADIUS] = sqrt(r * r + travel * travel);
+    k[WINCH_INERTIA] = N * N * p->motor_inertia + p->drum_inertia;
+    k[WINCH_VISCOUS] = p->viscous_friction, k[WINCH_DRY] = p->dry_friction;
+    k[WINCH_AXIAL_STIFFNESS] = p->axial_stiffness, k[WINCH_DISSIPATION] = p->dissipation;
+    k[WINCH_LEAD] = p->lead_length, k[WINCH_REST_LENGTH] = p->rest_length;
+    k[WINCH_GEAR] = N, k[WINCH_MOST] = N * p->max_torque;
+    k[WINCH_PROPORTIONAL] = k[WINCH_DERIVATIVE] = 0;
+}
+
+static void winch_position_prepare(const void *parameters, real *k)
+{
+    const winch_position_parameters *p = parameters;
+    winch_prepare(parameters, k);
+    k[LAW_LOW] = 0, k[LAW_HIGH] = p->longest_rest_length;
+    k[WINCH_GEAR] = 0;
+    k[WINCH_PROPORTIONAL] = p->position_gain, k[WINCH_DERIVATIVE] = p->velocity_gain;
+}
+
+static int winch_states(const void *parameters)
+{
+    (void)parameters;
+    return WINCH_STATES;
+}
+
+static real paid_out(const real *k, real angle)
+{
+    return k[WINCH_REST_LENGTH] - k[WINCH_RADIUS] * angle;
+}
+
+static real stretched_length(const real *k, real angle)
+{
+    return larger(paid_out(k, angle) + k[WINCH_LEAD], LEAST_CABLE);
+}
+
+/* f where `over` of cable is drawn out of `length`, at the rate v + rho w; its slope by w where the stretch grows
+   by `reach` w.                                                                                        */
+static real cable_force(const real *k, real over, real length, real v, real w, real reach, real *slope)
+{
+    *slope = 0;
+    if (!(value_of(over) > 0)) return 0;
+    const real damped = 1 + k[WINCH_DISSIPATION] * (v + k[WINCH_RADIUS] * w) / length;
+    const real per_length = k[WINCH_AXIAL_STIFFNESS] / length, f = per_length * over * damped;
+    if (!(value_of(f) > 0)) return 0;
+    if (value_of(f) > LARGEST_TENSION) return LARGEST_TENSION;
+    *slope = per_length * (reach * damped + over * k[WINCH_DISSIPATION] * k[WINCH_RADIUS] / length);
+    return f;
+}
+
+static real winch_tension(const real *k, const real *x, real l, real v, real u)
+{
+    (void)u;
+    real slope;
+    const real over = l - paid_out(k, x[WINCH_ANGLE]);
+    return cable_force(k, over, stretched_length(k, x[WINCH_ANGLE]), v, x[WINCH_SPEED], 0, &slope);
+}
+
+/* The drum's torque by its motor; its slope by w where the angle grows by `reach` w. */
+static real motor_torque(const real *k, real angle, real w, real u, real reach, real *slope)
+{
+    *slope = 0;
+    if (value_of(k[WINCH_PROPORTIONAL]) == 0) return k[WINCH_GEAR] * u;
+    const real Kp = k[WINCH_PROPORTIONAL], Kd = k[WINCH_DERIVATIVE];
+    const real T = Kp * ((paid_out(k, angle) - u) / k[WINCH_RADIUS]) - Kd * w, most = k[WINCH_MOST];
+    if (value_of(fabs(T)) >= value_of(most)) return value_of(T) > 0 ? most : -most;
+    *slope = -Kp * reach - Kd;
+    return T;
+}
+
+static void winch_rates(const real *k, const real *x, real l, real v, real u, real *xd)
+{
+    real slope;
+    const real w = x[WINCH_SPEED], dry = k[WINCH_DRY];
+    real torque = motor_torque(k, x[WINCH_ANGLE], w, u, 0, &slope) - k[WINCH_VISCOUS] * w -
+                  k[WINCH_RADIUS] * winch_tension(k, x, l, v, u);
+    if (value_of(w) != 0) torque -= value_of(w) > 0 ? dry : -dry;
+    else torque -= clamped(torque, -dry, dry);
+    xd[WINCH_SPEED] = torque / k[WINCH_INERTIA];
+    xd[WINCH_ANGLE] = w;
+}
+
+/* The cable paid out where a force f holds it at a path length l. */
+static real paid_out_by(const real *k, real l, real f)
+{
+    const real e = f / k[WINCH_AXIAL_STIFFNESS];
+    return (l - e * k[WINCH_LEAD]) / (1 + e);
+}
+
+/* The same where a drive that does not reach its limit holds it:
+   Kp (l_u - u) / rho^2 = EA (l - l_u) / (l_u + l_lead), or u of a slack cable.                       */
+static real paid_out_at(const real *k, real l, real u)
+{
+    if (value_of(u) >= value_of(l)) return u;
+    const real a = k[WINCH_PROPORTIONAL] / (k[WINCH_RADIUS] * k[WINCH_RADIUS] * k[WINCH_AXIAL_STIFFNESS]);
+    const real half = (1 + a * (k[WINCH_LEAD] - u)) / 2, c = l + a * u * k[WINCH_LEAD];
+    const real root = sqrt(half * half + a * c);
+    return value_of(half) > 0 ? c / (half + root) : (root - half) / a;
+}
+
+/* The drum stands: its motor holds the cable, or has none to hold. Dry friction bears nothing. */
+static void winch_start(const real *k, real l, real u, real *x)
+{
+    const real rho = k[WINCH_RADIUS], strongest = k[WINCH_MOST] / rho;
+    real paid;
+    if (value_of(k[WINCH_PROPORTIONAL]) == 0) {
+        paid = paid_out_by(k, l, larger(k[WINCH_GEAR] * u / rho, 0));
+    } else {
+        paid = paid_out_at(k, l, u);
+        const real weakest = paid_out_by(k, l, strongest);
+        if (value_of(k[WINCH_PROPORTIONAL] * (paid - u)) > value_of(k[WINCH_MOST] * rho)) paid = weakest;
+    }
+    x[WINCH_SPEED] = 0, x[WINCH_ANGLE] = (k[WINCH_REST_LENGTH] - paid) / rho;
+}
+
+/* What a substep of time t begins with. */
+typedef struct {
+    real l, v, u, t, length;
+    const real *x;
+} winch_substep;
+
+/* G, and its slope by w1. */
+static real drum_torque(const real *k, const winch_substep *s, real w1, real *slope)
+{
+    const real w = (s->x[WINCH_SPEED] + w1) / 2, rho = k[WINCH_RADIUS];
+    const real angle = s->x[WINCH_ANGLE] + s->t * w / 2, over = s->l + s->v * s->t / 2 - paid_out(k, angle);
+    real by_motor, by_cable;
+    const real T = motor_torque(k, angle, w, s->u, s->t / 2, &by_motor);
+    const real f = cable_force(k, over, s->length, s->v, w, rho * s->t / 2, &by_cable);
+    *slope = (by_motor - rho * by_cable - k[WINCH_VISCOUS]) / 2;
+    return T - rho * f - k[WINCH_VISCOUS] * w;
+}
+
+/* w1 by Newton's rule; what is not linear are a cable that gets taut, a drive at its limit and D. */
+static real speed_after(const real *k, const winch_substep *s)
+{
+    const real heavy = k[WINCH_INERTIA] / s->t, w0 = s->x[WINCH_SPEED];
+    real slope, w = 0;
+    const real pushed = heavy * w0 + drum_torque(k, s, w, &slope);
+    if (value_of(fabs(pushed)) <= value_of(k[WINCH_DRY])) return 0;
+    const real way = value_of(pushed) > 0 ? 1 : -1;
+    for (int i = 0; i < MOST_WINCH_ITERATIONS; i++) {
+        const real left = heavy * (w0 - w) + drum_torque(k, s, w, &slope) - way * k[WINCH_DRY];
+        const real step = left / (heavy - slope);
+        w += step;
+        if (value_of(fabs(step)) <= PRECISE(1e-14, 1e-6) * value_of(fabs(w) + fabs(w0))) break;
+    }
+    return w;
+}
+
+static void winch_substep_on(const real *k, real *x, real l, real v, real u, real t)
+{
+    const winch_substep s = {l, v, u, t, stretched_length(k, x[WINCH_ANGLE] + t * x[WINCH_SPEED] / 2), x};
+    const real w1 = speed_after(k, &s);
+    x[WINCH_ANGLE] += t * (x[WINCH_SPEED] + w1) / 2;
+    x[WINCH_SPEED] = w1;
+}
+
+static void winch_advance(const real *k, real *x, real l, real v, real u, real h)
+{
+    const real rho = k[WINCH_RADIUS];
+    const real holding = k[WINCH_AXIAL_STIFFNESS] * rho * rho / stretched_length(k, x[WINCH_ANGLE]);
+    const real quick = sqrt((holding + k[WINCH_PROPORTIONAL]) / k[WINCH_INERTIA]);
+    const real least = ceil(h * larger(quick / LARGEST_WINCH_TURN, 1 / LONGEST_WINCH_STEP));
+    const int steps = whole_steps(least, MOST_WINCH_STEPS);
+    const real t = h / steps;
+    for (int i = 0; i < steps; i++) winch_substep_on(k, x, l + v * t * i, v, u, t);
+}
+
+TENSION_LAW(WINCH) = {
+    .parameters = PARAMETER_COUNT(winch_parameters),
+    .constants = WINCH_CONSTANTS,
+    .driven = 1,
+    .refusal = WHEN_OPENED(winch_refusal),
+    .prepare = WHEN_OPENED(winch_prepare),
+    .tension = winch_tension,
+    .states = WHEN_OPENED(winch_states),
+    .rates = winch_rates,
+    .start = winch_start,
+    .advance = winch_advance,
+};
+
+TENSION_LAW(WINCH_POSITION) = {
+    .parameters = PARAMETER_COUNT(winch_position_parameters),
+    .constants = WINCH_CONSTANTS,
+    .driven = 1,
+    .refusal = WHEN_OPENED(winch_position_refusal),
+    .prepare = WHEN_OPENED(winch_position_prepare),
+    .tension = winch_tension,
+    .states = WHEN_OPENED(winch_states),
+    .rates = winch_rates,
+    .start = winch_start,
+    .advance = winch_advance,
+};
