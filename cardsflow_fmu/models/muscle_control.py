@@ -5,7 +5,8 @@ within a horizon; the control law chooses among them, and the commands that lead
 held as long, are found by inverting the muscles' laws. A horizon of one period aims at
 the next tick. Muscles that answer late, as a motor behind a spring does, need a longer one: a
 command that makes up for the whole delay within a single period overshoots in what is not aimed at,
-and the next one more.
+and the next one more. A drive that holds a position is commanded one that moves along with the path
+from tick to tick: a single one for the whole horizon would lead the path, and feed the motion.
 """
 
 from __future__ import annotations
@@ -114,7 +115,7 @@ class MuscleControl:
             forces: Shape (m,), in [N].
             period: Until the next tick, in [s].
         """
-        self._held = self._drive.commands(forces, self.horizon(period))
+        self._held = self._drive.commands(forces, self.horizon(period), period)
         self._began = self._drive.tensions(self._held)
         self._has_ticked = True
 

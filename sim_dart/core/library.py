@@ -65,7 +65,7 @@ def library() -> ctypes.PyDLL:
     core.core_count_turns.argtypes = [pointer, ctypes.c_int]
     core.core_reach.argtypes = [pointer, double]
     core.core_advance.argtypes = [pointer, text, double]
-    core.core_invert.argtypes = [pointer, text, double]
+    core.core_invert.argtypes = [pointer, text, double, double]
     core.core_curve.argtypes = [pointer, count, text, double, ctypes.c_int]
     core.core_curve.restype = double
     return core

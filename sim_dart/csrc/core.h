@@ -196,9 +196,10 @@ CORE_API int core_advance(core *c, const real *u, real h);
    law_states stay. Also for a tension that falls with the command, low is the smaller one.            */
 CORE_API void core_reach(core *c, real h);
 
-/* commands: those that have the tensions of core_reach come to f, or as near to it as they can. f must be
-   finite; 0, or 1 + the index of the first that is not.                                               */
-CORE_API int core_invert(core *c, const real *f, real h);
+/* commands: those that have the tensions of core_reach come to f, or as near to it as they can. A position
+   is expected to move along with its path after every time `held`, above 0. f must be finite; 0, or 1 + the
+   index of the first that is not.                                                                     */
+CORE_API int core_invert(core *c, const real *f, real h, real held);
 
 /* A curve of a muscle's law at x, or its slope: active_force_length, force_velocity, passive_force_length,
    tendon_force_length; lengths over the optimal fibre's or the tendon's slack length, velocities over

@@ -64,17 +64,18 @@ class MuscleDrive:
         """
         return self._laws.reach(period)
 
-    def commands(self, forces: FloatArray, period: float) -> FloatArray:
+    def commands(self, forces: FloatArray, horizon: float, period: float = 0.0) -> FloatArray:
         """The commands that lead to these tensions, or to the nearest ones.
 
         Args:
             forces: Shape (m,), in [N].
-            period: Time to reach them, in [s].
+            horizon: Time to reach them, in [s].
+            period: Until the next commands, in [s]; the horizon if 0.
 
         Returns:
             Shape (m,), each in the unit of its law; 0 for passive muscles.
         """
-        return self._laws.invert(forces, period).copy()
+        return self._laws.invert(forces, horizon, period).copy()
 
     def resting_reach(self, q: ArrayLike) -> Reach:
         """The tensions that muscles can hold at rest at q, shape (n,), in [rad] or [m]."""

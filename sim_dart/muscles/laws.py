@@ -166,18 +166,22 @@ class MuscleLaws:
         self.own.reach(self._low, self._high, self._lengths, self.rates)
         return Reach(self._low.copy(), self._high.copy())
 
-    def invert(self, forces: ArrayLike, h: float) -> FloatArray:
+    def invert(self, forces: ArrayLike, h: float, period: float = 0.0) -> FloatArray:
         """The commands that lead to these tensions, or to the nearest ones within `reach`.
+
+        A command is held meanwhile, but for that of a drive that holds a position: this is expected
+        to move along with its path, every period.
 
         Args:
             forces: Desired tensions, shape (m,), in [N].
             h: After how long, in [s].
+            period: Until the next command, in [s]; h if 0.
 
         Returns:
             Commands, shape (m,), in each law's unit; 0 for passive muscles. A view.
         """
         f = self._vector("forces", forces)
-        self._check(self._core.invert(self._handle, f.tobytes(), h), "force", f)
+        self._check(self._core.invert(self._handle, f.tobytes(), h, period or h), "force", f)
         self.own.invert(self._commands, f, self._lengths, self.rates)
         return self._commands
 

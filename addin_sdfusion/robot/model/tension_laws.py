@@ -124,11 +124,15 @@ TENSION_LAWS: dict[str, TensionLaw] = {
         TensionLaw("tendon_spring", "a spring and damper of MuJoCo's tendons; it pushes, too",
                    "MuJoCo: f = k (l - l_high) or k (l - l_low), + d l'", TENDON_SPRING),
         TensionLaw("winch", "a motor with gear and drum that winds up an elastic cable",
-                   "(N^2 J_M + J_D) w' = N u - r f - b w - Tc sgn w; f = EA e (1 + D e'), never "
-                   "below 0, e = (l - l_u) / (l_u + l_lead); l_u = l_0 - r theta", WINCH,
+                   "(N^2 J_M + J_D) w' = N u - r (f + EA e^2 / 2) - b w - Tc sgn w; f = EA e "
+                   "(1 + D e'), never below 0, e = (l - l_u) / (l_u + l_lead); l_u = l_0 - r "
+                   "theta. A drum takes up strain energy as well, EA e^2 / 2 a length", WINCH,
                    Command("torque", "N.m", "-max_torque", "max_torque"), _DRUM_STATES),
         TensionLaw("winch_position", "the same with a drive that holds the length of cable",
-                   "winch, with N u = Kp (l_u - u) / r - Kd w within +-N T_max", WINCH_POSITION,
+                   "winch, with N u = Kp (l_u - u) / r - Kd w within +-N T_max. A controller of "
+                   "forces commands a position that moves along with the path, tick by tick; it "
+                   "aims a few ticks ahead: a muscle_horizon of one alone overshoots",
+                   WINCH_POSITION,
                    Command("rest_length", "m", 0.0, "longest_rest_length"), _DRUM_STATES),
     )
 }  # fmt: skip

@@ -28,6 +28,7 @@ typedef struct {
        of these (law_shared), which so stays at hand; 0 if there is nothing of the kind.                 */
     int shared_from;
     int driven; /* has a command */
+    int moves_along; /* its command is a position, which moves along with the path: see core_invert */
     int pushes; /* its tension may be negative */
     int is_hill; /* its constants and states are those of hill.h */
     /* What is wrong with finite parameters, or NULL; NULL if nothing can be. */

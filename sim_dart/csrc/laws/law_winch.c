@@ -3,11 +3,15 @@
    Drum speed w and angle theta, positive while reeling in; command: the motor's torque, or with winch_position
    the length of cable on the path, without force, that a drive holds.
 
-       J w'   = T - rho f - b w - Tc sgn w         about the drum's axis; J = N^2 J_M + J_D
+       J w'   = T - rho g - b w - Tc sgn w         about the drum's axis; J = N^2 J_M + J_D
        theta' = w
        f      = EA e (1 + D e')                    never below 0; e = (l - l_u) / (l_u + l_lead)
+       g      = f + EA e^2 / 2
        l_u    = l_0 - rho theta                    cable paid out, on the path; rho^2 = r^2 + (p / 2 pi)^2
        T      = N u,  or  Kp (l_u - u) / rho - Kd w,  within +-N T_max
+
+   The cable stores E = EA (l - l_u)^2 / 2 (l_u + l_lead): f and g are its slopes by l and by -l_u, so that motor,
+   drum, cable and link exchange energy without loss where D, b and Tc are 0.
 
    A turn winds up a helix of pitch p; the cable leaves at the same place, as from a drum that travels. In e' the
    length that is stretched, l_u + l_lead, stands still.
@@ -55,6 +59,7 @@ static const real LONGEST_WINCH_STEP = 2.5e-4;
 static const real LARGEST_WINCH_TURN = 0.05;
 #define MOST_WINCH_STEPS 2000
 #define MOST_WINCH_ITERATIONS 20
+#define MOST_DRIVE_ITERATIONS 60
 
 /* In SI units: what no winch has, and what is computed with still. */
 static const real LARGEST_OF_WINCH = 1e9;
@@ -130,26 +135,38 @@ static real stretched_length(const real *k, real angle)
     return larger(paid_out(k, angle) + k[WINCH_LEAD], LEAST_CABLE);
 }
 
-/* f where `over` of cable is drawn out of `length`, at the rate v + rho w; its slope by w where the stretch grows
-   by `reach` w.                                                                                        */
-static real cable_force(const real *k, real over, real length, real v, real w, real reach, real *slope)
+/* What a cable pulls with: at its end f, at the drum g, whose slope by w is that where the stretch grows by
+   `reach` w.                                                                                          */
+typedef struct {
+    real f, g, slope;
+} cable_pull;
+
+/* `over` of cable is drawn out of `length`, at the rate v + rho w. */
+static cable_pull cable_at(const real *k, real over, real length, real v, real w, real reach)
 {
-    *slope = 0;
-    if (!(value_of(over) > 0)) return 0;
-    const real damped = 1 + k[WINCH_DISSIPATION] * (v + k[WINCH_RADIUS] * w) / length;
-    const real per_length = k[WINCH_AXIAL_STIFFNESS] / length, f = per_length * over * damped;
-    if (!(value_of(f) > 0)) return 0;
-    if (value_of(f) > LARGEST_TENSION) return LARGEST_TENSION;
-    *slope = per_length * (reach * damped + over * k[WINCH_DISSIPATION] * k[WINCH_RADIUS] / length);
-    return f;
+    cable_pull pull = {0, 0, 0};
+    if (!(value_of(over) > 0)) return pull;
+    const real e = over / length, stiff = k[WINCH_AXIAL_STIFFNESS], D = k[WINCH_DISSIPATION];
+    const real damped = 1 + D * (v + k[WINCH_RADIUS] * w) / length, f = stiff * e * damped;
+    pull.g = stiff * e * e / 2, pull.slope = stiff * e * reach / length;
+    if (!(value_of(f) > 0)) return pull;
+    pull.f = f, pull.g += f;
+    pull.slope += stiff * (reach * damped + over * D * k[WINCH_RADIUS] / length) / length;
+    if (value_of(pull.g) > LARGEST_TENSION)
+        pull.f = smaller(f, LARGEST_TENSION), pull.g = LARGEST_TENSION, pull.slope = 0;
+    return pull;
+}
+
+static cable_pull pull_of(const real *k, const real *x, real l, real v)
+{
+    const real over = l - paid_out(k, x[WINCH_ANGLE]);
+    return cable_at(k, over, stretched_length(k, x[WINCH_ANGLE]), v, x[WINCH_SPEED], 0);
 }
 
 static real winch_tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)u;
-    real slope;
-    const real over = l - paid_out(k, x[WINCH_ANGLE]);
-    return cable_force(k, over, stretched_length(k, x[WINCH_ANGLE]), v, x[WINCH_SPEED], 0, &slope);
+    return pull_of(k, x, l, v).f;
 }
 
 /* The drum's torque by its motor; its slope by w where the angle grows by `reach` w. */
@@ -169,29 +186,34 @@ static void winch_rates(const real *k, const real *x, real l, real v, real u, re
     real slope;
     const real w = x[WINCH_SPEED], dry = k[WINCH_DRY];
     real torque = motor_torque(k, x[WINCH_ANGLE], w, u, 0, &slope) - k[WINCH_VISCOUS] * w -
-                  k[WINCH_RADIUS] * winch_tension(k, x, l, v, u);
+                  k[WINCH_RADIUS] * pull_of(k, x, l, v).g;
     if (value_of(w) != 0) torque -= value_of(w) > 0 ? dry : -dry;
     else torque -= clamped(torque, -dry, dry);
     xd[WINCH_SPEED] = torque / k[WINCH_INERTIA];
     xd[WINCH_ANGLE] = w;
 }
 
-/* The cable paid out where a force f holds it at a path length l. */
-static real paid_out_by(const real *k, real l, real f)
+/* The cable paid out where the drum holds a pull g at a path length l: g = EA ((1 + e)^2 - 1) / 2. */
+static real paid_out_by(const real *k, real l, real g)
 {
-    const real e = f / k[WINCH_AXIAL_STIFFNESS];
-    return (l - e * k[WINCH_LEAD]) / (1 + e);
+    return (l + k[WINCH_LEAD]) / sqrt(1 + 2 * g / k[WINCH_AXIAL_STIFFNESS]) - k[WINCH_LEAD];
 }
 
-/* The same where a drive that does not reach its limit holds it:
-   Kp (l_u - u) / rho^2 = EA (l - l_u) / (l_u + l_lead), or u of a slack cable.                       */
+/* The same where a drive that does not reach its limit holds it, Kp (l_u - u) / rho^2 = g, or u of a slack cable:
+   with s = (l_u + l_lead) / (l + l_lead) from 1, where the left side less the right one is convex.   */
 static real paid_out_at(const real *k, real l, real u)
 {
     if (value_of(u) >= value_of(l)) return u;
-    const real a = k[WINCH_PROPORTIONAL] / (k[WINCH_RADIUS] * k[WINCH_RADIUS] * k[WINCH_AXIAL_STIFFNESS]);
-    const real half = (1 + a * (k[WINCH_LEAD] - u)) / 2, c = l + a * u * k[WINCH_LEAD];
-    const real root = sqrt(half * half + a * c);
-    return value_of(half) > 0 ? c / (half + root) : (root - half) / a;
+    const real rho = k[WINCH_RADIUS], most = l + k[WINCH_LEAD], least = (u + k[WINCH_LEAD]) / most;
+    const real a = 2 * k[WINCH_PROPORTIONAL] * most / (rho * rho * k[WINCH_AXIAL_STIFFNESS]);
+    real s = 1;
+    for (int i = 0; i < MOST_DRIVE_ITERATIONS; i++) {
+        const real over = (a * (s - least) + 1) * s * s - 1;
+        const real step = over / (2 * (a * (s - least) + 1) * s + a * s * s);
+        s -= step;
+        if (value_of(fabs(step)) <= PRECISE(1e-14, 1e-6) * value_of(s)) break;
+    }
+    return most * s - k[WINCH_LEAD];
 }
 
 /* The drum stands: its motor holds the cable, or has none to hold. Dry friction bears nothing. */
@@ -220,11 +242,11 @@ static real drum_torque(const real *k, const winch_substep *s, real w1, real *sl
 {
     const real w = (s->x[WINCH_SPEED] + w1) / 2, rho = k[WINCH_RADIUS];
     const real angle = s->x[WINCH_ANGLE] + s->t * w / 2, over = s->l + s->v * s->t / 2 - paid_out(k, angle);
-    real by_motor, by_cable;
+    real by_motor;
     const real T = motor_torque(k, angle, w, s->u, s->t / 2, &by_motor);
-    const real f = cable_force(k, over, s->length, s->v, w, rho * s->t / 2, &by_cable);
-    *slope = (by_motor - rho * by_cable - k[WINCH_VISCOUS]) / 2;
-    return T - rho * f - k[WINCH_VISCOUS] * w;
+    const cable_pull pull = cable_at(k, over, s->length, s->v, w, rho * s->t / 2);
+    *slope = (by_motor - rho * pull.slope - k[WINCH_VISCOUS]) / 2;
+    return T - rho * pull.g - k[WINCH_VISCOUS] * w;
 }
 
 /* w1 by Newton's rule; what is not linear are a cable that gets taut, a drive at its limit and D. */
@@ -280,6 +302,7 @@ TENSION_LAW(WINCH_POSITION) = {
     .parameters = PARAMETER_COUNT(winch_position_parameters),
     .constants = WINCH_CONSTANTS,
     .driven = 1,
+    .moves_along = 1,
     .refusal = WHEN_OPENED(winch_position_refusal),
     .prepare = WHEN_OPENED(winch_position_prepare),
     .tension = winch_tension,

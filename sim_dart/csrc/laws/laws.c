@@ -205,14 +205,20 @@ int core_advance(core *c, const real *u, real h)
     return 0;
 }
 
-/* The tension after a time h with command u; of now for a law without states. */
-static real tension_after(const core *c, const muscle_law *at, real u, real h)
+#define ALMOST (real)1e-6 /* of a period */
+#define MOST_HELD 100
+
+/* The tension after a time h with command u; of now for a law without states. What moves along with the path
+   does so after every `held`.                                                                         */
+static real tension_after(const core *c, const muscle_law *at, real u, real h, real held)
 {
     const real l = c->lengths[at->m], v = c->rates[at->m];
     if (!at->states) return bounded_tension(at, NULL, l, v, u);
     real x[MOST_LAW_STATES];
     memcpy(x, at->x, (size_t)at->states * sizeof(real));
-    at->law->advance(at->k, x, l, v, u, h);
+    const int steps = at->law->moves_along ? whole_steps(ceil(h / held - ALMOST), MOST_HELD) : 1;
+    const real t = h / steps, along = at->law->moves_along ? v * t : 0;
+    for (int i = 0; i < steps; i++) at->law->advance(at->k, x, l + v * t * i, v, u + along * i, t);
     return bounded_tension(at, x, l + v * h, v, u);
 }
 
@@ -225,8 +231,8 @@ void core_reach(core *c, real h)
             *low = 0, *high = INFINITY;
             continue;
         }
-        const real a = tension_after(c, &at, at.k[LAW_LOW], h);
-        const real b = at.law->driven ? tension_after(c, &at, at.k[LAW_HIGH], h) : a;
+        const real a = tension_after(c, &at, at.k[LAW_LOW], h, h);
+        const real b = at.law->driven ? tension_after(c, &at, at.k[LAW_HIGH], h, h) : a;
         *low = smaller(a, b), *high = larger(a, b);
     }
 }
@@ -235,10 +241,10 @@ void core_reach(core *c, real h)
 #define ENOUGH PRECISE(1e-14, 5e-6) /* of a force, relative to those about it */
 
 /* Illinois: the secant rule on a bracket, with the value of an end that stays twice halved. */
-static real inverted(const core *c, const muscle_law *at, real f, real h)
+static real inverted(const core *c, const muscle_law *at, real f, real h, real held)
 {
     real low = at->k[LAW_LOW], high = at->k[LAW_HIGH];
-    real below = tension_after(c, at, low, h) - f, above = tension_after(c, at, high, h) - f;
+    real below = tension_after(c, at, low, h, held) - f, above = tension_after(c, at, high, h, held) - f;
     if (below == 0 || (value_of(below) > 0) == (value_of(above) > 0))
         return value_of(fabs(below)) <= value_of(fabs(above)) ? low : high;
     const real enough = ENOUGH * (fabs(f) + fabs(above - below));
@@ -246,7 +252,7 @@ static real inverted(const core *c, const muscle_law *at, real f, real h)
     for (int i = 0, kept = 0; i < MOST_INVERSIONS; i++) {
         u = i % 8 == 7 ? (low + high) / 2 : (low * above - high * below) / (above - below);
         u = clamped(u, smaller(low, high), larger(low, high));
-        const real off = tension_after(c, at, u, h) - f;
+        const real off = tension_after(c, at, u, h, held) - f;
         if (value_of(fabs(off)) <= value_of(enough)) break;
         if ((value_of(off) > 0) == (value_of(above) > 0)) {
             high = u, above = off;
@@ -261,7 +267,7 @@ static real inverted(const core *c, const muscle_law *at, real f, real h)
     return u;
 }
 
-int core_invert(core *c, const real *f, real h)
+int core_invert(core *c, const real *f, real h, real held)
 {
     for (int32_t m = 0; m < c->blob.counts.muscles; m++)
         if (!isfinite(f[m])) return 1 + m;
@@ -272,7 +278,7 @@ int core_invert(core *c, const real *f, real h)
         else if (c->blob.law_kind[at.m] == KIND_IDEAL)
             c->commands[at.m] = larger(f[at.m], 0);
         else
-            c->commands[at.m] = inverted(c, &at, f[at.m], h);
+            c->commands[at.m] = inverted(c, &at, f[at.m], h, held);
     }
     return 0;
 }

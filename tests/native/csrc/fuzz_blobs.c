@@ -34,7 +34,7 @@ static void use_laws(core *c, const real *qd, const real *u)
     core_drive(c, qd, u);
     core_law_rates(c, u);
     core_reach(c, 1e-3);
-    core_invert(c, u, 1e-3);
+    core_invert(c, u, 4e-3, 1e-3);
     core_advance(c, u, 1e-3);
 }
 

@@ -264,7 +264,7 @@ def test_mutated_laws_are_refused_or_can_be_computed() -> None:
         core.advance(core.handle, u, 1e-3)
         core.update_law_rates(core.handle, u)
         core.reach(core.handle, 1e-3)
-        core.invert(core.handle, u, 1e-3)
+        core.invert(core.handle, u, 4e-3, 1e-3)
         assert np.isfinite(core.array("tensions", m)).all()
         assert np.isfinite(core.array("commands", m)).all()
     assert 500 < refused < 2900

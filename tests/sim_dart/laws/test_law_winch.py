@@ -42,13 +42,19 @@ def test_a_slack_drum_spins_up_against_its_bearing() -> None:
     np.testing.assert_allclose(bench.laws.states, [speed, angle], rtol=1e-5)
 
 
+def drum_pull(force: float) -> float:
+    """Of an elastic cable at rest, g = f + EA e^2 / 2."""
+    return force + force**2 / 2e5
+
+
 def test_a_drum_swings_on_its_cable() -> None:
-    """Small swings about the tension of a constant torque, with the slope of r f."""
+    """Small swings about the tension of a constant torque, with the slope of r g."""
     bench, length, h = _bench(lead_length=1.5), 2.0, 1e-4
-    bench.start(length, 1.0)
-    held, at_rest = bench.laws.states.copy(), 5.0 / RADIUS
+    at_rest = bench.start(length, 1.0)
+    assert drum_pull(at_rest) == pytest.approx(5.0 / RADIUS, rel=1e-11)
+    held = bench.laws.states.copy()
     paid = -RADIUS * held[1] + 1.5
-    slope = 1e5 * RADIUS**2 * (length + 1.5) / paid**2  # d(r f)/d theta
+    slope = 1e5 * RADIUS**2 * (length + 1.5) ** 2 / paid**3  # d(r g)/d theta
     omega = math.sqrt(slope / INERTIA)
     bench.laws.set_states([1e-3, held[1]])
     for k in range(1, 4001):
@@ -113,7 +119,7 @@ def test_friction_only_takes_energy() -> None:
         middle = np.array([(w + w1) / 2, (theta + theta1) / 2])
         pull = bench.tension(1.0, 0.0, command, middle)
         bench.laws.set_states([w1, theta1])
-        work = (5.0 * command - RADIUS * pull) * (theta1 - theta)
+        work = (5.0 * command - RADIUS * drum_pull(pull)) * (theta1 - theta)
         taken = work - INERTIA * (w1**2 - w**2) / 2
         lost, scale = lost + taken, scale + abs(work)
         if w * w1 > 0.0:
@@ -121,18 +127,66 @@ def test_friction_only_takes_energy() -> None:
     assert lost > 0.05 * scale
 
 
+@pytest.mark.parametrize("dissipation", [0.0, 3e-3])
+def test_motor_and_link_exchange_energy_over_drum_and_cable(dissipation: float) -> None:
+    """Work N u theta' + f l' makes J w^2 / 2 + EA (l - l_u)^2 / 2 (l_u + l_lead), and heat."""
+    bench, h = _bench(dissipation=dissipation, lead_length=0.3, axial_stiffness=2e3), 2.5e-5
+    bench.start(0.6, 1.0)
+
+    def energy(length: float) -> float:
+        w, theta = bench.laws.states
+        paid = -RADIUS * theta
+        stretch = max(length - paid, 0.0)
+        return float(INERTIA * w**2 + 2e3 * stretch**2 / (paid + 0.3)) / 2
+
+    work = exchanged = 0.0
+    begin = energy(0.6)
+    for k in range(8000):
+        length, speed = 0.6 + 0.05 * math.sin(30 * k * h), 1.5 * math.cos(30 * (k + 0.5) * h)
+        torque = 1.0 + 0.2 * math.sin(70 * k * h)
+        x = bench.laws.states.copy()
+        bench.advance(length, speed, torque, h)
+        x1 = bench.laws.states.copy()
+        force = bench.tension(length + speed * h / 2, speed, torque, (x + x1) / 2)
+        bench.laws.set_states(x1)
+        gained = 5.0 * torque * (x1[1] - x[1]) + force * speed * h
+        work, exchanged = work + gained, exchanged + abs(gained)
+    kept = energy(length + speed * h) - begin
+    assert exchanged > 20.0
+    if dissipation:
+        assert work - kept > 5e-3 * exchanged
+    else:
+        assert work - kept == pytest.approx(0.0, abs=2e-6 * exchanged)
+
+
+@pytest.mark.parametrize("periods", [3, 4, 8, 16])
+def test_a_drive_that_is_commanded_by_tension_moves_along_with_the_path(periods: int) -> None:
+    """On a path of constant speed the mean tension of a period is the one aimed at."""
+    bench, period, speed, wanted = _bench("winch_position", lead_length=0.5), 2e-3, 0.1, 30.0
+    bench.start(1.0, 1.0)
+    for k in range(80):
+        length = 1.0 + speed * period * k
+        bench.move(length, speed)
+        command = float(bench.laws.invert([wanted], periods * period, period)[0])
+        pulls = []
+        for i in range(20):
+            bench.advance(length + speed * 1e-4 * i, speed, command, 1e-4)
+            pulls.append(bench.tension(length + speed * 1e-4 * (i + 1), speed, command))
+    assert np.mean(pulls) == pytest.approx(wanted, rel=0.03)
+
+
 def test_a_drive_holds_the_length() -> None:
-    """At rest Kp (l_u - u) = r^2 f; a drive that is too weak is drawn out to its torque."""
+    """At rest Kp (l_u - u) = r^2 g; a drive that is too weak is drawn out to its torque."""
     for radius in (0.05, 0.2):
         bench = _bench("winch_position", lead_length=0.7, drum_radius=radius)
         force = bench.start(1.3, 1.298)
         paid = -radius * bench.laws.states[1]
         assert force == pytest.approx(1e5 * (1.3 - paid) / (paid + 0.7), rel=1e-9)
-        assert force == pytest.approx(500.0 * (paid - 1.298) / radius**2, rel=1e-9)
+        assert drum_pull(force) == pytest.approx(500.0 * (paid - 1.298) / radius**2, rel=1e-9)
         rates = bench.state_rates(1.3, 0.0, 1.298, bench.laws.states)
         assert np.abs(rates).max() < 1e-6
     strong = bench.start(1.3, 0.9)
-    assert strong == pytest.approx(50.0 / 0.2, rel=1e-12)
+    assert drum_pull(strong) == pytest.approx(50.0 / 0.2, rel=1e-11)
     assert bench.start(1.3, 1.4) == 0.0
 
 

@@ -81,7 +81,7 @@ void native_muscles_update(struct native_muscles *muscles, const struct native_r
 {
     size_t length;
     go(robot, q, qd);
-    core_invert(robot->core, forces, ahead(muscles, period));
+    core_invert(robot->core, forces, ahead(muscles, period), period);
     memcpy(muscles->commands, core_array(robot->core, "commands", &length), muscles->m * sizeof(double));
     core_drive(robot->core, qd, muscles->commands);
     memcpy(muscles->began, robot->tensions, muscles->m * sizeof(double));
