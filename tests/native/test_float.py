@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.cases import LONG
 from support.native.damaged import SANITIZED, count_refused
 from support.native.float_loop import SOFT, SOLVED, run_loop
 from support.native.precision import STRICT, Handle, Precision, open_robot
@@ -202,6 +203,7 @@ def test_a_number_that_single_precision_cannot_hold_is_refused() -> None:
         compile_blob(robot, single=True)
 
 
+@LONG
 @pytest.mark.fuzz
 def test_damaged_blobs(tmp_path: Path) -> None:
     """Opened under sanitizers: refused with a reason, or sound."""
