@@ -154,21 +154,27 @@ class Experiment:
         """The robot as it is simulated.
 
         Raises:
-            InputError: With its masses scaled it is none that can be simulated.
+            InputError: With its masses or friction scaled it is none that can be simulated.
         """
-        scales = self.plant.mass_scale
-        if all(scale == 1.0 for scale in scales):
-            return self.robot
-        links = tuple(
-            replace(link, inertia=link.inertia.scaled(scale))
-            for link, scale in zip(self.robot.links, scales, strict=True)
-        )
-        scaled = replace(self.robot, links=links)
-        wrong = next((finding for finding in check(scaled) if finding.is_error), None)
+        robot, masses, frictions = self.robot, self.plant.mass_scale, self.plant.friction_scale
+        if any(scale != 1.0 for scale in frictions):
+            pairs = zip(robot.muscles, frictions, strict=True)
+            robot = robot.with_muscles([replace(m, friction=k * m.friction) for m, k in pairs])
+            self._require(robot, "plant.friction_scale")
+        if any(scale != 1.0 for scale in masses):
+            links = tuple(
+                replace(link, inertia=link.inertia.scaled(scale))
+                for link, scale in zip(robot.links, masses, strict=True)
+            )
+            robot = replace(robot, links=links)
+            self._require(robot, "plant.mass_scale")
+        return robot
+
+    def _require(self, robot: Robot, key: str) -> None:
+        """Refuse a robot that a setting has made wrong with an InputError."""
+        wrong = next((finding for finding in check(robot) if finding.is_error), None)
         if wrong is not None:
-            what = str(wrong).removeprefix("error: ")
-            raise InputError(what, file=self.file, key="plant.mass_scale")
-        return scaled
+            raise InputError(str(wrong).removeprefix("error: "), file=self.file, key=key)
 
     def warnings(self) -> list[str]:
         """What will probably go wrong or is left out, a line each: gains, keys, cables, meshes."""

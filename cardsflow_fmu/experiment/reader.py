@@ -225,6 +225,10 @@ def _plant(
     if settings.integrator == "rk4" and rough:
         what = f"rk4 knows no Coulomb friction, and {', '.join(rough)} has some; use 'euler'"
         raise context.error("plant.integrator", what)
+    cables = [muscle.name for muscle in robot.muscles if muscle.friction]
+    if settings.integrator == "rk4" and cables:
+        what = f"rk4 knows no friction of cables, and {', '.join(cables)} has some; use 'euler'"
+        raise context.error("plant.integrator", what)
     if settings.integrator == "rk4" and has_world:
         what = "rk4 knows no contacts, and there is a [world]; use 'euler'"
         raise context.error("plant.integrator", what)

@@ -100,7 +100,9 @@ def experiment_text(
         "",
         "[plant]",
         *_line("step", beginning.step, plant),
-        *_defaults(plant, {"mass_scale", "integrator", "engine", "substeps", "energy"}),
+        *_defaults(
+            plant, {"mass_scale", "friction_scale", "integrator", "engine", "substeps", "energy"}
+        ),
         "",
         "[run]",
         *_line("step", beginning.step, run),

@@ -24,6 +24,7 @@ from controllers import (
 )
 from controllers.validation import resting
 from sim_dart import CoreDynamics, DartDynamics, IndependentDynamics
+from sim_dart.muscles.cable_slip import CableSlip
 
 from .command_ramp import CommandRamp
 from .experiment_model import ExperimentModel
@@ -72,6 +73,7 @@ class ControllerModel(ExperimentModel):
             delay=settings.delay,
             predict=settings.predict,
         )
+        self._slip = self._dynamics.cable_slip
         modelled = bool(modelled_muscles(robot))
         self._muscles = MuscleControl(robot, settings.muscle_horizon) if modelled else None
         self._begin, self._start_q = start(robot, experiment.start.q), experiment.start.q
@@ -130,6 +132,8 @@ class ControllerModel(ExperimentModel):
         self._apply_parameters()
         self._loop.set_period(float(self._period[0]))
         self._law.reset()
+        if self._slip is not None:
+            self._slip.reset()
         forces = resting(self._f_min, self._f_max)
         if self._muscles is not None:
             forces[: self._m] = self._begin.forces
@@ -162,6 +166,8 @@ class ControllerModel(ExperimentModel):
     def _tick(self, load: FloatArray | None) -> ForceSolution:
         """The loop's tick, among the forces that the muscles can come to."""
         q, qd, muscles = self._q, self._qd, self._muscles
+        if self._slip is not None:
+            self._slip.follow(q)
         if muscles is None:
             solution = self._loop.tick(q, qd, self._reference, load)
             self._rise()
@@ -195,6 +201,8 @@ class ControllerModel(ExperimentModel):
         forces = ramp.falling(period, resting(self._f_min, self._f_max))
         self._law.reset()
         self._loop.reset(forces)
+        if self._slip is not None:
+            self._slip.lose()
         if self._muscles is not None:
             self._muscles.observe(ramp.q, np.zeros_like(ramp.q), self._states)
             self._muscles.update(forces[: self._m], period)
@@ -218,9 +226,9 @@ class ControllerModel(ExperimentModel):
             part.set_state(own)
 
     @property
-    def _remembering(self) -> list[ControlLoop | Law | MuscleControl | CommandRamp]:
+    def _remembering(self) -> list[ControlLoop | Law | MuscleControl | CommandRamp | CableSlip]:
         """What has a memory."""
-        parts = [self._loop, self._law, self._muscles, self._ramp]
+        parts = [self._loop, self._law, self._muscles, self._ramp, self._slip]
         return [part for part in parts if part is not None]
 
     def _known_load(self) -> FloatArray | None:

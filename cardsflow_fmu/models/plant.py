@@ -8,7 +8,12 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.dependencies import Dependencies, plant_dependencies
 from cardsflow_fmu.signals.groups import Groups
-from cardsflow_fmu.signals.muscles import commanded_muscles, modelled_muscles, state_order
+from cardsflow_fmu.signals.muscles import (
+    commanded_muscles,
+    modelled_muscles,
+    rubbing_muscles,
+    state_order,
+)
 from cardsflow_fmu.signals.ports import plant_groups
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
@@ -31,6 +36,7 @@ class PlantModel(ExperimentModel):
         self._settings, self._scene = experiment.plant, experiment.scene
         self._plant = self._make(experiment.plant.step)
         self._modelled, self._state_order = modelled_muscles(robot), state_order(robot)
+        self._rubbing = rubbing_muscles(robot)
         self._commanded = commanded_muscles(robot)
         self._all_commands = np.zeros(len(robot.muscles))
         self._commands, self._torques, self._loads, self._wrenches = (
@@ -39,8 +45,8 @@ class PlantModel(ExperimentModel):
         self._q, self._qd, self._lengths, self._tasks = (
             views[name] for name in ("q", "qd", "lengths", "tasks")
         )
-        self._tensions, self._states, self._energies, self._world = (
-            views[name] for name in ("tensions", "states", "energies", "world")
+        self._tensions, self._states, self._energies, self._world, self._far = (
+            views[name] for name in ("tensions", "states", "energies", "world", "far_tensions")
         )
         self._q_start, self._qd_start, self._step = (
             views[name] for name in ("q_start", "qd_start", "step")
@@ -145,6 +151,8 @@ class PlantModel(ExperimentModel):
         if self._modelled:
             self._tensions[:] = plant.tensions[self._modelled]
             self._states[:] = plant.muscle_states[self._state_order]
+        if self._far.size:
+            self._far[:] = plant.far_tensions[self._rubbing]
         if self._energies.size:
             (linear, angular) = plant.momentum
             self._energies[:] = [*plant.energy, *linear, *angular]

@@ -22,6 +22,7 @@ from cardsflow_fmu.signals.muscles import (
     commanded_muscles,
     driven_muscles,
     modelled_muscles,
+    rubbing_muscles,
     state_order,
 )
 from controllers.qp.solver import DEFAULT_SOLVER
@@ -142,6 +143,7 @@ def plant_fields(
         "commanded": commanded_muscles(robot),
         "motors": motors(robot),
         "modelled": modelled_muscles(robot),
+        "rubbing": rubbing_muscles(robot),
         "state_order": state_order(robot),
         "external_frame": frames,
         "external_point": points,

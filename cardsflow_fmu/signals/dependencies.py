@@ -16,7 +16,15 @@ from addin_sdfusion.robot.model.coupling import followers
 from addin_sdfusion.robot.model.tension_laws import law_of, law_parameters, states_of
 
 from .groups import Groups, all_ports
-from .muscles import command_signals, driven_muscles, modelled_muscles, state_order
+from .muscles import (
+    FORCE,
+    command_signals,
+    driven_muscles,
+    modelled_muscles,
+    rubbing_muscles,
+    state_order,
+)
+from .port import muscle_signals
 from .ports import LIMITS_DROPPED, SOLVE_TIME
 
 Names = frozenset[str]
@@ -96,6 +104,12 @@ def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
         at_start[name] = _NONE.union(*(known[letter] for letter in _letters(muscle, what)))
         if _follows_at_once(muscle, what):
             at_once[name] = known[_COMMAND]
+    pulls = muscle_signals(FORCE, robot)
+    tensions = dict(zip(modelled_muscles(robot), names["tensions"], strict=True))
+    for name, k in zip(names["far_tensions"], rubbing_muscles(robot), strict=True):
+        same = tensions.get(k)  # at the start friction has no direction yet
+        at_once[name] = frozenset([pulls[k]]) if same is None else at_once[same]
+        at_start[name] = frozenset([pulls[k]]) if same is None else at_start[same]
     return Dependencies(at_once, at_start)
 
 

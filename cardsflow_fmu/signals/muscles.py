@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 from addin_sdfusion.robot import Muscle, Robot
 from addin_sdfusion.robot.model.tension_laws import law_of, states_of
+from sim_dart.muscles.friction import bends
 
 from .port import Causality, Port, Variability, muscle_signals, signal_names
 
-FORCE, COMMAND, TENSION = "f", "u", "tension"
+FORCE, COMMAND, TENSION, FAR_TENSION = "f", "u", "tension", "far_tension"
 
 ENERGIES = {
     "energy.kinetic": ("J", "Kinetic energy of the robot"),
@@ -17,6 +18,7 @@ ENERGIES = {
     "work.muscles": ("J", "Work of the muscles since the start"),
     "work.outside": ("J", "Work of motors, and of loads from outside, since the start"),
     "work.damping": ("J", "Work of the joints' damping since the start"),
+    "work.friction": ("J", "Work of cables' friction since the start"),
     **{f"momentum.{axis}": ("N.s", f"Momentum of the robot along {axis}") for axis in "xyz"},
     **{
         f"angular_momentum.{axis}": ("N.m.s", f"Momentum of the robot about the world's {axis}")
@@ -132,6 +134,22 @@ def tension_ports(robot: Robot) -> list[Port]:
     names = signal_names(TENSION, [muscle.name for muscle in muscles])
     return [
         Port(name, "N", "output", "continuous", f"Tension of muscle {muscle.name}")
+        for name, muscle in zip(names, muscles, strict=True)
+    ]
+
+
+def rubbing_muscles(robot: Robot) -> list[int]:
+    """Indices of the muscles whose cables have friction in bends."""
+    return [k for k, muscle in enumerate(robot.muscles) if bends(muscle)]
+
+
+def far_tension_ports(robot: Robot) -> list[Port]:
+    """`far_tension.<muscle>` of every muscle with friction, as outputs."""
+    muscles = [robot.muscles[k] for k in rubbing_muscles(robot)]
+    names = signal_names(FAR_TENSION, [muscle.name for muscle in muscles])
+    what = "Tension that friction leaves at the last via point of muscle"
+    return [
+        Port(name, "N", "output", "continuous", f"{what} {muscle.name}")
         for name, muscle in zip(names, muscles, strict=True)
     ]
 

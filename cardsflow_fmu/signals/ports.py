@@ -15,7 +15,14 @@ from addin_sdfusion.robot import Coordinate, Robot
 from addin_sdfusion.robot.model.trajectory import Space
 
 from .groups import Groups
-from .muscles import command_ports, energy_ports, ideal_muscles, state_ports, tension_ports
+from .muscles import (
+    command_ports,
+    energy_ports,
+    far_tension_ports,
+    ideal_muscles,
+    state_ports,
+    tension_ports,
+)
 from .port import (
     Causality,
     Port,
@@ -221,6 +228,7 @@ def plant_groups(
         ],
         "tasks": _task_ports("y", "", "Task coordinate", robot, "output"),
         "tensions": tension_ports(robot),
+        "far_tensions": far_tension_ports(robot),
         "states": state_ports(robot, "output"),
         "energies": energy_ports() if energy else [],
         "world": world_ports(scene),

@@ -197,7 +197,7 @@ class MotionForces:
 
 
 def motion_terms(dynamics: Dynamics, motion: Motion) -> MotionTerms:
-    """The torques and muscle Jacobians along a motion.
+    """The torques and muscle Jacobians along a motion, with the friction of cables as they go.
 
     Args:
         dynamics: The robot.
@@ -213,10 +213,17 @@ def motion_terms(dynamics: Dynamics, motion: Motion) -> MotionTerms:
             f"{', '.join(names)}"
         )
     tau, L = [], []
+    slip = getattr(dynamics, "cable_slip", None)  # of robots whose cables rub
+    if slip is not None:
+        slip.reset()
     for q, qd, qdd in zip(motion.q, motion.qd, motion.qdd, strict=True):
         own = independent_part(dynamics, qdd)
         tau.append(dynamics.mass_matrix(q) @ own + bias_torque(dynamics, q, qd))
+        if slip is not None:
+            slip.follow(q)
         L.append(dynamics.actuator_jacobian(q))
+    if slip is not None:
+        slip.reset()
     load = 0.0 if motion.w_e is None else motion.w_e
     return MotionTerms(
         motion,

@@ -61,6 +61,8 @@ def library() -> ctypes.PyDLL:
     core.core_free_motion.argtypes = [pointer, pointer, text]
     core.core_close.argtypes = [pointer, pointer, pointer]
     core.core_close_rates.argtypes = [pointer, pointer]
+    core.core_slide.argtypes = [pointer, text]
+    core.core_pulling.argtypes = [pointer]
     core.core_trace.argtypes = [pointer]
     core.core_count_turns.argtypes = [pointer, ctypes.c_int]
     core.core_reach.argtypes = [pointer, double]

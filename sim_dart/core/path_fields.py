@@ -76,6 +76,8 @@ def path_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLik
     points = [point for muscle in robot.muscles for point in muscle.via_points]
     return {
         "muscle_points": [len(muscle.via_points) for muscle in robot.muscles],
+        "guide_friction": [muscle.friction for muscle in robot.muscles],
+        "presliding": [muscle.presliding for muscle in robot.muscles],
         "point_frame": [places[point.link].frame for point in points],
         "point_position": [places[point.link].point(point.position) for point in points],
         **_surface_fields(robot, places),

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from addin_sdfusion.robot import InputError, Muscle, Robot, WrapSurface
+from addin_sdfusion.robot.model.tension_laws import law_of
+
+_PUSHING = ("passive_spring", "tendon_spring")
+"""Laws whose tension may be negative."""
 
 LONGEST_HALF_AXIS = 10.0
 """As of layout.h: over longer ellipsoids the search for the shortest path may fail."""
@@ -21,8 +25,9 @@ def refuse_uncomputed(robot: Robot) -> None:
             problem = "friction of a coupled coordinate cannot be simulated; put it on another"
             raise InputError(f"coordinate {c.name!r}: {problem}")
     long = {s.name for s in robot.wrap_surfaces if _is_long(s)}
+    oval = {s.name for s in robot.wrap_surfaces if s.half_axes is not None}
     for muscle in robot.muscles:
-        for what in _uncomputed(muscle, long):
+        for what in _uncomputed(muscle, long, oval):
             raise InputError(f"muscle {muscle.name!r}: {what} cannot be simulated yet")
 
 
@@ -31,13 +36,19 @@ def _is_long(surface: WrapSurface) -> bool:
     return surface.half_axes is not None and max(axes) > LONGEST_HALF_AXIS * min(axes)
 
 
-def _uncomputed(muscle: Muscle, long: set[str]) -> Iterator[str]:
+def _uncomputed(muscle: Muscle, long: set[str], oval: set[str]) -> Iterator[str]:
     for wrap in muscle.wraps:
         if wrap.surface in long:
             problem = f"with a half axis over {LONGEST_HALF_AXIS:g} times as long as another one"
             yield f"a wrap over the ellipsoid {wrap.surface!r} {problem}"
     if muscle.wraps and any(p.when is not None and p.when.smoothing for p in muscle.via_points):
         yield "wraps beside a via point whose condition is smoothed"
+    if muscle.friction and _has_route(muscle):
+        yield "friction on a path with conditions, moving points, branches, terms or wrap rules"
+    if muscle.friction and any(wrap.surface in oval for wrap in muscle.wraps):
+        yield "friction over an ellipsoid"
+    if muscle.friction and law_of(muscle.model).kind in _PUSHING:
+        yield f"friction of a {law_of(muscle.model).kind}, which pushes,"
     if muscle.pulley is not None and _has_route(muscle):
         yield "a pulley at the base with conditions, moving points, branches, terms or wrap rules"
 

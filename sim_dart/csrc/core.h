@@ -52,7 +52,8 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      q, qd          the state that core_step advances, dofs
      qdd            accelerations, dofs
      outer          generalised forces from outside at the last evaluation of a step, dofs
-     work           done by the last call that steps, in [J]: of muscles, from outside, of damping; 3
+     work           done by the last call that steps, in [J]: of muscles, from outside, of damping, of cables'
+                    friction; 4
      energies       of what moves, in [J]: kinetic, of its weight, zero at the world's origin, of the
                     joints' springs; 3
      momenta        of what moves: linear in [N s], angular about the world's origin in [N m s]; 6
@@ -73,7 +74,12 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
    Of the tension laws:
      rates          l' = L qd, muscles
      tensions       f, muscles; never negative but for springs that push
-     law_states     what the laws remember, muscle after muscle; the caller may write them
+     law_states     what the laws remember, muscle after muscle, and behind it s of each bend of cables with
+                    friction, see cable_friction.c; the caller may write them
+     far_tensions   what friction makes of them at the last via points, muscles; none without friction
+     bend_flow, bend_grip   of each bend: how fast the cable slides in it with the coordinates, bends x dofs; mu
+                    times the angle, bends
+     pull_jacobian  see core_pulling
      law_rates      their time derivatives
      force_low      smallest tension in reach, muscles
      force_high     largest tension in reach, muscles
@@ -183,6 +189,11 @@ CORE_API int core_start(core *c, const real *u);
 
 /* rates at qd; tensions at them and law_states; torques = -L'tensions. */
 CORE_API int core_drive(core *c, const real *qd, const real *u);
+
+/* Of cables with friction, at the last q: the bends' states after a way dq, dofs, and pull_jacobian, muscles x dofs,
+   in the place of L as the states have it: torques = -P'f. Neither does anything without friction.       */
+CORE_API void core_slide(core *c, const real *way);
+CORE_API void core_pulling(core *c);
 
 /* law_rates at rates and law_states. */
 CORE_API int core_law_rates(core *c, const real *u);

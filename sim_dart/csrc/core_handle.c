@@ -41,6 +41,7 @@ core *core_open(const void *blob, size_t size, void *memory)
     STATE_ARRAYS(PLACE)
 #undef PLACE
     for (int32_t k = 0; k < view.counts.muscles; k++) c->has_laws |= view.law_kind[k] != KIND_IDEAL;
+    c->has_laws |= view.bends > 0;
     c->is_driven = wide > 0;
     for (int32_t j = 0; j < view.counts.dofs; j++) c->has_friction |= view.friction[j] != 0;
     tree_prepare(c);
@@ -52,7 +53,7 @@ core *core_open(const void *blob, size_t size, void *memory)
 real *core_array(core *c, const char *name, size_t *length)
 {
     STATE_LENGTHS(&c->blob)
-    (void)law_constants, (void)terms, (void)wide, (void)conditions, (void)moves;
+    (void)bends, (void)law_constants, (void)terms, (void)wide, (void)conditions, (void)moves;
     const struct {
         const char *name;
         real *array;
@@ -77,6 +78,10 @@ real *core_array(core *c, const char *name, size_t *length)
         {"tensions", c->tensions, muscles},
         {"law_states", c->law_states, law_states},
         {"law_rates", c->law_rates, law_states},
+        {"far_tensions", c->far_tensions, bends ? muscles : 0},
+        {"pull_jacobian", c->pull_jacobian, bends ? muscles * dofs : 0},
+        {"bend_flow", c->bend_flow, bends * dofs},
+        {"bend_grip", c->bend_grip, bends},
         {"force_low", c->force_low, muscles},
         {"force_high", c->force_high, muscles},
         {"commands", c->commands, muscles},
@@ -93,7 +98,7 @@ real *core_array(core *c, const char *name, size_t *length)
         {"q", c->q, dofs},
         {"qd", c->qd, dofs},
         {"outer", c->outer, dofs},
-        {"work", c->work, 3},
+        {"work", c->work, 4},
         {"energies", c->energies, 3},
         {"momenta", c->momenta, 6},
         {"frame_rotation", c->rotation, 9 * frames},

@@ -11,6 +11,7 @@ from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray, finite
 from sim_dart.core.loop_fields import closures
 from sim_dart.core.tasks import task_rows
+from sim_dart.muscles.cable_slip import CableSlip
 from sim_dart.muscles.paths import MusclePaths
 
 
@@ -113,6 +114,11 @@ class RobotDynamics(ABC):
         J = core.array("closure_jacobian", count, self.n)
         return J, core.array("closure_bias", count)
 
+    @property
+    def cable_slip(self) -> CableSlip | None:
+        """Which way cables rub, which `actuator_jacobian` goes by; None without friction."""
+        return CableSlip(self._paths) if self._paths.rubs else None
+
     def muscle_lengths(self, q: ArrayLike) -> FloatArray:
         """l(q), shape (m,), in [m]."""
         return self._paths.evaluate(q).lengths.copy()
@@ -124,9 +130,10 @@ class RobotDynamics(ABC):
     def actuator_jacobian(self, q: ArrayLike) -> FloatArray:
         """L(q), and behind it a row for each motor, shape (m + motors, n).
 
-        Forces of the muscles and torques of the motors, f, make the generalised force -L'f.
+        Forces of the muscles and torques of the motors, f, make the generalised force -L'f. Cables
+        with friction have P(q) in the place of L, by which they pull; see `cable_slip`.
         """
-        L = self._paths.evaluate(q).jacobian
+        L = self._paths.pulling(q)
         return np.concatenate([L, -self.actuation.T]) if self.motor_names else L.copy()
 
     def task_position(self, q: ArrayLike) -> FloatArray:

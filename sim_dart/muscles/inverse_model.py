@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
-from sim_dart.core.arrays import FloatArray, finite
+from sim_dart.core.arrays import FloatArray, finite, vector
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 
+from .friction import bends
 from .laws import MuscleLaws, Reach
 
 
@@ -20,7 +21,7 @@ class MuscleDrive:
         robot: A valid robot; its active cable set counts.
 
     Attributes:
-        states: Number of states that the muscles have.
+        states: Number of states that the muscles' laws have.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -28,7 +29,8 @@ class MuscleDrive:
         self._core = Core(compile_blob(robot))
         self._laws = MuscleLaws(robot, self._core)
         self._qd = np.zeros(self._n)
-        self.states = len(self._laws.state_names)
+        self._slips = sum(bends(muscle) for muscle in robot.muscles)
+        self.states = len(self._laws.state_names) - self._slips
 
     def set_state(self, q: ArrayLike, qd: ArrayLike, states: ArrayLike) -> None:
         """Set the state that the other calls start from.
@@ -44,7 +46,8 @@ class MuscleDrive:
         self._move(q)
         self._qd = finite("qd", qd, self._n)
         self._laws.update_rates(self._qd)
-        self._laws.set_states(states)
+        own = vector("states", states, self.states)
+        self._laws.set_states(np.concatenate([own, np.zeros(self._slips)]))
 
     def tensions(self, commands: FloatArray) -> FloatArray:
         """Tensions at that state, shape (m,), in [N].

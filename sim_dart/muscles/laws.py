@@ -12,6 +12,7 @@ from addin_sdfusion.robot.model.tension_laws import command_range, law_of, state
 from sim_dart.core.arrays import BoolArray, FloatArray, vector
 from sim_dart.core.library import Core
 
+from .friction import bends
 from .own_laws import OwnLaws
 
 Curve = Literal[
@@ -52,7 +53,9 @@ class MuscleLaws:
     Attributes:
         passive: Which muscles take no command, shape (m,).
         modelled: Which muscles have another law than `ideal`, shape (m,).
-        state_names: Names of the states, such as `activation.biceps`, S of them.
+        state_names: Names of the states, such as `activation.biceps`, S of them. Behind those
+            of laws are those of cables with friction, `slip_1.biceps` of its first bend: which way
+            it rubs.
         state_units: Their units.
         command_names: What each command is, such as `excitation`; empty for a passive muscle.
         command_units: Their units; empty for a passive muscle.
@@ -64,7 +67,10 @@ class MuscleLaws:
         rates: l' = L qd, shape (m,), in [m/s]; a view.
         tensions: f of the last `drive`, shape (m,), in [N]; a view. Never negative, but for
             springs that push.
-        torques: -L^T f of the last `drive`, shape (n,), in [N.m] or [N]; a view.
+        far_tensions: What friction makes of them at the last via points, shape (m,), in [N]; a
+            view.
+        torques: -L^T f of the last `drive`, with friction -P^T f, shape (n,), in [N.m] or [N]; a
+            view.
     """
 
     def __init__(self, robot: Robot, core: Core) -> None:
@@ -72,20 +78,25 @@ class MuscleLaws:
         m, n = len(muscles), len(robot.coordinates)
         laws = [law_of(muscle.model) for muscle in muscles]
         states = [(state, muscle) for muscle in muscles for state in states_of(muscle.model)]
+        slips = [
+            f"slip_{k}.{muscle.name}" for muscle in muscles for k in range(1, bends(muscle) + 1)
+        ]
         ranges = np.array([command_range(muscle.model) for muscle in muscles]).reshape(m, 2)
         commands = [law.command for law in laws]
         self.passive: BoolArray = np.array([c is None for c in commands], dtype=np.bool_)
         self.modelled: BoolArray = np.array([law.kind != "ideal" for law in laws], dtype=np.bool_)
-        self.state_names = tuple(f"{state.name}.{muscle.name}" for state, muscle in states)
-        self.state_units = tuple(state.unit for state, _ in states)
+        names = [f"{state.name}.{muscle.name}" for state, muscle in states]
+        self.state_names = (*names, *slips)
+        self.state_units = tuple(state.unit for state, _ in states) + ("1",) * len(slips)
         self.command_names = tuple("" if c is None else c.name for c in commands)
         self.command_units = tuple("" if c is None else c.unit for c in commands)
         self.command_low: FloatArray = ranges[:, 0].copy()
         self.command_high: FloatArray = ranges[:, 1].copy()
-        self.states = core.array("law_states", len(states))
-        self.state_rates = core.array("law_rates", len(states))
+        self.states = core.array("law_states", len(self.state_names))
+        self.state_rates = core.array("law_rates", len(self.state_names))
         self.rates = core.array("rates", m)
         self.tensions = core.array("tensions", m)
+        self.far_tensions = core.array("far_tensions", m) if slips else self.tensions
         self.torques = core.array("torques", n)
         self._low, self._high = core.array("force_low", m), core.array("force_high", m)
         self._commands = core.array("commands", m)

@@ -8,11 +8,13 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.checks.check import require_valid
+from addin_sdfusion.robot.model.tension_laws import states_of
 from sim_dart.core.arrays import FloatArray, vector
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows, task_rows
 
+from .friction import bends, rubs
 from .path_shapes import PathShapes, PointForces
 
 
@@ -45,6 +47,10 @@ class MusclePaths:
 
     Attributes:
         core: The robot in the C core.
+        rubs: Whether friction changes tensions along cables.
+        coordinates: n.
+        bends: Number of bends with friction.
+        law_states: Number of states of the muscles' laws.
         turning: Where turns are counted, the turning angle of each wrap, in [rad], NaN before the
             first call. A view that may be saved and written back.
     """
@@ -57,6 +63,12 @@ class MusclePaths:
         self._move = self._core.move
         self._handle = self._core.handle
         self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))
+        self.rubs, self.coordinates = rubs(robot), n
+        self.bends = sum(bends(muscle) for muscle in robot.muscles)
+        self.law_states = sum(len(states_of(muscle.model)) for muscle in robot.muscles)
+        self._pulling = (
+            self._core.array("pull_jacobian", m, n) if self.rubs else self._state.jacobian
+        )
         self._shapes = PathShapes(robot, self._core)
         self.turning = self._core.array("wrap_turning", sum(len(m.wraps) for m in robot.muscles))
         if count_turns:
@@ -71,6 +83,17 @@ class MusclePaths:
         """Lengths and Jacobian at q, as views that the next call changes."""
         self._move(self._handle, vector("q", q, self._n).tobytes())
         return self._state
+
+    def pulling(self, q: ArrayLike) -> FloatArray:
+        """P(q), in the place of L in tau = -P'f, as a view that the next call changes.
+
+        P is L without friction, and with it what `CableSlip` knows of where cables slide.
+        """
+        L = self.evaluate(q).jacobian
+        if not self.rubs:
+            return L
+        self._core.update_pulling(self._handle)
+        return self._pulling
 
     def path_points(self, q: ArrayLike) -> list[FloatArray]:
         """A line through each muscle's path, for drawing: arrays of shape (k, 3), in [m]."""

@@ -126,7 +126,7 @@ class CoreSteps:
         self._mechanism, self._balance = mechanism, balance
         self._advance = core.step if rule == "euler" else core.runge_kutta
         self._handle, self._step, self._substeps = core.handle, step / substeps, substeps
-        self._work = core.array("work", 3)
+        self._work = core.array("work", 4)
 
     def step(self, commands: FloatArray, external: ExternalForces | None) -> None:
         """See `integrators.Integrator.step`."""

@@ -40,6 +40,7 @@ class DartMechanism(Mechanism):
         self._stiffness = np.array([c.stiffness for c in robot.coordinates])
         self._rest = np.array([c.rest for c in robot.coordinates])
         self._pull = self.core.pull
+        self._work = self.core.array("work", 4)
         self._point_rows = point_rows(robot)
         self._task_jacobian = self.core.array("task_jacobian", 3 * k, n)
 
@@ -86,15 +87,20 @@ class DartMechanism(Mechanism):
         self.skeleton.set_positions(q)
         self.skeleton.set_velocities(qd)
 
-    def advance_muscles(self, commands: FloatArray, qd: FloatArray, h: float) -> None:
+    def advance_muscles(self, commands: FloatArray, qd: FloatArray, h: float) -> float:
         """Integrate the muscles' states over h, with the path velocities at qd.
+
+        Returns:
+            The work of cables' friction, in [J].
 
         Raises:
             DivergedError: A state is not finite any more.
         """
         self.core.update_rates(self._handle, qd.tobytes())
+        self._work[:] = 0.0
         self.core.advance(self._handle, commands.tobytes(), h)
         self.check_muscles()
+        return float(self._work[3])
 
     def energies(self) -> tuple[float, float]:
         """Kinetic and potential energy; see `Mechanism.energies`."""

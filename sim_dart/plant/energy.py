@@ -22,9 +22,10 @@ class Energy(NamedTuple):
     Attributes:
         kinetic: 1/2 qd'M qd.
         potential: Of its weight, zero at the world's origin, and of its joints' springs.
-        muscle_work: Of the muscles, the energy that they store included.
+        muscle_work: Of the muscles, the energy that they and presliding cables store included.
         outer_work: Of motors of joints and of loads.
         damping_work: Of the joints' damping; never positive.
+        friction_work: Of the friction of cables; never positive.
     """
 
     kinetic: float
@@ -32,6 +33,7 @@ class Energy(NamedTuple):
     muscle_work: float
     outer_work: float
     damping_work: float
+    friction_work: float
 
 
 class EnergyBalance:
@@ -41,11 +43,11 @@ class EnergyBalance:
         robot: The robot.
 
     Attributes:
-        work: Of muscles, of external forces, of damping, shape (3,), in [J].
+        work: Of muscles, of external forces, of damping, of cables' friction, shape (4,), in [J].
     """
 
     def __init__(self, robot: Robot) -> None:
-        self.work = np.zeros(3)
+        self.work = np.zeros(4)
         self._damping = np.array([c.damping for c in robot.coordinates])
 
     def add_step(self, h: float, mechanism: DartMechanism, loaded: bool, qd: FloatArray) -> None:
@@ -62,4 +64,4 @@ class EnergyBalance:
         mean = 0.5 * (mechanism.qd + qd)
         outer = mechanism.outer_torques @ mean if loaded else 0.0
         powers = (mechanism.muscle_torques @ mean, outer, -(self._damping * qd) @ mean)
-        self.work += h * np.array(powers)
+        self.work[:3] += h * np.array(powers)

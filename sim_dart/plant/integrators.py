@@ -92,7 +92,9 @@ class SemiImplicitEuler:
             if self._balance is not None:
                 self._balance.add_step(self._step, self._mechanism, external is not None, qd)
             if self._remembers:
-                self._mechanism.advance_muscles(commands, qd, self._step)
+                lost = self._mechanism.advance_muscles(commands, qd, self._step)
+                if self._balance is not None:
+                    self._balance.work += (-lost, 0.0, 0.0, lost)
             self._update(q, qd)
 
 
@@ -145,7 +147,7 @@ class RungeKutta4:
         y = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         self._update(y)
         if self._balance is not None:
-            self._balance.work += y[self._ends[-1] :]
+            self._balance.work[:3] += y[self._ends[-1] :]
         self._stop_at_limits()
         self._skeleton.set_positions(mechanism.q)
         self._skeleton.set_velocities(mechanism.qd)
@@ -220,8 +222,15 @@ def refuse_friction(robot: Robot) -> None:
     """Refuse robots that no explicit rule can hold at rest.
 
     Raises:
-        InputError: A joint has Coulomb friction, which jumps with the sign of the velocity.
+        InputError: A joint has Coulomb friction, which jumps with the sign of the velocity, or a
+            cable has friction, which turns round within a fraction of a millimetre.
     """
+    cables = [muscle.name for muscle in robot.muscles if muscle.friction]
+    if cables:
+        raise InputError(
+            "rk4 does not support friction of cables, which is too fast for an explicit rule: "
+            f"{', '.join(cables)} has some; use the euler integrator"
+        )
     rough = [c.name for c in robot.coordinates if c.friction]
     if rough:
         raise InputError(

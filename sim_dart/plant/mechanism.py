@@ -14,6 +14,7 @@ from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows
+from sim_dart.muscles.friction import rubs
 from sim_dart.muscles.laws import MuscleLaws
 
 
@@ -57,8 +58,8 @@ class Mechanism(ABC):
     Attributes:
         robot: The robot.
         core: Its muscle paths.
-        laws: How its muscles' tensions follow from their commands; None if all are ideal cables,
-            whose commands are their tensions.
+        laws: How its muscles' tensions follow from their commands; None if all are ideal cables
+            without friction, whose commands are their tensions.
         q, qd: Where it is, shape (n,).
         lengths, jacobian: l and L there; views.
         load_size: Number of values in the loads: three a task frame that is a point.
@@ -75,7 +76,7 @@ class Mechanism(ABC):
         self.lengths = self.core.array("lengths", m)
         self.jacobian = self.core.array("jacobian", m, n)
         ideal = all(law_of(muscle.model).kind == "ideal" for muscle in robot.muscles)
-        self.laws = None if ideal else MuscleLaws(robot, self.core)
+        self.laws = None if ideal and not rubs(robot) else MuscleLaws(robot, self.core)
         self.q, self.qd = np.zeros(n), np.zeros(n)
         self.load_size = len(point_rows(robot))
         self.wrench_size = 6 * len(wrenched)

@@ -158,6 +158,12 @@ class Plant:
         return self._laws.tensions.copy()
 
     @property
+    def far_tensions(self) -> FloatArray:
+        """What friction makes of `tensions` at the last via points, shape (m,), in [N]."""
+        tensions = self.tensions
+        return tensions if self._laws is None else self._laws.far_tensions.copy()
+
+    @property
     def muscle_states(self) -> FloatArray:
         """The muscles' own states, shape (s,), in the order of `muscle_state_names`."""
         return self._mechanism.muscle_states.copy()

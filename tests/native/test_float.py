@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from support.native.targets import (
     single_flags,
 )
 from support.native.vector_file import REPLAY, write_vectors
+from support.robots.bent import bent
 from support.robots.driven import leg
 from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot
@@ -133,14 +135,21 @@ def test_terms_are_off_by_rounding_errors_only(single: Precision, double: Precis
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rule", ["step", "runge_kutta"])
-@pytest.mark.parametrize("name", ["planar_2r", "roboy_left_arm", *MUSCULAR])
+@pytest.mark.parametrize(
+    ("name", "rule", "friction"),
+    [
+        *product(("planar_2r", "roboy_left_arm", *MUSCULAR), ("step", "runge_kutta"), (0.0,)),
+        ("roboy_left_arm", "step", 0.2),
+    ],
+)
 def test_steps_stay_beside_those_of_double_precision(
-    name: str, rule: str, single: Precision, double: Precision
+    name: str, rule: str, friction: float, single: Precision, double: Precision
 ) -> None:
     """A fifth of a second of the plant by itself, with constant commands."""
     experiment = Experiment.load(EXAMPLES / name)
     robot = experiment.robot
+    if friction:
+        robot = bent(robot, friction, experiment.start.q)
     found = []
     for precision in (single, double):
         handle = open_robot(precision, robot)

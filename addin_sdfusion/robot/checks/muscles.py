@@ -12,7 +12,7 @@ from ..model.muscle import BasePulley, Muscle
 from ..model.robot import WORLD, Robot
 from ..model.tension_laws import TENSION_LAWS, law_of
 
-MOST_FRICTION = 2.0
+MOST_FRICTION, MOST_PRESLIDING = 2.0, 0.1
 """Largest coefficient of friction of a cable; dry rubber has about 1."""
 
 
@@ -91,17 +91,18 @@ def _not_simulated(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
         yield warning(subject, "cable-model-not-simulated", problem)
     if muscle.pulley is not None and muscle.pulley.kind == "screw":
         yield warning(subject, "winch-travel-left-out", _travel(muscle.pulley))
-    if muscle.friction:
-        loss = 1.0 - math.exp(-0.5 * math.pi * min(max(muscle.friction, 0.0), MOST_FRICTION))
-        problem = f"friction {muscle.friction:g} on its guides is left out of simulations"
-        problem += f"; over 90 degrees it would take {100.0 * loss:.3g} % of the tension"
-        yield warning(subject, "cable-friction-not-simulated", problem)
 
 
 def _friction(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     if muscle.friction < 0.0 or muscle.friction > MOST_FRICTION:
         problem = f"friction {muscle.friction!r} is no coefficient from 0 to {MOST_FRICTION:g}"
         problem += "; cables in Bowden tubes and guides have 0.05 to 0.2"
+        yield error(subject, "bad-cable-friction", problem)
+    if not 0.0 < muscle.presliding <= MOST_PRESLIDING:
+        problem = (
+            f"presliding {muscle.presliding!r} is no way above 0 m and up to {MOST_PRESLIDING:g} m"
+        )
+        problem += "; cables turn round within 0.0001 to 0.0005"
         yield error(subject, "bad-cable-friction", problem)
 
 

@@ -8,7 +8,6 @@ from .muscles import cable_models
 NOT_SIMULATED = (
     "cable-model-not-simulated",
     "winch-travel-left-out",
-    "cable-friction-not-simulated",
 )
 """Codes of these findings."""
 

@@ -102,11 +102,11 @@ def path_numbers(muscle: Muscle) -> tuple[float, ...]:
 
 
 def cable_numbers(muscle: Muscle) -> tuple[float, ...]:
-    """A muscle's friction, and the parameters of its cable and of the pulley at its base."""
+    """A muscle's friction and presliding, the parameters of its cable and of its pulley."""
     pulley = muscle.pulley.parameters if muscle.pulley else ()
     rows = (row for _, row in pulley)
     parameters = (number for _, number in muscle.model.parameters)
-    return (muscle.friction, *parameters, *(n for row in rows for n in row))
+    return (muscle.friction, muscle.presliding, *parameters, *(n for row in rows for n in row))
 
 
 def surface_numbers(surface: WrapSurface) -> tuple[float, ...]:

@@ -218,6 +218,10 @@ class Wrap:
         return self.segment if self.last_segment is None else self.last_segment
 
 
+PRESLIDING = 2e-4
+"""Way over which friction of a cable turns round where nothing is given, in [m]."""
+
+
 @dataclass(frozen=True, slots=True)
 class Muscle:
     """A cable that is taut through its via points and over its wrap surfaces.
@@ -233,7 +237,8 @@ class Muscle:
         branches: Where the path begins anew, in order; none for a path in one piece.
         terms: What is added to the length of the path in proportion to coordinates.
         friction: Coulomb's coefficient of the cable on its guides: over an angle theta its tension
-            changes by up to exp(friction theta). Kept, not simulated: `check` says so.
+            changes by up to exp(friction theta). The first via point is the driven end.
+        presliding: Way over which that friction turns round when the cable does, in [m].
     """
 
     name: str
@@ -246,6 +251,7 @@ class Muscle:
     branches: tuple[Branch, ...] = ()
     terms: tuple[CoordinateTerm, ...] = ()
     friction: float = 0.0
+    presliding: float = PRESLIDING
 
     @property
     def is_straight(self) -> bool:

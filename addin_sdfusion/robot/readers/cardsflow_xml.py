@@ -12,6 +12,7 @@ from typing import Literal, cast, get_args
 from ..finding import member
 from ..finding_builders import unknown
 from ..model.muscle import (
+    PRESLIDING,
     BasePulley,
     CableKind,
     CableModel,
@@ -93,6 +94,7 @@ class MuscleReader:
             tuple(_branches(node)),
             tuple(_terms(node)),
             node.number_attribute("friction", 0.0),
+            node.number_attribute("presliding", PRESLIDING),
         )
 
     def _steps(self, block: Node) -> Iterator[_Step]:

@@ -5,6 +5,7 @@ the original format has no word for is in attributes and elements that its reade
 
     myoMuscle    f_min f_max       force limits, in [N]
                  friction          of the cable on its guides, where there is some
+                 presliding        way over which it turns round, in [m], where it is not 0.2 mm
     cable_model  kind              how the cable behaves; parameter elements by name
     base_pulley  kind              a swivelling pulley at the first point; parameters likewise
     viaPoint     coordinate low high smoothing
@@ -33,7 +34,7 @@ from xml.etree import ElementTree
 
 from ..finding import Finding, Subject
 from ..finding_builders import warning
-from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
+from ..model.muscle import PRESLIDING, Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.robot import Robot, TaskFrame
 from .common_losses import names, other_sets
 from .file_names import write_document
@@ -208,6 +209,8 @@ def _muscle(
     limits = {"f_min": numbers([muscle.f_min]), "f_max": numbers([muscle.f_max])}
     if muscle.friction:
         limits["friction"] = numbers([muscle.friction])
+    if muscle.presliding != PRESLIDING:
+        limits["presliding"] = numbers([muscle.presliding])
     node = element(parent, "myoMuscle", name=muscle.name, **limits)
     for link, group in groupby(steps, key=lambda step: step.point.link):
         block = element(node, "link", name=link)

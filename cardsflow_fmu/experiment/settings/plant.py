@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from cardsflow_fmu.config.names import each
-from cardsflow_fmu.config.table import AS_WHOLE, Listed, Positive, Table, setting
+from cardsflow_fmu.config.table import AS_WHOLE, FromZero, Listed, Positive, Table, setting
 
 Rule = Literal["euler", "rk4"]
 """The integrators of a plant."""
@@ -25,6 +25,9 @@ class PlantSettings(Table):
     step: Positive = setting("internal step, in s; run.step is a whole multiple of it", None)
     mass_scale: tuple[Positive, ...] = each(
         "link", "factor on masses that the controller does not know", 1.0
+    )
+    friction_scale: tuple[FromZero, ...] = each(
+        "muscle", "factor on friction of cables that the controller does not know", 1.0
     )
     integrator: Rule = setting("rk4: of fourth order, without contacts", "euler")
     engine: Engine = setting("auto: the core where there are no contacts", "auto")

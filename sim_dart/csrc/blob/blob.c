@@ -2,6 +2,7 @@
 #include "blob.h"
 
 #include "../core.h"
+#include "checks/check_cable_friction.h"
 #include "checks/check_paths.h"
 #include "checks/check_robot.h"
 #include "law_parameters.h"
@@ -85,5 +86,6 @@ int blob_open(blob_view *view, const void *blob, size_t size, char *message, siz
     if ((uintptr_t)blob % 8) return refuse(message, capacity, "the blob is not 8-byte aligned");
     if (check_header(blob, size, message, capacity)) return 1;
     set_pointers(view, blob);
-    return check_robot(view, message, capacity) || check_paths(view, message, capacity);
+    return check_robot(view, message, capacity) || check_paths(view, message, capacity) ||
+           check_cable_friction(view, message, capacity);
 }

@@ -72,6 +72,8 @@
      lower, upper     limits of a coordinate, by its index in q; infinite where there is none
      gravity          in the world, in [m/s2]
      muscle_points    via points of a muscle, at least 2
+     guide_friction   mu of a muscle's cable in its bends, from 0 on; its first via point is the driven end
+     presliding       way over which that friction turns round, in [m]
      point_frame      frame that a via point is fixed to, or -1
      point_position   in that frame, in [m]; muscle after muscle
      closure_kind     enum closure: an equation of a loop joint
@@ -146,6 +148,8 @@
     FIELD(real, upper, 1, dofs)                                                                        \
     FIELD(real, gravity, 3, robots)                                                                    \
     FIELD(int32_t, muscle_points, 1, muscles)                                                          \
+    FIELD(real, guide_friction, 1, muscles)                                                            \
+    FIELD(real, presliding, 1, muscles)                                                                \
     FIELD(int32_t, point_frame, 1, points)                                                             \
     FIELD(real, point_position, 3, points)                                                             \
     FIELD(int32_t, closure_kind, 1, closures)                                                          \
@@ -244,7 +248,8 @@ typedef struct {
 #define BLOB_FIELD_MEMBER(type, name, per_item, count) const type *name;
 typedef struct {
     blob_counts counts;
-    int32_t law_states, law_constants; /* of all muscles together */
+    int32_t law_states, law_constants; /* of all muscles together; the states with those of bends */
+    int32_t bends; /* of cables with friction */
     BLOB_FIELDS(BLOB_FIELD_MEMBER)
 } blob_view;
 #undef BLOB_FIELD_MEMBER

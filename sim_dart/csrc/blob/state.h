@@ -14,7 +14,7 @@
     const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;                             \
     const size_t pulleys = (size_t)n->pulleys, frames = (size_t)n->frames;                             \
     const size_t conditions = (size_t)n->conditions, moves = (size_t)n->moves;                         \
-    const size_t closures = (size_t)n->closures;                                                       \
+    const size_t closures = (size_t)n->closures, bends = (size_t)(view)->bends;                        \
     const size_t variables = (size_t)n->variables, terms = (size_t)n->terms;                           \
     const size_t wide = variables > dofs ? variables : 0; /* none where all variables are q */
 
@@ -51,12 +51,12 @@
     ARRAY(curve, terms)                                                                                \
     ARRAY(row, 3 * wide)      /* of forces on all variables, or of derivatives by them */              \
     ARRAY(wide_matrix, wide *wide)                                                                     \
-    ARRAY(dense, wide ? dofs * dofs : 0) /* M factorised */                                            \
+    ARRAY(dense, wide || bends ? dofs * dofs : 0) /* M factorised */                                   \
     ARRAY(q, dofs)            /* where the robot is */                                                 \
     ARRAY(qd, dofs)                                                                                    \
     ARRAY(load, dofs)         /* generalised forces of a step */                                       \
     ARRAY(outer, dofs)        /* those from outside */                                                 \
-    ARRAY(work, 3)            /* of muscles, of what acts from outside, of damping */                  \
+    ARRAY(work, 4)            /* of muscles, of what acts from outside, of damping, of cable friction */ \
     ARRAY(energies, 3)        /* kinetic, of the weight, of springs */                                 \
     ARRAY(momenta, 6)         /* linear, angular */                                                    \
     ARRAY(before, 2 * dofs + law_states) /* q, qd, law_states at the step's beginning */               \
@@ -99,6 +99,23 @@
     ARRAY(law_states, law_states)                                                                      \
     ARRAY(law_rates, law_states)                                                                       \
     ARRAY(law_constants, law_constants) /* what a law makes of its parameters once */                  \
+    ARRAY(far_tensions, bends ? muscles : 0) /* what friction leaves of tensions at the last point */  \
+    ARRAY(pull_jacobian, bends ? muscles *dofs : 0)                                                    \
+    ARRAY(bend_row, bends ? variables : 0)                                                             \
+    ARRAY(bend_flow, bends *dofs) /* rows: A of cable_friction.c */                                    \
+    ARRAY(bend_grip, bends)       /* mu theta */                                                       \
+    ARRAY(bend_rates, bends)                                                                           \
+    ARRAY(bend_presliding, bends)                                                                      \
+    ARRAY(bend_tension, bends)    /* on the driven side */                                             \
+    ARRAY(bend_way, bends)        /* of a step, over the presliding way; and what is found there */    \
+    ARRAY(bend_next, bends)       /* what a round leads to */                                          \
+    ARRAY(bend_pull, bends)                                                                            \
+    ARRAY(bend_next_pull, bends)                                                                       \
+    ARRAY(bend_side, bends)                                                                            \
+    ARRAY(bend_force, bends)                                                                           \
+    ARRAY(bend_slope, bends)                                                                           \
+    ARRAY(bend_resistance, bends) /* beside M */                                                       \
+    ARRAY(torques_before, bends ? dofs : 0) /* without cable friction */                               \
     ARRAY(force_low, muscles)                                                                          \
     ARRAY(force_high, muscles)                                                                         \
     ARRAY(commands, muscles)                                                                           \
@@ -129,6 +146,8 @@ struct core {
     int32_t is_counting; /* whether wraps remember their turns */
     int32_t has_laws;    /* whether any muscle is more than an ideal cable */
     int32_t has_friction;
+    int32_t is_rubbing;  /* while velocities of a step with cable friction are sought */
+    int32_t friction_rounds, friction_settled;
     int32_t is_driven;   /* whether there are variables beside q */
     int32_t closure_rank; /* how many closures count, the first ones of closure_order */
     int32_t wrap_ends;   /* which directions any wrap is asked for */

@@ -1,4 +1,5 @@
-/* Forward dynamics of robots with variables beside q, by the mass matrix. */
+/* Forward dynamics by the mass matrix: of robots with variables beside q, and while cables with friction are
+   looked for. */
 #ifndef CARDSFLOW_DENSE_H
 #define CARDSFLOW_DENSE_H
 

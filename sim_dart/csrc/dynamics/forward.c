@@ -130,9 +130,14 @@ static void backward(core *c, const real *tau, const real *armature)
     }
 }
 
+static int is_dense(const core *c)
+{
+    return c->is_driven || c->is_rubbing;
+}
+
 void dynamics_factor(core *c, const real *armature)
 {
-    if (c->is_driven) {
+    if (is_dense(c)) {
         dense_factor(c, armature);
         return;
     }
@@ -142,7 +147,7 @@ void dynamics_factor(core *c, const real *armature)
 
 void dynamics_respond(core *c, const real *impulse, real *change)
 {
-    if (c->is_driven) {
+    if (is_dense(c)) {
         memcpy(change, impulse, (size_t)c->blob.counts.dofs * sizeof(real));
         dense_solve(c, change);
         return;
@@ -187,7 +192,7 @@ static void forward(core *c)
 
 void dynamics_accelerate(core *c, const real *qd, const real *tau, const real *armature)
 {
-    if (c->is_driven) {
+    if (is_dense(c)) {
         dense_accelerate(c, qd, tau, armature);
         return;
     }

@@ -5,7 +5,7 @@
 
 #define ESTIMATOR_LENGTHS(c, imus)                                                                     \
     const size_t n = (size_t)(c)->blob.counts.dofs, m = (size_t)(c)->blob.counts.muscles;              \
-    const size_t variables = (size_t)(c)->blob.counts.variables;                                       \
+    const size_t variables = (size_t)(c)->blob.counts.variables, bends = (size_t)(c)->blob.bends;       \
     const size_t i = (size_t)(imus), N = 3 * n + 6 * i;
 
 enum { MOST_IMUS = 64 };
@@ -31,7 +31,7 @@ estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, void 
     ESTIMATOR_LENGTHS(c, imus)
     estimator *e = memory;
     e->core = c, e->imu_frame = imu_frame;
-    e->n = n, e->m = m, e->i = i, e->N = N, e->variables = variables;
+    e->n = n, e->m = m, e->i = i, e->N = N, e->variables = variables, e->bends = bends;
     real *at = (real *)(void *)(e + 1);
 #define PLACE(name, length) e->name = at, at += length;
     ESTIMATOR_ARRAYS(PLACE)
@@ -41,7 +41,7 @@ estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, void 
 
 real *estimator_array(estimator *e, const char *name, size_t *length)
 {
-    const size_t n = e->n, m = e->m, i = e->i, N = e->N, variables = e->variables;
+    const size_t n = e->n, m = e->m, i = e->i, N = e->N, variables = e->variables, bends = e->bends;
     if (!strcmp(name, "remembered")) return *length = (size_t)(e->valid + 1 - e->state), e->state;
 #define FIND(name_, length_)                                                                           \
     if (!strcmp(name, #name_)) return *length = length_, e->name_;

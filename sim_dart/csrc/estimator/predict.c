@@ -1,6 +1,7 @@
 /* x <- step(x, f), P <- A P A' + Q. */
 #include "predict.h"
 
+#include "../cable_friction/cable_friction.h"
 #include "../math/cholesky.h"
 
 #include <string.h>
@@ -14,6 +15,7 @@ static int invert_mass(estimator *e, real h)
     core_mass_matrix(c);
     for (size_t j = 0; j < n; j++)
         c->mass_matrix[j * n + j] += h * (c->blob.damping[j] + h * c->blob.stiffness[j]);
+    cable_friction_resist(c, c->mass_matrix); /* as in the last step */
     if (cholesky_factor(n, c->mass_matrix, e->factor)) return 1;
     for (size_t j = 0; j < n; j++) {
         memset(e->matrix + j * n, 0, n * sizeof(real));
@@ -91,12 +93,15 @@ int estimator_predict(estimator *e, real h)
     real *q = e->state, *qd = q + n, *w = qd + n;
     e->step = h;
     for (size_t j = 0; j < n; j++) e->load[j] = (is_number(e->torques[j]) ? e->torques[j] : 0) - w[j];
+    real *slips = c->law_states + (c->blob.law_states - c->blob.bends);
+    memcpy(slips, e->slips, e->bends * sizeof(real));
     if (core_move_checked(c, q, qd) || fill_transition(e, q, qd, e->last_tensions, h)) return 1;
     memcpy(c->q, q, n * sizeof(real));
     memcpy(c->qd, qd, n * sizeof(real));
     if (core_step(c, e->last_tensions, e->load, h, 1)) return 1;
     memcpy(q, c->q, n * sizeof(real));
     memcpy(qd, c->qd, n * sizeof(real));
+    memcpy(e->slips, slips, e->bends * sizeof(real));
     carry_covariance(e);
     add_noise(e, h);
     return 0;

@@ -10,6 +10,7 @@
     ARRAY(state, N)                                                                                    \
     ARRAY(covariance, N *N)                                                                            \
     ARRAY(last_tensions, m) /* the last ones that were numbers */                                      \
+    ARRAY(slips, bends)     /* of cables with friction, see cable_friction.c */                        \
     ARRAY(sd, N)                                                                                       \
     ARRAY(innovation, 1)                                                                               \
     ARRAY(mean_innovation, 1) /* over innovation_time */                                               \
@@ -64,7 +65,7 @@
 #define ESTIMATOR_MEMBER(name, length) real *name;
 struct estimator {
     core *core;
-    size_t n, m, i, N, variables;
+    size_t n, m, i, N, variables, bends;
     const int32_t *imu_frame;
     estimator_transition *exact;
     void *exact_self;

@@ -125,7 +125,7 @@ static int one_step(core *c, const real *u, const real *extra, real h)
 
 int core_runge_kutta(core *c, const real *u, const real *extra, real h, int32_t steps)
 {
-    memset(c->work, 0, 3 * sizeof(real));
+    memset(c->work, 0, 4 * sizeof(real));
     for (; steps > 0; steps--) {
         const int bad = one_step(c, u, extra, h);
         if (bad) return bad;

@@ -1,4 +1,5 @@
 /* Steps of the plant: muscles, forward dynamics, semi-implicit Euler, joint limits. */
+#include "../cable_friction/cable_friction.h"
 #include "../dynamics/external_wrenches.h"
 #include "../dynamics/forward.h"
 #include "../dynamics/friction.h"
@@ -63,6 +64,17 @@ static void stay_within(core *c, real h)
     else limits_keep(c);
 }
 
+/* qd at the step's end, from the forces at its beginning; the friction of cables is that at its end. */
+static void find_velocities(core *c, real h)
+{
+    if (c->blob.bends) cable_friction_begin(c, h);
+    for (;;) {
+        accelerate(c, h);
+        if (speed_up(c, h) || c->has_friction) stay_within(c, h);
+        if (!c->blob.bends || cable_friction_agrees(c, h)) return;
+    }
+}
+
 /* Forces as at the step's beginning, at the mean of its velocities: what they do to the kinetic energy,
    exactly, if M is constant. */
 static void add_step_work(core *c, real h)
@@ -99,13 +111,12 @@ static int advance_muscles(core *c, const real *u, real h)
 int core_step(core *c, const real *u, const real *extra, real h, int32_t steps)
 {
     const int32_t dofs = c->blob.counts.dofs;
-    memset(c->work, 0, 3 * sizeof(real));
+    memset(c->work, 0, 4 * sizeof(real));
     for (; steps > 0; steps--) {
         int bad = muscles_pull(c, u);
         if (bad) return -bad;
         external_wrenches_add(c, extra);
-        accelerate(c, h);
-        if (speed_up(c, h) || c->has_friction) stay_within(c, h);
+        find_velocities(c, h);
         add_step_work(c, h);
         if (c->has_laws && !advance_muscles(c, u, h)) return dofs + 1;
         for (int32_t j = 0; j < dofs; j++) c->q[j] += h * c->qd[j];

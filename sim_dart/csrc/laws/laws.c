@@ -2,6 +2,7 @@
 #include "laws.h"
 
 #include "../blob/message.h"
+#include "../cable_friction/cable_friction.h"
 #include "../math/elementary.h"
 #include "hill/activation.h"
 #include "law.h"
@@ -34,12 +35,14 @@ int laws_check(blob_view *view, char *message, size_t capacity)
                               LAW_NAMES[kind], i);
         const char *wrong = law->refusal ? law->refusal(p) : NULL;
         if (wrong) return refuse(message, capacity, "muscle %d: %s: %s", (int)m, LAW_NAMES[kind], wrong);
+        if (value_of(view->guide_friction[m]) > 0 && law->pushes)
+            return refuse(message, capacity, "muscle %d: %s pushes, and so has no friction in bends", (int)m, LAW_NAMES[kind]);
         states += law->states ? law->states(p) : 0;
         constants += law->constants;
         p += law->parameters;
     }
     if (left) return refuse(message, capacity, "the laws' parameters do not add up");
-    view->law_states = (int32_t)states, view->law_constants = (int32_t)constants;
+    view->law_states = (int32_t)states + view->bends, view->law_constants = (int32_t)constants;
     return 0;
 }
 
@@ -128,6 +131,7 @@ void core_rates(core *c, const real *qd)
         for (int32_t j = 0; j < dofs; j++) rate += row[j] * qd[j];
         c->rates[m] = rate;
     }
+    if (c->blob.bends) cable_friction_rates(c, qd);
 }
 
 int core_start(core *c, const real *u)
@@ -137,6 +141,7 @@ int core_start(core *c, const real *u)
     muscle_law at;
     for EACH_MUSCLE (c, &at)
         if (at.states) at.law->start(at.k, c->lengths[at.m], command(&at, u), at.x);
+    if (c->blob.bends) cable_friction_start(c);
     return 0;
 }
 
@@ -149,6 +154,7 @@ static void add_torques(core *c)
         const real *row = c->jacobian + (size_t)m * (size_t)dofs;
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * c->tensions[m];
     }
+    if (c->blob.bends) cable_friction_pull(c);
 }
 
 int core_pull(core *c, const real *f)
@@ -162,6 +168,9 @@ int core_pull(core *c, const real *f)
         const real *row = c->jacobian + (size_t)k * (size_t)dofs;
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * f[k];
     }
+    if (!c->blob.bends) return 0;
+    for (int32_t k = 0; k < muscles; k++) c->tensions[k] = larger(f[k], 0);
+    cable_friction_pull(c);
     return 0;
 }
 
@@ -185,6 +194,7 @@ int core_law_rates(core *c, const real *u)
     for EACH_MUSCLE (c, &at)
         if (at.states)
             at.law->rates(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), at.xd);
+    if (c->blob.bends) cable_friction_state_rates(c);
     return 0;
 }
 
@@ -202,6 +212,7 @@ int core_advance(core *c, const real *u, real h)
             at.law->advance(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), h);
     }
     if (active.count) activations_finish(&active, h);
+    if (c->blob.bends) cable_friction_advance(c, h);
     return 0;
 }
 

@@ -5,6 +5,8 @@
    a cable touches a surface moves on it as well, but that changes no length (envelope theorem).         */
 #include "paths.h"
 
+#include "../cable_friction/bends.h"
+
 #include "../kinematics/tree.h"
 #include "../kinematics/joint_variables.h"
 #include "../numbers/real_functions.h"
@@ -238,7 +240,8 @@ void paths_prepare(core *c)
 void paths_move(core *c)
 {
     place_all(c);
-    walk(c, 0);
+    walk(c, c->blob.bends > 0);
+    if (c->blob.bends) bends_move(c);
 }
 
 void core_trace(core *c)

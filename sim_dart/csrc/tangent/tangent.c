@@ -50,6 +50,8 @@
 #include "../laws/law_mujoco.c"
 #include "../laws/law_spring.c"
 #include "../laws/law_winch.c"
+#include "../cable_friction/bends.c"
+#include "../cable_friction/cable_friction.c"
 #include "../laws/laws.c"
 #include "../dynamics/energies.c"
 #include "../dynamics/external_wrenches.c"
@@ -162,7 +164,8 @@ static real *array(const core_tangent *t, enum tangent_array which, size_t *leng
         [TANGENT_LENGTHS] = {c->lengths, muscles},
         [TANGENT_TASKS] = {c->task_values, 3 * tasks},
         [TANGENT_TENSIONS] = {c->tensions, muscles},
-        [TANGENT_WORK] = {c->work, 3},
+        [TANGENT_FAR_TENSIONS] = {c->far_tensions, bends ? muscles : 0},
+        [TANGENT_WORK] = {c->work, 4},
         [TANGENT_ENERGIES] = {c->energies, 3},
         [TANGENT_MOMENTA] = {c->momenta, 6},
     };
@@ -255,8 +258,7 @@ int core_tangent_advance(core_tangent *t, double h)
     const int bad = muscles_pull(c, c->commands);
     if (bad) return -bad;
     external_wrenches_add(c, torques(t));
-    accelerate(c, h);
-    if (speed_up(c, h) || c->has_friction) stay_within(c, h);
+    find_velocities(c, h);
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) c->q[j] += h * c->qd[j];
     return 0;
 }

@@ -10,23 +10,24 @@
 
 struct core_transition {
     core_tangent *tangent;
-    size_t n, m;
+    const core *plain;
+    size_t n, m, s;
     double *changes; /* a direction, and what comes of it, each as long as the longest array */
 };
 
-static size_t longest(size_t n, size_t m)
+static size_t longest(size_t n, size_t m, size_t s)
 {
-    return (n > m ? n : m) + 1;
+    return (n > m ? n : m) + s + 1;
 }
 
 static size_t longest_in(const core *plain)
 {
-    return longest((size_t)plain->blob.counts.dofs, (size_t)plain->blob.counts.muscles);
+    return longest((size_t)plain->blob.counts.dofs, (size_t)plain->blob.counts.muscles, (size_t)plain->blob.law_states);
 }
 
 static size_t longest_of(const core_transition *t)
 {
-    return longest(t->n, t->m);
+    return longest(t->n, t->m, t->s);
 }
 
 size_t core_transition_size(const core *plain)
@@ -38,6 +39,7 @@ core_transition *core_transition_open(const core *plain, void *memory)
 {
     core_transition *t = memory;
     t->n = (size_t)plain->blob.counts.dofs, t->m = (size_t)plain->blob.counts.muscles;
+    t->s = (size_t)plain->blob.law_states, t->plain = plain;
     t->changes = (double *)(void *)(t + 1);
     memset(t->changes, 0, 2 * longest_in(plain) * sizeof(double));
     t->tangent = core_tangent_open(plain, t->changes + 2 * longest_in(plain));
@@ -62,6 +64,7 @@ int core_transition_fill(void *self, const real *q, const real *qd, const real *
     double *changes = t->changes, *none = changes + longest_of(t);
     core_tangent_set(t->tangent, TANGENT_COMMANDS, f, changes);
     core_tangent_set(t->tangent, TANGENT_TORQUES, extra, changes);
+    if (t->plain->blob.bends) core_tangent_set(t->tangent, TANGENT_STATES, t->plain->law_states, changes);
     for (size_t j = 0; j < 2 * n; j++) {
         changes[j % n] = 1;
         core_tangent_set(t->tangent, TANGENT_Q, q, j < n ? changes : none);

@@ -10,7 +10,8 @@ typedef struct core_transition core_transition;
 /* Bytes of memory for a robot; 0 where there are no derivatives: see support.h. */
 CORE_API size_t core_transition_size(const core *plain);
 
-/* A handle in `memory`, 8-byte aligned; see core_tangent_open. NULL where there are no derivatives. */
+/* A handle in `memory`, 8-byte aligned; see core_tangent_open. The plain one, whose states of bends count, must
+   outlive it. NULL where there are no derivatives.                                                     */
 CORE_API core_transition *core_transition_open(const core *plain, void *memory);
 
 /* An estimator_transition, of a core_transition; also where there are none, of which it is nonzero. */

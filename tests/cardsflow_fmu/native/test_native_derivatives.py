@@ -142,6 +142,14 @@ def test_friction(tmp_path: Path) -> None:
     check(replace(robot, joints=joints), tmp_path, 5, size=2e-4)
 
 
+@pytest.mark.parametrize("seed", [4, 5])
+def test_friction_of_cables(seed: int, tmp_path: Path) -> None:
+    """That is found by rounds within the step, with the tension at the far end."""
+    robot = random_robot(seed)
+    rough = [replace(muscle, friction=0.2, presliding=0.01) for muscle in robot.muscles]
+    check(robot.with_muscles(rough), tmp_path, seed, Options(2, energy=True), size=5e-4)
+
+
 def test_springs_and_damping(tmp_path: Path) -> None:
     robot = with_coordinates(random_robot(6), damping=0.3, stiffness=5.0, rest=0.1)
     check(robot, tmp_path, 6)

@@ -11,14 +11,12 @@ import pytest
 from support.cases import few
 from support.fmu.co_simulation import LAWS, assert_native_agrees, assert_rows_agree
 from support.fmu.fmu_host import refused, running
-from support.fmu.native_states import check_states_repeat
+from support.fmu.native_states import check_bits, check_states_repeat
 from support.robots.robots import EXAMPLES, with_coordinates
 
 from addin_sdfusion.robot import InputError, SimulationError, read_robot, write_sdf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
-from cardsflow_fmu.models.model import FloatArray
-from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.native.loop import NativeLoop, run_batch
 from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.simulation.run import simulate
@@ -78,20 +76,7 @@ def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) 
 @pytest.mark.parametrize("case", few(CASES))
 @pytest.mark.native
 def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -> None:
-    """With commands, loads and wrenches at random: outputs of the FMU, and of the plant's model."""
-    experiment = experiment_of(case, **{"plant.engine": "core"})
-    model = PlantModel(experiment)
-    model.initialize()
-    file = build(experiment, tmp_path, native=True)["plant"]
-    rng, step = np.random.default_rng(3), experiment.run.step
-    starts: FloatArray = model.inputs.copy()
-    with running(file, tmp_path / "unpacked") as host:
-        for k in range(300):
-            model.inputs[:] = starts + 0.1 * rng.uniform(0, 1, starts.size)
-            host.slave.setReal(host.of("input"), model.inputs.tolist())
-            model.step(k * step, step)
-            host.slave.doStep(k * step, step)
-            np.testing.assert_array_equal(host.slave.getReal(host.of("output")), model.outputs)
+    check_bits(experiment_of(case, **{"plant.engine": "core"}), tmp_path)
 
 
 @pytest.mark.parametrize("case", few(["rk4", "energy", "wrenches", "all"], 2))

@@ -22,6 +22,8 @@ def good() -> tuple[dict[str, int], dict[str, object]]:
     fields |= {
         "gravity": [0, 0, -9.81],
         "muscle_points": [2, 2],
+        "guide_friction": [0, 0],
+        "presliding": [1, 1],
         "point_frame": [-1] * 4,
         "point_position": np.eye(4, 3),
         "law_kind": [0, 0],

@@ -23,6 +23,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     commanded         muscle of each command
  *     motors            coordinate of each torque
  *     modelled          muscle of each tension
+ *     rubbing           muscle of each tension at the far end
  *     state_order       which of all muscles' states each state is
  *     external_frame    frame of each point of external wrenches, those of loads first; -1 for the world
  *     external_point    where it is in that frame, in [m]
@@ -39,6 +40,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(lengths, m)                                                                                         \
     GROUP(tasks, ANY)                                                                                         \
     GROUP(tensions, ANY)                                                                                      \
+    GROUP(far_tensions, ANY)                                                                                  \
     GROUP(states, ANY)                                                                                        \
     GROUP(energies, ANY)                                                                                      \
     GROUP(q_start, n)                                                                                         \
@@ -52,6 +54,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(uint32_t, commanded, 1, commands)                                                                   \
     FIELD(uint32_t, motors, 1, torques)                                                                       \
     FIELD(uint32_t, modelled, 1, tensions)                                                                    \
+    FIELD(uint32_t, rubbing, 1, far_tensions)                                                                 \
     FIELD(uint32_t, state_order, 1, states)                                                                   \
     FIELD(int32_t, external_frame, 1, external_points)                                                        \
     FIELD(double, external_point, 3, external_points)                                                         \

@@ -35,7 +35,11 @@ int native_robot_open(struct native_robot *robot, const struct native_file *file
     robot->mass_matrix = array(c, "mass_matrix", &length);
     robot->bias = array(c, "coriolis", &length);
     robot->tensions = array(c, "tensions", &length);
+    robot->far_tensions = array(c, "far_tensions", &robot->far);
+    robot->pull_jacobian = array(c, "pull_jacobian", &length);
     robot->states = array(c, "law_states", &robot->s);
+    array(c, "bend_grip", &robot->bends);
+    robot->slips = robot->states + (robot->s - robot->bends);
     robot->work = array(c, "work", &length);
     robot->energies = array(c, "energies", &length);
     robot->momenta = array(c, "momenta", &length);

@@ -10,10 +10,12 @@
 struct native_robot {
     core *core;
     void *memory;
-    size_t n, m, s, tasks;
+    size_t n, m, s, tasks, far, bends;
     double *q, *qd, *lengths, *jacobian, *task_values, *task_jacobian, *task_bias;
     double *mass_matrix, *bias;
     double *tensions, *states; /* m, s: of muscles with tension laws */
+    double *far_tensions; /* far: m where cables have friction, else none */
+    double *pull_jacobian, *slips; /* m x n there; bends, the last ones of the states */
     double *work, *energies, *momenta;
     const double *lower, *upper, *damping;
     double *load; /* generalised, n: room for the models */

@@ -201,7 +201,6 @@ WARNINGS = {
     "no-muscles": replace(ROBOT, cable_set=""),
     "cable-model-not-simulated": with_cable(model=CableModel("linear_spring", (("K", 10.0),))),
     "winch-travel-left-out": with_cable(pulley=SCREW),
-    "cable-friction-not-simulated": with_cable(friction=0.1),
     "via-point-inside-wrap": over_balls(Wrap("base", 0)),
     "wrap-ends-left": replace(
         with_cable(wraps=(Wrap("ball", 0, inside=True),)),

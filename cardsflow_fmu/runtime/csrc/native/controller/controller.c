@@ -33,13 +33,27 @@ static void terms(void *self, const double *q, const double *qd, double *M, doub
     core_mass_matrix(robot->core);
     core_bias(robot->core, qd);
     memcpy(M, robot->mass_matrix, robot->n * robot->n * sizeof(double));
-    memcpy(L, robot->jacobian, robot->m * robot->n * sizeof(double));
+    core_pulling(robot->core);
+    memcpy(L, robot->far ? robot->pull_jacobian : robot->jacobian, robot->m * robot->n * sizeof(double));
     memset(L + robot->m * robot->n, 0, s->of.motors.count * robot->n * sizeof(double));
     for (size_t i = 0; i < s->of.motors.count; i++)
         L[(robot->m + i) * robot->n + s->motors[i]] = -1;
     for (size_t j = 0; j < robot->n; j++)
         h[j] = robot->bias[j] + robot->damping[j] * qd[j];
     native_independent_terms(c, robot, qd, M, h, L);
+}
+
+/* Which way cables with friction rub, by the way of the joints since the last tick. */
+static void follow(const struct controller *c, const struct native_robot *robot)
+{
+    double *known = c->slid, *last = known + 1;
+    if (!robot->far)
+        return;
+    for (size_t j = 0; j < robot->n; j++)
+        robot->load[j] = known[0] != 0 ? c->q[j] - last[j] : 0;
+    core_slide(robot->core, robot->load);
+    known[0] = 1;
+    memcpy(last, c->q, robot->n * sizeof(double));
 }
 
 /* An angle within half a turn, as Python's remainder has it. */
@@ -132,6 +146,7 @@ static void hold(const struct native_model *native)
 static int initialize(struct model *model)
 {
     struct native_model *native = model->backend;
+    const struct native_robot *robot = &native->robot;
     const struct controller *c = native->own;
     if (check_parameters(model))
         return 1;
@@ -144,6 +159,8 @@ static int initialize(struct model *model)
     native_falling_reset((struct controller *)native->own, c->forces);
     memset(c->slack, 0, c->r * sizeof(double));
     memset(c->report, 0, c->settings.of.report.count * sizeof(double));
+    memset(c->slid, 0, (1 + robot->n) * sizeof(double));
+    memset(robot->slips, 0, robot->bends * sizeof(double));
     return 0;
 }
 
@@ -200,6 +217,7 @@ static void fall(struct native_model *native, double period)
     struct controller *c = native->own;
     struct native_robot *robot = &native->robot;
     native_falling_fall(c, period);
+    c->slid[0] = 0;
     if (c->muscles.are_modelled) { /* where they were at last, and at rest */
         const double *q = c->falling + 1 + c->a;
         memset(robot->load, 0, robot->n * sizeof(double));
@@ -232,6 +250,7 @@ static int step(struct model *model)
         text_set(&model->error, "the state or the reference of the controller is not finite");
         return 1;
     }
+    follow(c, robot);
     const double begin = monotonic_seconds();
     native_robot_load(robot, c->settings.load_rows, c->settings.of.loads.count, c->loads, -1); /* w_e = -J'F */
     for (size_t j = 0; j < c->settings.of.estimated_loads.count; j++)
@@ -271,25 +290,32 @@ static int get_state(struct model *model, void **bytes, size_t *size)
 {
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
-    size_t sizes[4];
+    const struct native_robot *robot = &native->robot;
+    size_t sizes[6];
     const double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
                                    computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory,
-                                   c->falling};
+                                   c->falling, robot->slips, c->slid};
     sizes[2] = native_muscles_memory(&c->muscles);
     sizes[3] = native_falling_memory(c);
-    return native_save(parts, sizes, 4, bytes, size, &model->error);
+    sizes[4] = robot->bends;
+    sizes[5] = robot->far ? 1 + robot->n : 0;
+    return native_save(parts, sizes, 6, bytes, size, &model->error);
 }
 
 static int set_state(struct model *model, const void *bytes, size_t size)
 {
     const struct native_model *native = model->backend;
     const struct controller *c = native->own;
-    size_t sizes[4];
+    const struct native_robot *robot = &native->robot;
+    size_t sizes[6];
     double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
-                             computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory, c->falling};
+                             computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory, c->falling,
+                             robot->slips, c->slid};
     sizes[2] = native_muscles_memory(&c->muscles);
     sizes[3] = native_falling_memory(c);
-    return native_restore(parts, sizes, 4, bytes, size, &model->error);
+    sizes[4] = robot->bends;
+    sizes[5] = robot->far ? 1 + robot->n : 0;
+    return native_restore(parts, sizes, 6, bytes, size, &model->error);
 }
 
 static void free_controller(struct controller *c)
@@ -297,6 +323,7 @@ static void free_controller(struct controller *c)
     native_muscles_close(&c->muscles);
     free(c->falling);
     free(c->room);
+    free(c->slid);
     free(c->loop);
     free(c);
 }
@@ -335,12 +362,18 @@ static int open_loop(struct native_model *native, struct controller *c)
     return 0;
 }
 
+static int open_slid(struct controller *c, const struct native_robot *robot)
+{
+    c->slid = calloc(1 + robot->n, sizeof *c->slid);
+    return !c->slid;
+}
+
 int native_controller_open(struct model *model, struct native_model *native, struct text *error)
 {
     struct controller *c = calloc(1, sizeof *c);
     int failed = !c || native_controller_settings(c, native, error);
     if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) ||
-                           native_falling_open(c) || native_independent_open(c, &native->robot) ||
+                           native_falling_open(c) || open_slid(c, &native->robot) || native_independent_open(c, &native->robot) ||
                            open_loop(native, c)))) {
         text_set(error, "there is no memory for the controller");
         failed = 1;

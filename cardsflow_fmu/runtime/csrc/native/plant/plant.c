@@ -32,6 +32,8 @@ static int write_muscles(struct model *model)
         return refuse_command(model, (size_t)bad - 1);
     for (size_t i = 0; i < s->of.tensions.count; i++)
         plant->tensions[i] = robot->tensions[s->modelled[i]];
+    for (size_t i = 0; i < s->of.far_tensions.count; i++)
+        plant->far_tensions[i] = robot->far_tensions[s->rubbing[i]];
     for (size_t i = 0; i < s->of.states.count; i++)
         plant->states[i] = robot->states[s->state_order[i]];
     return 0;
@@ -44,7 +46,7 @@ static void write_energies(const struct plant *plant, const struct native_robot 
     *at++ = robot->energies[0];
     *at++ = robot->energies[1] + plant->settings.fixed_energy[0] + robot->energies[2];
     memcpy(at, plant->work, sizeof plant->work);
-    memcpy(at + 3, robot->momenta, 6 * sizeof(double));
+    memcpy(at + WORKS, robot->momenta, 6 * sizeof(double));
 }
 
 /* The outputs at the core's state. */
@@ -60,7 +62,7 @@ static int write_outputs(struct model *model)
         plant->tasks[i] = robot->task_values[plant->settings.task_rows[i]];
     if (plant->settings.of.energies.count)
         write_energies(plant, robot);
-    return plant->settings.of.tensions.count ? write_muscles(model) : 0;
+    return plant->settings.of.tensions.count || plant->settings.of.far_tensions.count ? write_muscles(model) : 0;
 }
 
 /* Moves the core to its q and qd, and shows where it is. */
@@ -143,7 +145,7 @@ static int advance(const struct native_robot *robot, struct plant *plant)
     const int bad = plant->rule(robot->core, plant->muscle_commands, native_plant_torques(plant),
                                 plant->step[0] / substeps, (int32_t)substeps);
     plant->ticks++;
-    for (size_t i = 0; !bad && i < 3; i++)
+    for (size_t i = 0; !bad && i < WORKS; i++)
         plant->work[i] += robot->work[i];
     return bad;
 }
@@ -170,7 +172,7 @@ static int get_state(struct model *model, void **bytes, size_t *size)
     const struct native_robot *robot = &native->robot;
     const struct plant *plant = native->own;
     const double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
-    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->settings.of.energies.count ? 3 : 0};
+    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->settings.of.energies.count ? WORKS : 0};
     return native_save(parts, sizes, 5, bytes, size, &model->error);
 }
 
@@ -180,7 +182,7 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     const struct native_robot *robot = &native->robot;
     struct plant *plant = native->own;
     double *const parts[] = {&plant->ticks, robot->q, robot->qd, robot->states, plant->work};
-    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->settings.of.energies.count ? 3 : 0};
+    const size_t sizes[] = {1, robot->n, robot->n, robot->s, plant->settings.of.energies.count ? WORKS : 0};
     return native_restore(parts, sizes, 5, bytes, size, &model->error) || go(model);
 }
 

@@ -15,8 +15,8 @@
 /* A direction: of all that a step begins with; later, of all that it ends with. */
 struct change {
     double largest; /* seed: the directions are multiples of it */
-    double *commands, *torques, *wrenches, *q, *qd, *states, *lengths, *tasks, *tensions;
-    double energies[3], work[3], momenta[6]; /* as of the core; work adds up over steps */
+    double *commands, *torques, *wrenches, *q, *qd, *states, *lengths, *tasks, *tensions, *far_tensions;
+    double energies[3], work[WORKS], momenta[6]; /* as of the core; work adds up over steps */
 };
 
 /* It stays open for further questions. */
@@ -32,18 +32,19 @@ static core_tangent *open_tangent(const struct native_model *native)
 static int open_change(struct change *change, const struct native_robot *robot, size_t externals)
 {
     const size_t sizes[] = {robot->m, robot->n, 6 * externals,    robot->n, robot->n,
-                            robot->s, robot->m, 3 * robot->tasks, robot->m};
+                            robot->s, robot->m, 3 * robot->tasks, robot->m, robot->far};
     double **const parts[] = {&change->commands, &change->torques, &change->wrenches,
                               &change->q,        &change->qd,      &change->states,
-                              &change->lengths,  &change->tasks,   &change->tensions};
+                              &change->lengths,  &change->tasks,   &change->tensions,
+                              &change->far_tensions};
     size_t count = 1;
-    for (size_t i = 0; i < 9; i++)
+    for (size_t i = 0; i < 10; i++)
         count += sizes[i];
     memset(change, 0, sizeof *change);
     double *at = calloc(count, sizeof *at);
     if (!at)
         return 1;
-    for (size_t i = 0; i < 9; at += sizes[i++])
+    for (size_t i = 0; i < 10; at += sizes[i++])
         *parts[i] = at;
     return 0;
 }
@@ -116,12 +117,12 @@ static int go_step(const struct plant *plant, core_tangent *tangent, struct chan
 {
     const int32_t substeps = (int32_t)plant->settings.substeps[0];
     const double h = plant->step[0] / substeps;
-    double work[3];
+    double work[WORKS];
     if (plant->rule == core_runge_kutta ? core_tangent_runge_kutta(tangent, h, substeps)
                                         : core_tangent_step(tangent, h, substeps))
         return 1;
     core_tangent_changes(tangent, TANGENT_WORK, work);
-    for (size_t i = 0; i < 3; i++)
+    for (size_t i = 0; i < WORKS; i++)
         change->work[i] += work[i];
     return 0;
 }
@@ -139,7 +140,8 @@ static int go_with_tangent(struct model *model, core_tangent *tangent, struct ch
     int failed = core_tangent_move(tangent) || (is_at_start && core_tangent_start(tangent));
     for (size_t i = 0; i < steps && !failed; i++)
         failed = go_step(plant, tangent, change);
-    if (failed || (plant->settings.of.tensions.count && core_tangent_drive(tangent))) {
+    const int is_driven = plant->settings.of.tensions.count || plant->settings.of.far_tensions.count;
+    if (failed || (is_driven && core_tangent_drive(tangent))) {
         text_set(&model->error, "the step leads nowhere: an input is not finite, or the robot diverges");
         return 1;
     }
@@ -156,6 +158,7 @@ static void end(core_tangent *tangent, struct change *change)
     core_tangent_changes(tangent, TANGENT_LENGTHS, change->lengths);
     core_tangent_changes(tangent, TANGENT_TASKS, change->tasks);
     core_tangent_changes(tangent, TANGENT_TENSIONS, change->tensions);
+    core_tangent_changes(tangent, TANGENT_FAR_TENSIONS, change->far_tensions);
     core_tangent_changes(tangent, TANGENT_ENERGIES, change->energies);
     core_tangent_changes(tangent, TANGENT_MOMENTA, change->momenta);
 }
@@ -165,7 +168,7 @@ static double energy(const struct change *change, size_t at)
 {
     if (at < 2)
         return at == 0 ? change->energies[0] : change->energies[1] + change->energies[2];
-    return at < 5 ? change->work[at - 2] : change->momenta[at - 5];
+    return at < 2 + WORKS ? change->work[at - 2] : change->momenta[at - 2 - WORKS];
 }
 
 /* The change of an output; NaN if it is none of these. */
@@ -182,6 +185,8 @@ static double answer(const struct plant_settings *s, const struct change *change
         return change->tasks[s->task_rows[at]];
     if (is_in(s->of.tensions, unknown, &at))
         return change->tensions[s->modelled[at]];
+    if (is_in(s->of.far_tensions, unknown, &at))
+        return change->far_tensions[s->rubbing[at]];
     if (is_in(s->of.states, unknown, &at))
         return change->states[s->state_order[at]];
     return is_in(s->of.energies, unknown, &at) ? energy(change, at) : NAN;

@@ -24,12 +24,13 @@ static int are_sound(const struct plant_settings *s, const struct native_robot *
            native_all_below(s->commanded, s->of.commands.count, robot->m) &&
            native_all_below(s->motors, s->of.torques.count, robot->n) &&
            native_all_below(s->modelled, s->of.tensions.count, robot->m) &&
+           native_all_below(s->rubbing, s->of.far_tensions.count, robot->far) &&
            native_all_below(s->state_order, s->of.states.count, robot->s) && s->of.loads.count % 3 == 0 &&
            s->of.wrenches.count % 6 == 0 && s->of.external_points.count == points &&
            (s->of.energies.count == 0 || s->of.energies.count == ENERGIES) && s->substeps[0] >= 1 &&
            s->substeps[0] <= 1000000 && isfinite(s->fixed_energy[0]) &&
            /* friction is nothing that Runge and Kutta know */
-           (integrator == 0 || (integrator == 1 && !has_friction(robot)));
+           (integrator == 0 || (integrator == 1 && !has_friction(robot) && !robot->far));
 }
 
 static int place_values(struct plant *plant, const struct native_model *native, struct text *error)

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { ENERGIES = 11 }; /* outputs: energies 2, work 3, momentum 3, angular momentum 3 */
+enum { ENERGIES = 12, WORKS = 4 }; /* outputs: energies 2, work 4, momentum 3, angular momentum 3 */
 
 /* A rule of the core: core_step or core_runge_kutta. */
 typedef int plant_rule(core *c, const double *u, const double *extra, double h, int32_t steps);
@@ -18,7 +18,7 @@ struct plant {
     PLANT_GROUPS(VALUES_MEMBER) /* the values of each group */
     plant_rule *rule;
     double ticks;
-    double work[3];            /* since the start; see core.h */
+    double work[WORKS];           /* since the start; see core.h */
     double *muscle_commands;   /* m: of passive muscles 0 */
     double *external_wrenches; /* 6 a point: see core_external_wrenches */
     double *motor_torques;     /* n: what motors of joints make */

@@ -1,0 +1,46 @@
+#include "check_cable_friction.h"
+
+#include "../../cable_friction/bends.h"
+#include "../message.h"
+
+#define LARGEST_FRICTION 2
+#define LARGEST_PRESLIDING 1
+
+/* Paths that are more than fixed points and wraps by our own rules have no order of spans that friction could
+   go by; over an ellipsoid the angle of contact is not known.                                            */
+static int is_simple(const blob_view *b, int32_t muscle, int32_t first)
+{
+    const int32_t end = first + b->muscle_points[muscle];
+    if (end - first < 2) return 0;
+    for (int k = 0; k < b->counts.wraps; k++)
+        if (b->wrap_point[k] >= first && b->wrap_point[k] < end &&
+            (b->wrap_rule[k] != RULE_TAUT || b->surface_kind[b->wrap_surface[k]] == SURFACE_ELLIPSOID))
+            return 0;
+    for (int k = 0; k < b->counts.conditions; k++)
+        if (b->condition_point[k] >= first && b->condition_point[k] < end) return 0;
+    for (int k = 0; k < b->counts.moves; k++)
+        if (b->move_point[k] >= first && b->move_point[k] < end) return 0;
+    for (int k = 0; k < b->counts.branches; k++)
+        if (b->branch_point[k] >= first && b->branch_point[k] < end) return 0;
+    for (int k = 0; k < b->counts.path_terms; k++)
+        if (b->path_term_muscle[k] == muscle) return 0;
+    return 1;
+}
+
+int check_cable_friction(blob_view *view, char *message, size_t capacity)
+{
+    int32_t wrap = 0, pulley = 0;
+    int64_t bends = 0;
+    for (int32_t m = 0, first = 0; m < view->counts.muscles; first += view->muscle_points[m++]) {
+        const real mu = view->guide_friction[m], way = view->presliding[m];
+        if (!(mu >= 0 && mu <= LARGEST_FRICTION))
+            return refuse(message, capacity, "muscle %d: its friction is not from 0 to %d", (int)m, LARGEST_FRICTION);
+        if (!(way > 0 && way <= LARGEST_PRESLIDING))
+            return refuse(message, capacity, "muscle %d: its presliding is not above 0 m and up to %d m", (int)m, LARGEST_PRESLIDING);
+        if (mu > 0 && !is_simple(view, m, first))
+            return refuse(message, capacity, "muscle %d: there is no friction on such a path", (int)m);
+        bends += bends_of(view, m, first, &wrap, &pulley);
+    }
+    view->bends = (int32_t)bends;
+    return 0;
+}

@@ -1,0 +1,133 @@
+/* The bends of cables with friction: by which angle theta a cable turns in each, and how fast it slides there.
+
+   The spans of a path follow each other as in paths.c. What lies behind a bend is l_k, the sum of the spans
+   from there to the far end; the cable slides in the bend with l_k', towards the driven end's side where it
+   shortens. So bend_flow is A_k = dl_k/dq = L - (spans before the bend), and bend_grip is E_k = mu theta_k.
+
+   At a via point theta is the angle between the directions before and behind it. In contact it is that of
+   contact; on a cylinder, where the cable climbs, times the cosine of the climb: its curvature is that of the
+   circle times the square of it, on a way longer by one over it.                                        */
+#include "bends.h"
+
+#include "../kinematics/joint_variables.h"
+#include "../math/elementary.h"
+#include "../paths/span.h"
+
+#include <string.h>
+
+/* A cable along which we have come to a bend. */
+typedef struct {
+    core *c;
+    int32_t muscle, point, bend; /* the next bend */
+    int32_t wrap, pulley;
+    real *row;    /* derivatives of the spans so far by all variables */
+    real last[3]; /* direction of the last span */
+} cable_walk;
+
+static void bend_by(cable_walk *at, real angle)
+{
+    const size_t dofs = (size_t)at->c->blob.counts.dofs;
+    real *flow = at->c->bend_flow + (size_t)at->bend * dofs;
+    if (at->c->is_driven) variables_fold(at->c, at->row, flow);
+    else memcpy(flow, at->row, dofs * sizeof(real));
+    at->c->bend_presliding[at->bend] = at->c->blob.presliding[at->muscle];
+    at->c->bend_grip[at->bend++] = at->c->blob.guide_friction[at->muscle] * angle;
+}
+
+/* From one direction to another, of any lengths. */
+static real angle_between(const real u[3], const real v[3])
+{
+    real across[3];
+    cross3(across, u, v);
+    const real s = sqrt(dot3(across, across)), c = dot3(u, v);
+    return value_of(s) == 0 && value_of(c) == 0 ? 0 : arc_tangent(s, c);
+}
+
+/* A span begins at a via point, or behind a contact. */
+static void go(cable_walk *at, const real u[3], const real A[3], int32_t a, const real B[3], int32_t b)
+{
+    add_span(at->c, u, A, a, B, b, at->row);
+    memcpy(at->last, u, sizeof at->last);
+}
+
+/* Passing an end of a segment: a bend but at the ends of the cable. */
+static void pass_point(cable_walk *at, int32_t first, const real u[3])
+{
+    if (at->point > first) bend_by(at, angle_between(at->last, u));
+}
+
+static void go_straight(cable_walk *at, int32_t first, int32_t contacts)
+{
+    const int32_t *frame = at->c->blob.point_frame + at->point;
+    const real *A = at->c->point + 3 * at->point, *B = A + 3;
+    const real d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]}, length = sqrt(dot3(d, d));
+    real u[3];
+    for (int k = 0; k < 3; k++) u[k] = value_of(length) > 0 ? d[k] / length : at->last[k];
+    pass_point(at, first, u);
+    while (contacts-- > 0) bend_by(at, 0);
+    if (value_of(length) > 0) go(at, u, A, frame[0], B, frame[1]);
+}
+
+/* Over a surface or off a pulley, whose contact is as core_trace has it. */
+static void go_over(cable_walk *at, const real *contact, int32_t *frame, int32_t next)
+{
+    const real *u = contact + 3, *axis = contact + 18;
+    const real climb = dot3(u, axis), square = dot3(u, u), level = square - climb * climb;
+    go(at, u, contact, *frame, contact, next);
+    bend_by(at, value_of(level) > 0 ? contact[CONTACT_NUMBERS - 1] * sqrt(level / square) : 0);
+    memcpy(at->last, contact + 9, sizeof at->last);
+    *frame = next;
+}
+
+static void go_in_contact(cable_walk *at, int32_t first, int32_t wraps, int32_t pulleys)
+{
+    core *c = at->c;
+    const real *wrap = c->wrap_contact + CONTACT_NUMBERS * at->wrap, *pulley = c->pulley_contact + CONTACT_NUMBERS * at->pulley;
+    const real *end = wraps ? wrap + CONTACT_NUMBERS * (wraps - 1) : pulley;
+    int32_t frame = c->blob.point_frame[at->point];
+    pass_point(at, first, (pulleys ? pulley : wrap) + 3);
+    if (pulleys) go_over(at, pulley, &frame, frame);
+    for (int32_t w = 0; w < wraps; w++)
+        go_over(at, wrap + CONTACT_NUMBERS * w, &frame, c->blob.surface_frame[c->blob.wrap_surface[at->wrap + w]]);
+    go(at, end + 9, end + 6, frame, end + 6, c->blob.point_frame[at->point + 1]);
+}
+
+static void go_segment(cable_walk *at, int32_t first)
+{
+    const blob_view *blob = &at->c->blob;
+    int32_t wraps = 0, touched = 0;
+    for (; at->wrap + wraps < blob->counts.wraps && blob->wrap_point[at->wrap + wraps] == at->point; wraps++)
+        touched |= value_of(at->c->wrap_contact[CONTACT_NUMBERS * (at->wrap + wraps + 1) - 1]) > 0;
+    const int32_t pulleys = at->pulley < blob->counts.pulleys && blob->pulley_point[at->pulley] == at->point;
+    if (pulleys) touched |= value_of(at->c->pulley_contact[CONTACT_NUMBERS * (at->pulley + 1) - 1]) > 0;
+    if (touched) go_in_contact(at, first, wraps, pulleys);
+    else go_straight(at, first, wraps + pulleys);
+    at->wrap += wraps, at->pulley += pulleys;
+}
+
+/* A_k = L - (spans before): what so far are those. */
+static void flow_behind(core *c, int32_t muscle, int32_t begin, int32_t end)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs;
+    const real *L = c->jacobian + (size_t)muscle * dofs;
+    for (real *flow = c->bend_flow + (size_t)begin * dofs; begin < end; begin++, flow += dofs)
+        for (size_t j = 0; j < dofs; j++) flow[j] = L[j] - flow[j];
+}
+
+void bends_move(core *c)
+{
+    const blob_view *blob = &c->blob;
+    cable_walk at = {.c = c, .row = c->bend_row};
+    for (int32_t m = 0, first = 0; m < blob->counts.muscles; first += blob->muscle_points[m++]) {
+        int32_t wrap = at.wrap, pulley = at.pulley;
+        const int32_t begin = at.bend, bends = bends_of(blob, m, first, &wrap, &pulley);
+        if (bends) {
+            memset(at.row, 0, (size_t)blob->counts.variables * sizeof(real));
+            memset(at.last, 0, sizeof at.last);
+            at.muscle = m;
+            for (at.point = first; at.point < first + blob->muscle_points[m] - 1; at.point++) go_segment(&at, first);
+            flow_behind(c, m, begin, at.bend);
+        }
+        at.wrap = wrap, at.pulley = pulley;
+    }
+}

@@ -1,0 +1,271 @@
+/* Capstan friction with presliding (Dahl).
+
+   In bend k the tension grows from T on the driven side to T exp(E s) behind it, E = mu theta. The state s,
+   from -1 to 1, follows the way dl_k = A_k dq that the cable slides, over a length d:
+
+     s+ = (s + x) / (1 + |x|),   x = dl_k / d,
+
+   which is s' = (l_k' - s |l_k'|) / d by the implicit rule of Euler. The first bend's T is the muscle's
+   tension f, at the first via point: the driven end. On the joints acts
+
+     tau = -L' f - sum A_k' F_k,   F_k = T (exp(E s) - 1).
+
+   At constant T and E this is passive. With V(s) = T d int_0^s (exp(E r) - 1) dr, which is stored, a step with
+   F_k of its end dissipates
+
+     F_k(s+) dl_k - V(s+) + V(s)  >=  F_k(s+) d x s+  >=  0   (x > 0; the other way likewise),
+
+   as exp is convex and s+ - s = x (1 - s+). It takes a state for every bend: with one for a whole cable, spans
+   that lengthen while others shorten would turn up with work done by no one.
+
+   A step of the plant takes F_k at its end: with v = qd + h qdd of that end, x = h A_k v / d, and
+
+     M (v - qd) = h (tau_0 - sum A_k' F_k(x))
+
+   has one solution, as F_k grows with x. Newton's rounds find it, F_k(x) by its tangent at x_k, which adds
+   (h^2 / d) A_k' F_k' A_k to M. From x = 0 on the side where the solution is they come nearer from below, as
+   F_k is concave there where E <= 1; a round that changes sides begins there anew. After QUICK_ROUNDS a round goes
+   no further than to where the convex function that is sought the least of is least on its way: with P_k for
+   the tangent's force, of which M v is made, its slope is sum d (F_k - P_k) dx_k. T is that of the step's
+   beginning.                                                                                              */
+#include "cable_friction.h"
+
+#include "../math/elementary.h"
+#include "bends.h"
+
+#include <string.h>
+
+#define QUICK_ROUNDS 8
+#define MOST_ROUNDS 60
+#define HALVINGS 12
+/* By how much a bend's friction may be off in the last round, of the tensions before and behind it. */
+#define AGREEMENT PRECISE(1e-13, 1e-6)
+
+static real *slips_of(const core *c)
+{
+    return c->law_states + c->blob.law_states - c->blob.bends;
+}
+
+static const real *flow_of(const core *c, int32_t k)
+{
+    return c->bend_flow + (size_t)k * (size_t)c->blob.counts.dofs;
+}
+
+static real slid(const core *c, int32_t k, const real *qd)
+{
+    const real *flow = flow_of(c, k);
+    real rate = 0;
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) rate += flow[j] * qd[j];
+    return rate;
+}
+
+static void add_force(core *c, int32_t k, real F)
+{
+    const real *flow = flow_of(c, k);
+    for (int32_t j = 0; j < c->blob.counts.dofs; j++) c->torques[j] -= flow[j] * F;
+}
+
+static real followed(real s, real x)
+{
+    return (s + x) / (1 + fabs(x));
+}
+
+static real friction_at(const core *c, int32_t k, real s)
+{
+    return c->bend_tension[k] * exponential_less_one(c->bend_grip[k] * s);
+}
+
+void cable_friction_pull(core *c)
+{
+    const real *slip = slips_of(c);
+    int32_t wrap = 0, pulley = 0, k = 0;
+    for (int32_t m = 0, first = 0; m < c->blob.counts.muscles; first += c->blob.muscle_points[m++]) {
+        real T = larger(c->tensions[m], 0);
+        for (int32_t left = bends_of(&c->blob, m, first, &wrap, &pulley); left > 0; left--, k++) {
+            c->bend_tension[k] = T;
+            const real F = friction_at(c, k, slip[k]);
+            add_force(c, k, F);
+            T += F;
+        }
+        c->far_tensions[m] = T;
+    }
+}
+
+/* ------------------------------------------------------------------------------ the velocities of a step */
+
+/* Torques and bend_slope by the tangents at bend_way. */
+static void take_tangents(core *c, real h)
+{
+    const real *slip = slips_of(c), *d = c->bend_presliding;
+    memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
+    for (int32_t k = 0; k < c->blob.bends; k++) {
+        const real x = c->bend_way[k], near = 1 + fabs(x), s = followed(slip[k], x);
+        const real F = friction_at(c, k, s), per_way = (1 - c->bend_side[k] * slip[k]) / (near * near);
+        c->bend_force[k] = F;
+        c->bend_slope[k] = (c->bend_tension[k] + F) * c->bend_grip[k] * per_way;
+        add_force(c, k, F + c->bend_slope[k] * (h / d[k] * slid(c, k, c->qd) - x));
+        c->bend_resistance[k] = h * h / d[k] * c->bend_slope[k];
+    }
+}
+
+/* What acts without friction, and where the cable would slide with the velocities of now. */
+void cable_friction_begin(core *c, real h)
+{
+    const real *slip = slips_of(c), *d = c->bend_presliding;
+    for (int32_t k = 0; k < c->blob.bends; k++) {
+        add_force(c, k, -friction_at(c, k, slip[k]));
+        c->bend_way[k] = h / d[k] * slid(c, k, c->qd);
+        c->bend_side[k] = value_of(c->bend_way[k]) < 0 ? -1 : 1;
+    }
+    memcpy(c->torques_before, c->torques, (size_t)c->blob.counts.dofs * sizeof(real));
+    c->is_rubbing = 1, c->friction_rounds = c->friction_settled = 0;
+    take_tangents(c, h);
+}
+
+/* Whether the tangents are as good as friction itself, at bend_next. */
+static int is_found(core *c, real h)
+{
+    const real *slip = slips_of(c), *d = c->bend_presliding;
+    int agrees = 1;
+    for (int32_t k = 0; k < c->blob.bends; k++) {
+        const real x = h / d[k] * slid(c, k, c->qd), F = friction_at(c, k, followed(slip[k], x));
+        const real P = c->bend_force[k] + c->bend_slope[k] * (x - c->bend_way[k]);
+        agrees &= value_of(fabs(F - P)) <= value_of(AGREEMENT * (c->bend_tension[k] + fabs(F)));
+        c->bend_next[k] = x, c->bend_next_pull[k] = P, c->bend_force[k] = F;
+    }
+    return agrees;
+}
+
+/* The next round begins where this one ends, or at 0 on the side that it turned to. */
+static void go_quickly(core *c)
+{
+    for (int32_t k = 0; k < c->blob.bends; k++) {
+        const int turns = value_of(c->bend_side[k] * c->bend_next[k]) < 0;
+        c->bend_way[k] = turns ? 0 : c->bend_next[k];
+        c->bend_pull[k] = c->bend_next_pull[k];
+        if (turns) c->bend_side[k] = -c->bend_side[k];
+    }
+}
+
+/* See above: whether the least lies before a part t of the way from bend_way to bend_next. */
+static int is_past(const core *c, real t)
+{
+    const real *slip = slips_of(c);
+    real slope = 0;
+    for (int32_t k = 0; k < c->blob.bends; k++) {
+        const real dx = c->bend_next[k] - c->bend_way[k], F = friction_at(c, k, followed(slip[k], c->bend_way[k] + t * dx));
+        slope += c->bend_presliding[k] * (F - c->bend_pull[k] - t * (c->bend_next_pull[k] - c->bend_pull[k])) * dx;
+    }
+    return value_of(slope) > 0;
+}
+
+/* The next round begins where on the way of this one the function is least. `is_whole`: at its end. */
+static void go_surely(core *c, int is_whole)
+{
+    real low = 0, high = 1, t = 1;
+    for (int i = 0; i < HALVINGS && !is_whole; i++) {
+        if (is_past(c, t)) high = t;
+        else low = t;
+        t = 0.5 * (low + high);
+    }
+    for (int32_t k = 0; k < c->blob.bends; k++) {
+        c->bend_way[k] += t * (c->bend_next[k] - c->bend_way[k]);
+        c->bend_pull[k] += t * (c->bend_next_pull[k] - c->bend_pull[k]);
+        c->bend_side[k] = value_of(c->bend_way[k]) < 0 ? -1 : 1;
+    }
+}
+
+int cable_friction_agrees(core *c, real h)
+{
+    const int32_t was = c->friction_rounds++, is_last = was >= MOST_ROUNDS;
+    const int agrees = is_found(c, h);
+    /* derivatives take one round more */
+    if ((agrees && (!HAS_TANGENT || c->friction_settled)) || is_last) {
+        memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
+        for (int32_t k = 0; k < c->blob.bends; k++) add_force(c, k, c->bend_force[k]);
+        c->is_rubbing = 0;
+        return 1;
+    }
+    c->friction_settled = agrees;
+    if (was < QUICK_ROUNDS) go_quickly(c);
+    else go_surely(c, agrees || was == QUICK_ROUNDS);
+    memcpy(c->qd, c->before, (size_t)c->blob.counts.dofs * sizeof(real)); /* from there the next round goes */
+    take_tangents(c, h);
+    return 0;
+}
+
+void cable_friction_resist(const core *c, real *M)
+{
+    const size_t n = (size_t)c->blob.counts.dofs;
+    for (int32_t k = 0; k < c->blob.bends; k++) {
+        const real *flow = flow_of(c, k);
+        for (size_t i = 0; i < n; i++) {
+            const real share = c->bend_resistance[k] * flow[i];
+            for (size_t j = 0; share != 0 && j < n; j++) M[i * n + j] += share * flow[j];
+        }
+    }
+}
+
+/* ------------------------------------------------------------------------------ the states */
+
+/* What a bend dissipates, over T d; see above. */
+static real dissipated(real E, real s, real x, real next)
+{
+    const real begin = exponential_less_one(E * s), end = exponential_less_one(E * next);
+    return value_of(E) > 0 ? end * x + (next - s) - (end - begin) / E : 0;
+}
+
+void cable_friction_rates(core *c, const real *qd)
+{
+    for (int32_t k = 0; k < c->blob.bends; k++) c->bend_rates[k] = slid(c, k, qd);
+}
+
+void cable_friction_state_rates(core *c)
+{
+    const real *slip = slips_of(c);
+    real *rates = c->law_rates + (slip - c->law_states);
+    for (int32_t k = 0; k < c->blob.bends; k++)
+        rates[k] = (c->bend_rates[k] - slip[k] * fabs(c->bend_rates[k])) / c->bend_presliding[k];
+}
+
+void cable_friction_start(core *c)
+{
+    memset(slips_of(c), 0, (size_t)c->blob.bends * sizeof(real));
+}
+
+void cable_friction_advance(core *c, real h)
+{
+    real *slip = slips_of(c);
+    const real *d = c->bend_presliding;
+    for (int32_t k = 0; k < c->blob.bends; k++) {
+        const real x = h / d[k] * c->bend_rates[k], next = followed(slip[k], x);
+        const real lost = c->bend_tension[k] * d[k] * larger(dissipated(c->bend_grip[k], slip[k], x, next), 0);
+        c->work[0] += lost, c->work[3] -= lost; /* torques have both */
+        slip[k] = next;
+    }
+}
+
+/* ------------------------------------------------------------------------------ for controllers */
+
+void core_slide(core *c, const real *way)
+{
+    real *slip = slips_of(c);
+    for (int32_t k = 0; k < c->blob.bends; k++) slip[k] = followed(slip[k], slid(c, k, way) / c->bend_presliding[k]);
+}
+
+void core_pulling(core *c)
+{
+    const real *slip = slips_of(c);
+    const size_t dofs = (size_t)c->blob.counts.dofs;
+    int32_t wrap = 0, pulley = 0, k = 0;
+    if (!c->blob.bends) return;
+    memcpy(c->pull_jacobian, c->jacobian, (size_t)c->blob.counts.muscles * dofs * sizeof(real));
+    for (int32_t m = 0, first = 0; m < c->blob.counts.muscles; first += c->blob.muscle_points[m++]) {
+        real *row = c->pull_jacobian + (size_t)m * dofs, share = 1;
+        for (int32_t left = bends_of(&c->blob, m, first, &wrap, &pulley); left > 0; left--, k++) {
+            const real grown = share * exponential_less_one(c->bend_grip[k] * slip[k]), *flow = flow_of(c, k);
+            for (size_t j = 0; j < dofs; j++) row[j] += grown * flow[j];
+            share += grown;
+        }
+    }
+}

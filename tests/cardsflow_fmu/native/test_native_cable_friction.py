@@ -1,0 +1,85 @@
+"""Friction of cables in runs: the same in C and Python, compensated by what is known of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.fmu.co_simulation import assert_rows_agree
+from support.fmu.native_states import check_bits, check_states_repeat
+from support.robots.bent import bent
+from support.robots.robots import EXAMPLES
+
+from addin_sdfusion.robot import InputError, read_robot, write_sdf
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.simulation.build import build
+from cardsflow_fmu.simulation.run import simulate
+
+ARM = EXAMPLES / "roboy_left_arm"
+START = (1.45, 0.0, 0.0, -1.3)
+
+
+def flower(folder: Path, friction: float, duration: float, **more: Any) -> Experiment:
+    """Roboy's arm and its flower, every cable round a corner, and the state at once."""
+    write_sdf(bent(read_robot(ARM / "robot/model.sdf"), friction, START), folder)
+    text = (ARM / "experiment.toml").read_text().replace("robot/model.sdf", "model.sdf")
+    (folder / "experiment.toml").write_text(text)
+    return Experiment.load(folder, {"run.duration": duration, **more})
+
+
+@pytest.mark.native
+def test_runs_are_the_same(tmp_path: Path) -> None:
+    """Plant and controller in C and in Python, with tensions at the far ends and energies."""
+    experiment = flower(tmp_path, 0.2, 0.3, **{"plant.energy": True, "plant.friction_scale": 1.2})
+    native, python = (simulate(experiment, through=through) for through in ("native", "direct"))
+    assert native.names == python.names
+    assert native.summary["engine"]["plant"] == "native"
+    assert_rows_agree(native, python, forces=1e-9, others=1e-11)
+    far, near = (
+        native.rows[-1, [native.names.index(f"{name}.motor{k}") for k in range(11)]]
+        for name in ("far_tension", "f")
+    )
+    assert 0.01 < np.abs(np.log(far / near)).max() < 0.24 * 2  # mu theta
+    assert native.rows[-1, native.names.index("work.friction")] < 0
+
+
+@pytest.mark.native
+def test_the_bits_are_those_of_the_core_from_python(tmp_path: Path) -> None:
+    settings = {"plant.energy": True, "plant.engine": "core", "plant.substeps": 2}
+    check_bits(flower(tmp_path, 0.2, 0.3, **settings), tmp_path / "fmus")
+
+
+@pytest.mark.native
+@pytest.mark.parametrize("part", ["plant", "controller"])
+def test_states_are_whole(part: str, tmp_path: Path) -> None:
+    """What is gone back to goes on as before."""
+    file = build(flower(tmp_path, 0.2, 0.3), tmp_path / "fmus", native=True)[part]
+    check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
+
+
+@pytest.mark.native
+@pytest.mark.parametrize(("friction", "most"), [(0.1, 0.3), (0.2, 0.5)])
+@pytest.mark.parametrize("known", [0.7, 1.3])
+def test_the_hand_keeps_to_the_flower(
+    friction: float, most: float, known: float, tmp_path: Path
+) -> None:
+    """With a coefficient that is known to 30 %, and an observer for the rest, in [mm] RMS."""
+    settings = {"plant.friction_scale": 1.0 / known, "controller.observer": 100.0}
+    experiment = flower(tmp_path, known * friction, 14.0, **settings)
+    assert hand(experiment) < most
+
+
+def hand(experiment: Experiment) -> float:
+    """RMS of the hand's distance from the flower, in [mm], after the approach."""
+    result = simulate(experiment, through="native")
+    columns = [[result.names.index(f"{k}.hand.{axis}") for axis in "xyz"] for k in ("y", "y_d")]
+    rows = result.rows[result.rows[:, result.names.index("time")] > 2.0]
+    off = rows[:, columns[0]] - rows[:, columns[1]]
+    return 1e3 * float(np.sqrt((off**2).sum(axis=1).mean()))
+
+
+def test_the_fourth_order_rule_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="rk4 knows no friction of cables, and motor0, motor1"):
+        flower(tmp_path, 0.1, 0.3, **{"plant.integrator": "rk4"})

@@ -1,0 +1,290 @@
+"""Friction of cables in bends: capstan's closed forms, virtual work, energy, DART."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from support.robots.one_link import one_link
+from support.robots.random_robots import random_tree
+from support.robots.wrapped import base_pulley
+
+from addin_sdfusion.robot import (
+    WORLD,
+    CableModel,
+    CardsflowError,
+    Inertia,
+    InputError,
+    Muscle,
+    Pose,
+    Robot,
+    ViaPoint,
+    Wrap,
+    WrapSurface,
+    prismatic,
+)
+from sim_dart import Plant
+from sim_dart.core.arrays import FloatArray
+from sim_dart.muscles.paths import MusclePaths
+
+MU, F, MASS, STEP = 0.15, 10.0, 2.0, 1e-3
+Case = tuple[Robot, float]
+
+
+def slider(
+    *points: tuple[float, float, float],
+    end: float = 0.0,
+    wraps: tuple[Wrap, ...] = (),
+    surfaces: tuple[WrapSurface, ...] = (),
+    **more: Any,
+) -> Robot:
+    """A mass on rails along x from q = 1, which a cable pulls back through points of the world."""
+    path = (*(ViaPoint(WORLD, p) for p in points), ViaPoint("a", (0.0, end, 0.0)))
+    muscle = Muscle("m", path, 0.0, 1e4, friction=MU, wraps=wraps, **more)
+    inertia = Inertia(MASS, (0.0, 0.0, 0.0), 1.0, 1.0, 1.0)
+    robot = one_link(inertia, [muscle], surfaces, prismatic((1.0, 0.0, 0.0)), initial=1.0)
+    return replace(robot, gravity=(0.0, 0.0, 0.0))
+
+
+def corners() -> Case:
+    """90 and 135 degrees."""
+    return slider((0.1, -0.1, 0.0), (-0.1, 0.1, 0.0), (-0.2, 0.0, 0.0)), 5 * math.pi / 4
+
+
+def round_a_corner(shape: Any, climb: float = 0.0) -> Case:
+    """From below to along x over a quarter of a circle of 0.4 m, climbing on a cylinder."""
+    surface = WrapSurface("round", WORLD, shape, 0.4, Pose((0.4, -0.4, 0.0)))
+    start = (0.0, -0.6, -climb)
+    robot = slider(start, wraps=(Wrap("round", 0, 0),), surfaces=(surface,))
+    across = 0.2 + 0.6 + 0.4 * math.pi / 2
+    return robot, math.pi / 2 * across / math.hypot(across, climb)
+
+
+def mirrored() -> Case:
+    """Through a tube, which is touched in the middle, as a mirror is, below both ends."""
+    tube = WrapSurface("tube", WORLD, "cylinder", 0.05, Pose((0.0, 0.15, 0.0)))
+    wraps = (Wrap("tube", 0, inside=True),)
+    robot = slider((-1.0, 0.3, 0.0), end=0.3, wraps=wraps, surfaces=(tube,))
+    return robot, 2 * math.atan2(0.1, 1.0)
+
+
+def off_a_pulley() -> Case:
+    """Down onto a pulley of 0.1 m at the base, and off it along x."""
+    return slider((-0.1, 0.1, 0.0), pulley=base_pulley(0.1, (0.0, -1.0, 0.0))), math.pi / 2
+
+
+CASES = {
+    "corners": corners,
+    "cylinder": lambda: round_a_corner("cylinder"),
+    "sphere": lambda: round_a_corner("sphere"),
+    "climbing": lambda: round_a_corner("cylinder", 0.4),
+    "inside": mirrored,
+    "pulley": off_a_pulley,
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_sliding_is_the_capstan_s_closed_form(case: str, way: float) -> None:
+    """The tension that arrives is f exp(+-mu theta), and moves the mass."""
+    robot, theta = CASES[case]()
+    plant = Plant(robot, STEP)
+    slide(plant, way)
+    plant.hold([F])
+    far = F * math.exp(way * MU * theta)
+    assert plant.far_tensions[0] == pytest.approx(far, rel=1e-12)
+    before, span = plant.qd[0], last_span(plant)
+    plant.step([F])
+    assert plant.qd[0] - before == pytest.approx(-STEP * far * span / MASS, rel=1e-12)
+
+
+def slide(plant: Plant, way: float) -> None:
+    """From q = 1 on, with all bends turned that way."""
+    plant.reset([1.0])
+    state, count = plant.get_state(), len(plant.muscle_state_names)
+    state[2], state[3 : 3 + count] = 0.3 * way, way
+    plant.set_state(state)
+
+
+def last_span(plant: Plant) -> float:
+    """dl/dq: only the last span moves with the mass."""
+    return float(plant.muscle_jacobian[0, 0])
+
+
+def test_a_held_mass_stays() -> None:
+    """What pulls by less than friction gives is held, to rounding."""
+    robot, theta = corners()
+    load = F * math.exp(0.5 * MU * theta)  # half of what it takes to slip
+    joints = tuple(
+        replace(j, coordinates=tuple(replace(c, damping=200.0) for c in j.coordinates))
+        for j in robot.joints
+    )
+    plant = Plant(replace(robot, joints=joints, gravity=(load / MASS, 0.0, 0.0)), STEP, energy=True)
+    for _ in range(4000):
+        plant.step([F])
+    held = plant.q[0]
+    for _ in range(1000):
+        plant.step([F])
+    assert abs(plant.q[0] - held) < 1e-14
+    assert 0 < held - 1.0 < 2e-4 * 3
+    assert plant.far_tensions[0] == pytest.approx(load, rel=1e-12)
+
+
+def span_tensions(paths: MusclePaths, robot: Robot, q: FloatArray, s: FloatArray) -> FloatArray:
+    """Generalised forces of cables of tension 1 by spans between points: exp(mu angles) each."""
+    state, bend, tau = q, 0, np.zeros(q.size)
+
+    def spans(at: FloatArray) -> list[FloatArray]:
+        return [np.diff(np.array(line), axis=0) for line in paths.path_points(at)]
+
+    now = spans(state)
+    slopes = []
+    h = 1e-5
+    for j in range(q.size):
+        step = np.eye(q.size)[j] * h
+        ends = [[np.linalg.norm(d, axis=1) for d in spans(state + k * step)] for k in (-1, 1)]
+        slopes.append([(b - a) / (2 * h) for a, b in zip(*ends, strict=True)])
+    for m, muscle in enumerate(robot.muscles):
+        tension = 1.0
+        for i, d in enumerate(now[m]):
+            if i:
+                u, v = now[m][i - 1], d
+                angle = math.acos(u @ v / np.linalg.norm(u) / np.linalg.norm(v))
+                tension *= math.exp(muscle.friction * angle * s[bend])
+                bend += 1
+            tau -= tension * np.array([slopes[j][m][i] for j in range(q.size)])
+    return tau
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_span_pulls_with_its_own_tension(seed: int) -> None:
+    """-P'f is the virtual work of the spans, on trees with muscles all over them."""
+    rng = np.random.default_rng(seed)
+    robot = random_tree(seed)
+    robot = robot.with_muscles(
+        [
+            replace(m, friction=float(mu))
+            for m, mu in zip(robot.muscles, rng.uniform(0.05, 0.4, 4), strict=True)
+        ]
+    )
+    paths = MusclePaths(robot)
+    q = rng.uniform(-1, 1, len(robot.coordinates))
+    slips = paths.core.array("law_states", paths.bends)
+    slips[:] = rng.uniform(-1, 1, paths.bends)
+    tau = -paths.pulling(q).T @ np.ones(4)
+    np.testing.assert_allclose(tau, span_tensions(paths, robot, q, slips.copy()), atol=1e-8)
+    paths.evaluate(q)
+    f = np.ones(4).tobytes()
+    assert not paths.core.pull(paths.core.handle, f)
+    np.testing.assert_allclose(paths.core.array("torques", q.size), tau, rtol=1e-13, atol=1e-13)
+
+
+def test_no_step_gains_energy() -> None:
+    """F dl - V(s+) + V(s) >= 0 for a million random bends, states and ways, with F at the end."""
+    rng = np.random.default_rng(1)
+    E, s = rng.uniform(1e-3, 3.0, 1_000_000), rng.uniform(-1, 1, 1_000_000)
+    x = rng.normal(size=s.size) * 10.0 ** rng.uniform(-6, 3, s.size)
+    after = (s + x) / (1 + np.abs(x))
+    stored = np.expm1(E * after) / E - after - (np.expm1(E * s) / E - s)
+    lost = np.expm1(E * after) * x - stored
+    assert (lost >= -1e-14 * (1 + np.abs(x))).all()
+
+
+def test_energy_is_balanced_while_it_is_lost() -> None:
+    """What the cable pulls and what friction takes is what moves, in random tugs to and fro."""
+    robot, _ = corners()
+    plant, rng = Plant(robot, STEP, energy=True), np.random.default_rng(2)
+    lost = [0.0]
+    for _ in range(300):
+        plant.reset([1.0], [rng.normal()]) if plant.q[0] < 0.2 or plant.q[0] > 3 else None
+        start = plant.energy
+        plant.step([abs(rng.normal()) * 100.0])
+        now = plant.energy
+        work = sum(now[2:]) - sum(start[2:])
+        assert now.kinetic - start.kinetic == pytest.approx(work, abs=1e-12)
+        assert now.friction_work <= start.friction_work
+        lost.append(now.friction_work)
+    assert min(lost) < -0.1
+
+
+def test_a_slack_cable_that_turns_taut_gains_no_energy() -> None:
+    """A mass that falls into an elastic cable comes back less high each time."""
+    robot, _ = corners()
+    stiff = CableModel(
+        "elastic_cable", (("stiffness", 2e4), ("damping", 0.0), ("longest_rest_length", 5.0))
+    )
+    muscle = replace(robot.muscles[0], model=stiff, friction=0.02)
+    plant = Plant(replace(robot.with_muscles([muscle]), gravity=(9.81, 0.0, 0.0)), 2e-4)
+    plant.reset([0.5], [0.0])
+    rest, highest, tops = plant.muscle_lengths[0] + 0.1, 0.5, [0.5]
+    for _ in range(8000):
+        before, speed = plant.q[0], plant.qd[0]
+        plant.step([rest])
+        highest = min(highest, plant.q[0])
+        if speed < 0 <= plant.qd[0] and plant.tensions[0] == 0.0:
+            tops.append(before)
+    assert len(tops) > 3
+    assert highest == 0.5
+    assert (np.diff(tops) > 0).all()
+
+
+def test_steps_may_be_long() -> None:
+    """A light mass turns round within a step, where an explicit rule would throw it back."""
+    robot, theta = corners()
+    links = tuple(replace(k, inertia=Inertia(1e-4, (0, 0, 0), 1, 1, 1)) for k in robot.links)
+    light = replace(robot, links=links, gravity=(F / 1e-4, 0.0, 0.0))  # held, as it does not slip
+    plant = Plant(light, STEP)
+    plant.reset([1.0], [3.0])
+    for _ in range(200):
+        plant.step([F])
+    assert abs(plant.qd[0]) < 1e-9
+    assert MU * theta > 0
+    assert plant.far_tensions[0] == pytest.approx(F, rel=1e-6)
+
+
+def test_dart_is_the_same_but_for_its_explicit_rule() -> None:
+    """They come closer with the step: DART takes friction as of its beginning."""
+    off = []
+    for step in (1e-3, 2.5e-4):
+        plants = [Plant(corners()[0], step, engine=engine) for engine in ("core", "dart")]
+        for plant in plants:
+            plant.reset([1.0], [0.5])
+            for k in range(round(0.4 / step)):
+                plant.step([F + 5 * math.sin(20 * k * step)])
+        off.append(abs(plants[0].q[0] - plants[1].q[0]))
+    assert off[0] < 3e-3
+    assert off[1] < 0.4 * off[0]
+
+
+def test_other_laws_pull_at_the_driven_end() -> None:
+    """An elastic cable stretches there: its tension is that of its whole length."""
+    stiff = CableModel(
+        "elastic_cable", (("stiffness", 500.0), ("damping", 0.0), ("longest_rest_length", 5.0))
+    )
+    robot, theta = corners()
+    plant = Plant(robot.with_muscles([replace(robot.muscles[0], model=stiff)]), STEP)
+    slide(plant, 1.0)
+    rest = plant.muscle_lengths[0] - 0.1
+    for _ in range(5):
+        plant.step([rest])
+    tension = 500.0 * (plant.muscle_lengths[0] - rest)
+    assert plant.tensions[0] == pytest.approx(tension, rel=1e-12)
+    assert plant.far_tensions[0] == pytest.approx(tension * math.exp(MU * theta), rel=1e-12)
+
+
+def test_what_friction_is_not_for_is_named() -> None:
+    """A rule, a surface, a law."""
+    robot, _ = corners()
+    with pytest.raises(InputError, match="rk4 does not support friction of cables"):
+        Plant(robot, integrator="rk4")
+    egg = WrapSurface("egg", WORLD, "ellipsoid", 0.1, half_axes=(0.1, 0.2))
+    oval = slider((0.0, -0.6, 0.0), wraps=(Wrap("egg", 0),), surfaces=(egg,))
+    with pytest.raises(CardsflowError, match="friction over an ellipsoid"):
+        Plant(oval)
+    spring = CableModel("passive_spring", (("K", 1.0),))
+    muscle = replace(robot.muscles[0], model=spring, f_max=0.0)
+    with pytest.raises(CardsflowError, match="passive_spring"):
+        Plant(robot.with_muscles([muscle]))

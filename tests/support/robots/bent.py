@@ -1,0 +1,28 @@
+"""Robots whose cables come round a corner."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from addin_sdfusion.robot import WORLD, Robot, ViaPoint
+from sim_dart.muscles.paths import MusclePaths
+
+
+def bent(robot: Robot, friction: float, q: ArrayLike) -> Robot:
+    """Every cable begins in the world 0.1 m aside, and turns by 90 degrees at its first point.
+
+    Args:
+        robot: Whose muscles begin in the world.
+        friction: Of all of them.
+        q: The pose in which the angle is that; it changes with the next point.
+    """
+    muscles = []
+    for muscle, line in zip(robot.muscles, MusclePaths(robot).path_points(q), strict=True):
+        aside = np.cross(line[1] - line[0], (0.3, 0.5, 0.8))
+        x, y, z = line[0] + 0.1 * aside / np.linalg.norm(aside)
+        points = (ViaPoint(WORLD, (float(x), float(y), float(z))), *muscle.via_points)
+        muscles.append(replace(muscle, friction=friction, via_points=points))
+    return robot.with_muscles(muscles)
