@@ -85,7 +85,17 @@ OSIM = """<?xml version="1.0" encoding="UTF-8"?>
     <independent_coordinate_names>knee_angle</independent_coordinate_names>
     <dependent_coordinate_name>pat_angle</dependent_coordinate_name><scale_factor>0.5</scale_factor>
   </CoordinateCouplerConstraint>
-  <PointConstraint name="loop"/>
+  <PointConstraint name="loop"><socket_body_1>/bodyset/shank</socket_body_1>
+    <socket_body_2>/jointset/knee/thigh_frame</socket_body_2>
+    <location_body_1>0 0.1 0</location_body_1><location_body_2>0 0.2 0.01</location_body_2>
+  </PointConstraint>
+  <WeldConstraint name="weld"><socket_frame1>on_patella</socket_frame1>
+    <socket_frame2>/bodyset/shank</socket_frame2><frames>
+      <PhysicalOffsetFrame name="on_patella"><socket_parent>/bodyset/patella</socket_parent>
+        <translation>0 0 0.1</translation><orientation>0 0 0.2</orientation></PhysicalOffsetFrame>
+    </frames></WeldConstraint>
+  <WeldConstraint name="off"><isEnforced>false</isEnforced></WeldConstraint>
+  <ConstantDistanceConstraint name="rod"/>
 </objects></ConstraintSet>
 <ForceSet><objects>
   <Thelen2003Muscle name="vas"><max_isometric_force>500</max_isometric_force><Af>0.3</Af>

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ..finding import Finding, Subject
 from ..finding_builders import error, finite, unknown
+from ..model.joint import Joint
 from ..model.loop import AXES, LOOP_TYPES, LoopJoint
 from ..model.robot import WORLD, Robot
 from ..model.rotations import dot
@@ -15,7 +16,7 @@ from .tree import AXIS_TOLERANCE
 
 def loop_ends(robot: Robot) -> Iterator[Finding]:
     """Both links of every loop joint exist, and can move against one another."""
-    links, bodies = [link.name for link in robot.links], _rigid_bodies(robot)
+    links, bodies = [link.name for link in robot.links], rigid_bodies(robot.joints)
     children, parents = set(links), {WORLD, *links}
     for loop in robot.loops:
         subject = Subject("joint", loop.name)
@@ -69,9 +70,13 @@ def _same(bodies: dict[str, str], loop: LoopJoint) -> bool:
     return loop.parent in bodies and bodies[loop.parent] == bodies.get(loop.child)
 
 
-def _rigid_bodies(robot: Robot) -> dict[str, str]:
-    """For each link one that it is fixed to, the same for all that are fixed to one another."""
+def rigid_bodies(joints: Sequence[Joint]) -> dict[str, str]:
+    """For each link one that it is fixed to, the same for all that are fixed to one another.
+
+    Args:
+        joints: The tree, parents first.
+    """
     bodies = {WORLD: WORLD}
-    for joint in robot.joints:
+    for joint in joints:
         bodies[joint.child] = joint.child if joint.motions else bodies.get(joint.parent, "")
     return bodies

@@ -161,11 +161,20 @@ def driven_joints(robot: Robot, format_: str) -> Iterator[Finding]:
         yield error(Subject("joint", joint.name), "driven-joint", problem)
 
 
-def loops(robot: Robot, format_: str) -> Iterator[Finding]:
-    """Loop joints, for formats of trees: the robot moves otherwise without."""
-    if robot.loops:
-        named = listed([loop.name for loop in robot.loops])
-        problem = f"{format_} has no joints that close loops; left out, and open there: {named}"
+def loops(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Finding]:
+    """Loop joints that a format does not have: the robot moves otherwise without.
+
+    Args:
+        robot: The robot.
+        format_: What the format is called.
+        held: The types that it has.
+    """
+    lost = [loop for loop in robot.loops if loop.type not in held]
+    if lost:
+        named = listed([f"{loop.name} ({loop.type})" for loop in lost])
+        problem = (
+            f"{format_} has no joints that close such loops; left out, and open there: {named}"
+        )
         yield warning(Subject("robot", robot.name), "loop-left-out", problem)
 
 

@@ -251,31 +251,49 @@ void core_reach(core *c, real h)
 #define MOST_INVERSIONS 60
 #define ENOUGH PRECISE(1e-14, 5e-6) /* of a force, relative to those about it */
 
-/* Illinois: the secant rule on a bracket, with the value of an end that stays twice halved. */
+/* What the tension lacks or is beyond f at commands about the one that is looked for. */
+typedef struct {
+    real u, off;
+} attempt;
+
+static real zero_of_chord(const attempt *a, const attempt *b)
+{
+    return (a->u * b->off - b->u * a->off) / (b->off - a->off);
+}
+
+static attempt attempted(const core *c, const muscle_law *at, real u, real f, real h, real held)
+{
+    return (attempt){u, tension_after(c, at, u, h, held) - f};
+}
+
+/* Is u in between? */
+static int is_between(const attempt *a, const attempt *b, real u)
+{
+    return value_of(u) > value_of(smaller(a->u, b->u)) && value_of(u) < value_of(larger(a->u, b->u));
+}
+
+/* The secant rule on a bracket, which it halves where it would leave it, and at times. The command at which
+   an activation stays as it is comes first: it rises by another time constant than it falls by.           */
 static real inverted(const core *c, const muscle_law *at, real f, real h, real held)
 {
-    real low = at->k[LAW_LOW], high = at->k[LAW_HIGH];
-    real below = tension_after(c, at, low, h, held) - f, above = tension_after(c, at, high, h, held) - f;
-    if (below == 0 || (value_of(below) > 0) == (value_of(above) > 0))
-        return value_of(fabs(below)) <= value_of(fabs(above)) ? low : high;
-    const real enough = ENOUGH * (fabs(f) + fabs(above - below));
-    real u = high;
-    for (int i = 0, kept = 0; i < MOST_INVERSIONS; i++) {
-        u = i % 8 == 7 ? (low + high) / 2 : (low * above - high * below) / (above - below);
-        u = clamped(u, smaller(low, high), larger(low, high));
-        const real off = tension_after(c, at, u, h, held) - f;
-        if (value_of(fabs(off)) <= value_of(enough)) break;
-        if ((value_of(off) > 0) == (value_of(above) > 0)) {
-            high = u, above = off;
-            if (kept == 1) below /= 2;
-            kept = 1;
-        } else {
-            low = u, below = off;
-            if (kept == -1) above /= 2;
-            kept = -1;
-        }
+    attempt low = attempted(c, at, at->k[LAW_LOW], f, h, held);
+    if (low.off == 0) return low.u;
+    attempt high = attempted(c, at, at->k[LAW_HIGH], f, h, held);
+    if ((value_of(low.off) > 0) == (value_of(high.off) > 0))
+        return value_of(fabs(low.off)) <= value_of(fabs(high.off)) ? low.u : high.u;
+    const real enough = ENOUGH * (fabs(f) + fabs(high.off - low.off));
+    attempt before = low, last = high;
+    real u = at->law->is_hill ? at->x[0] : zero_of_chord(&low, &high);
+    for (int i = 0; i < MOST_INVERSIONS; i++) {
+        if (!is_between(&low, &high, u) || i % 8 == 7) u = (low.u + high.u) / 2;
+        before = last, last = attempted(c, at, u, f, h, held);
+        if (value_of(fabs(last.off)) <= value_of(enough)) break;
+        const int is_high = (value_of(last.off) > 0) == (value_of(high.off) > 0);
+        *(is_high ? &high : &low) = last;
+        if (!i) before = is_high ? low : high; /* the end on the other side of the bend */
+        u = zero_of_chord(&before, &last);
     }
-    return u;
+    return last.u;
 }
 
 int core_invert(core *c, const real *f, real h, real held)

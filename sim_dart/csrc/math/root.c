@@ -5,6 +5,7 @@
 #include <math.h>
 
 #define MOST_ROOT_STEPS 100
+#define LONG_STEPS 8 /* of the first ones: beyond, a slow step is one of bisection */
 
 /* Newton's rule once more, after which its tangent has converged, too. */
 static real settled(root_function *g, const void *data, real z)
@@ -33,13 +34,14 @@ real bracketed_root(root_function *g, const void *data, real low, real high, rea
         else
             high = z;
         const real step = value / slope;
-        const int is_inside = value_of(z - step) >= value_of(low) && value_of(z - step) <= value_of(high);
-        const int is_slow = !(value_of(fabs(step)) <= value_of(last / 2)) || !is_inside;
+        const int is_slow = !(value_of(fabs(step)) <= value_of(last / 2));
+        const real to = is_slow ? z - 2 * step : z - step;
+        const int is_inside = value_of(to) >= value_of(low) && value_of(to) <= value_of(high);
         if (value_of(fabs(step)) <= value_of(enough)) {
             z = smaller(larger(z - step, low), high);
             return HAS_TANGENT ? settled(g, data, z) : z;
         }
-        const real next = is_slow ? (low + high) / 2 : z - step;
+        const real next = is_inside && !(is_slow && i >= LONG_STEPS) ? to : (low + high) / 2;
         last = fabs(next - z);
         if (next == z) return z;
         z = next;

@@ -1,4 +1,4 @@
-"""Equalities of MJCF: those of joints as exact couplings, others as loops that are open."""
+"""Equalities of MJCF: those of joints, as exact couplings; see `loops` for those of bodies."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from ..xml import Node
 from .compiler import numbers
 from .document import MAIN, Document
 
+CONNECT, WELD = "connect", "weld"
+"""The equalities of bodies."""
 DEFAULT = (0.0, 1.0, 0.0, 0.0, 0.0)
 
 
@@ -24,25 +26,32 @@ def with_equalities(joints: Sequence[Joint], document: Document) -> list[Joint]:
         node = document.with_defaults(node, MAIN, "equality")
         if node.attribute("active", "true") == "false":
             continue
+        if node.tag in (CONNECT, WELD):
+            continue  # they close loops
         if node.tag != "joint":
             name = node.attribute("name", "")
             problem = (
-                f"equality <{node.tag}> {name!r} is not simulated yet: loops are open, and the "
-                "robot moves otherwise"
+                f"equality <{node.tag}> {name!r} is not supported: what it holds is free here, and "
+                "the robot moves otherwise"
             )
-            node.warning("loop-left-out", problem)
+            node.warning("equality-left-out", problem)
         elif _couple(node, known):
             coupled.append(node)
-    if coupled:
-        problem = (
-            f"{len(coupled)} equalities of joints hold exactly here; those of MuJoCo are springs "
-            "with a time constant, which give way"
-        )
-        coupled[0].warning("exact-equality", problem)
+    note_exact(coupled, "joints")
     return [
         replace(joint, coordinates=tuple(known[c.name] for c in joint.coordinates))
         for joint in joints
     ]
+
+
+def note_exact(nodes: Sequence[Node], what: str) -> None:
+    """Note equalities that give way in MuJoCo."""
+    if nodes:
+        problem = (
+            f"{len(nodes)} equalities of {what} hold exactly here; those of MuJoCo are springs "
+            "with a time constant, which give way"
+        )
+        nodes[0].warning("exact-equality", problem)
 
 
 def _couple(node: Node, known: dict[str, Coordinate]) -> bool:

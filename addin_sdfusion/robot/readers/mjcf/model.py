@@ -1,8 +1,8 @@
 """Reader of MuJoCo's MJCF.
 
 Bodies are links with their own frames, the joints of a body the motions of one joint. Spatial and
-fixed tendons with an actuator are muscles, equalities of joints exact couplings. What acts
-otherwise than in MuJoCo, or is left out, is a finding.
+fixed tendons with an actuator are muscles, equalities of joints exact couplings, those of bodies
+loop joints. What acts otherwise than in MuJoCo, or is left out, is a finding.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from .equality import with_equalities
 from .found import with_found
 from .inertia import read_inertias
 from .joints import JointReader
+from .loops import with_loops
 from .meshes import MeshAssets, collision_kind
 from .shapes import shape_of
 from .tendons import TendonReader
@@ -92,7 +93,7 @@ def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
         gravity=_gravity(document),
         wrap_surfaces=tuple(s for name, s in tendons.surfaces.items() if name in wrapped),
     )
-    robot = with_found(robot, actuators.nodes)
+    robot = with_loops(with_found(robot, actuators.nodes), document, bodies, compiler)
     return _with_followers(replace(robot, joints=tuple(_started(document, robot.joints))))
 
 
@@ -149,6 +150,11 @@ def _sites(document: Document, bodies: Sequence[Body], tendons: TendonReader) ->
         for section in document.parts("tendon", "spatial")
         for node in document.children(section)
         for word in ("site", "sidesite")
+    }
+    used |= {
+        node.attribute(word, "")
+        for node in document.parts("equality")
+        for word in ("site1", "site2")
     }
     nodes = [part.node for body in bodies for part in body.sites]
     named = [n for n in nodes if n.attribute("name", "") and n.attribute("name", "") not in used]

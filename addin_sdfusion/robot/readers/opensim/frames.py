@@ -32,6 +32,10 @@ class Frames:
             self._add_offsets(body, f"/bodyset/{name}", "components")
         for joint in objects(model, "JointSet"):
             self._add_offsets(joint, f"/jointset/{joint.attribute('name', '')}", "frames")
+        for constraint in objects(model, "ConstraintSet"):
+            self._add_offsets(
+                constraint, f"/constraintset/{constraint.attribute('name', '')}", "frames"
+            )
         for frame in objects(model, "ComponentSet"):
             if frame.tag == "PhysicalOffsetFrame":
                 self._add(frame, f"/componentset/{frame.attribute('name', '')}")

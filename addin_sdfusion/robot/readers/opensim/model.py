@@ -1,8 +1,9 @@
 """Reader of OpenSim 4 models.
 
 Bodies are links with their own frames, joints of every class are motions one after another,
-couplers are couplings of coordinates, muscles are those of our laws that are theirs. The ground is
-the world, with y up. What acts otherwise than in OpenSim, or is left out, is a finding.
+couplers are couplings of coordinates, points and frames that are held together are loop joints,
+muscles are those of our laws that are theirs. The ground is the world, with y up. What acts
+otherwise than in OpenSim, or is left out, is a finding.
 """
 
 from __future__ import annotations
@@ -22,11 +23,12 @@ from ..meshes import note_missing_meshes
 from ..tree import parents_first
 from ..xml import Node, Notes
 from .bodies import note_shapes, read_body
-from .coordinates import COUPLER, EVERYWHERE, coordinate_ranges, with_couplings
-from .document import is_true, objects, read_document
+from .coordinates import EVERYWHERE, coordinate_ranges, with_couplings
+from .document import objects, read_document
 from .forces import with_joint_forces
 from .frames import Frames
 from .joints import about, free_joint, read_joint
+from .loops import read_loops
 from .muscles import is_muscle, read_muscle
 from .paths import Surroundings
 from .wraps import read_wrap_objects
@@ -74,7 +76,8 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     around = Surroundings(frames, wraps, ranges)
     distinct(muscles, partial(Subject, "muscle"))
     read = [muscle for node in muscles if (muscle := read_muscle(node, around)) is not None]
-    _note_left_out(model, constraints)
+    loops = tuple(read_loops(constraints, frames, joints))
+    _note_left_out(model)
     note_shapes(model)
     note_missing_meshes(model, links)
     _note_approximations(model, read)
@@ -88,6 +91,7 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
         tuple(_markers(model, frames)),
         gravity=gravity,
         wrap_surfaces=tuple(wrap.surface for wrap in wraps.values() if wrap is not None),
+        loops=loops,
     )
 
 
@@ -115,20 +119,12 @@ def _markers(model: Node, frames: Frames) -> list[TaskSet]:
     return [TaskSet(MARKERS, tuple(found))] if found else []
 
 
-def _note_left_out(model: Node, constraints: list[Node]) -> None:
+def _note_left_out(model: Node) -> None:
     for tag, what in LEFT_OUT.items():
         parts = objects(model, tag)
         if parts:
             names = ", ".join(repr(part.attribute("name", "")) for part in parts[:10])
             parts[0].warning("part-left-out", f"{len(parts)} {what} are left out: {names}")
-    for node in constraints:
-        if node.tag != COUPLER and is_true(node, "isEnforced", True):
-            name = node.attribute("name", "")
-            problem = (
-                f"<{node.tag}> {name!r} closes a loop, which is not simulated yet: it is open, and "
-                "the robot moves otherwise"
-            )
-            node.warning("loop-left-out", problem)
 
 
 def _note_approximations(model: Node, muscles: list[Muscle]) -> None:

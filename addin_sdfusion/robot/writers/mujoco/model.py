@@ -43,6 +43,7 @@ from ..xml_text import document, element, numbers
 from .bodies import add_body, coordinate_order, depth_losses
 from .constraints import add_constraints, constraint_losses, driven_losses
 from .inertia import inertia_losses
+from .loops import EQUALITIES, add_loops, loop_losses
 from .meshes import add_meshes, add_shapes, mesh_losses
 from .muscles import LAWS, MUSCLE, SPRING, muscle_words
 from .tendons import RULE, add_tendons, add_wrap_geoms, wrap_losses
@@ -78,7 +79,8 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
     robot = with_markers(robot)
     return [
         *driven_losses(robot),
-        *loops(robot, "MJCF"),
+        *loops(robot, "MJCF", EQUALITIES),
+        *loop_losses(robot),
         *coordinate_forces(robot, "MJCF", armature=True),
         *depth_losses(robot),
         *inertia_losses(robot),
@@ -144,6 +146,7 @@ def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
     add_shapes(robot, bodies)
     sites = _task_sites(robot, bodies)
     add_wrap_geoms(robot, bodies)
+    add_loops(robot, root, bodies, sites)
     add_tendons(robot, root, bodies, sites)
     _actuators(robot, root)
     _initial(robot, root)

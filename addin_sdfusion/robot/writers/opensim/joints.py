@@ -126,14 +126,12 @@ def add_joints(
             _add_joint(joints, single.joint(names.give(single.name)), ranges)
 
 
-def add_couplers(model: ElementTree.Element, robot: Robot) -> None:
-    """Add a constraint for each coordinate that follows others."""
-    coupled = [c for c in robot.all_coordinates if c.coupling]
-    if not coupled:
-        return
+def add_couplers(constraints: ElementTree.Element, robot: Robot) -> Names:
+    """Add a constraint for each coordinate that follows others; returns the names that it has."""
     names = Names()
-    constraints = element(element(model, "ConstraintSet", name="constraintset"), "objects")
-    for c in coupled:
+    for c in robot.all_coordinates:
+        if not c.coupling:
+            continue
         name = names.give(f"{c.name}_coupler")
         node = element(constraints, "CoordinateCouplerConstraint", name=name)
         function = element(node, "coupled_coordinates_function")
@@ -141,6 +139,7 @@ def add_couplers(model: ElementTree.Element, robot: Robot) -> None:
         words = " ".join(term.coordinate for term in c.coupling)
         element(node, "independent_coordinate_names", words)
         element(node, "dependent_coordinate_name", c.name)
+    return names
 
 
 def _about_axes(motions: Sequence[Motion]) -> list[list[Motion]]:

@@ -1,7 +1,8 @@
 """Writer of OpenSim 4 models.
 
 Links are bodies with their own frames; their joints are CustomJoints, see `joints`, which keep
-every axis and pose exactly, and a link in between has 1e-12 kg. Couplings are couplers. Muscles are
+every axis and pose exactly, and a link in between has 1e-12 kg. Couplings are couplers; of loop
+joints, balls hold points together, and fixed ones are welds. Muscles are
 PathActuators through every via point and over wrap objects; their controls are tensions in [N].
 Muscles of Hill's type and ligaments are OpenSim's own.
 Joints have motors (`<coordinate>_motor`) and dampers with springs (`<coordinate>_damping`)
@@ -13,7 +14,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
@@ -38,6 +41,7 @@ from ..xml_text import document, element, numbers
 from .bodies import LEAST_MASS, add_body, frame_path, objects, standing_links
 from .forces import add_joint_forces, add_muscle
 from .joints import add_couplers, add_joints, custom_axes, joint_losses
+from .loops import CONSTRAINTS, add_loop
 from .muscles import CLASSES, law_losses
 from .names import GROUND, renamed, with_legal_names
 from .points import point_losses, ranges_of_points
@@ -74,7 +78,7 @@ def osim_losses(robot: Robot) -> list[Finding]:
     return [
         *renamed(robot),
         *joint_losses(robot),
-        *loops(robot, "OpenSim"),
+        *loops(robot, "OpenSim", CONSTRAINTS),
         *coordinate_forces(robot, "OpenSim", limit_force=True),
         *_masses(robot),
         *_limits(robot),
@@ -92,6 +96,15 @@ def osim_losses(robot: Robot) -> list[Finding]:
         *other_sets(robot, "OpenSim"),
         *names(robot, "OpenSim", (joint for joint in robot.joints if custom_axes(joint) is None)),
     ]
+
+
+def _add_constraints(model: ElementTree.Element, robot: Robot) -> None:
+    held = [loop for loop in robot.loops if loop.type in CONSTRAINTS]
+    if held or any(c.coupling for c in robot.all_coordinates):
+        constraints = objects(model, "ConstraintSet", "constraintset")
+        names = add_couplers(constraints, robot)
+        for loop in held:
+            add_loop(constraints, replace(loop, name=names.give(loop.name)))
 
 
 def _masses(robot: Robot) -> Iterator[Finding]:
@@ -138,7 +151,7 @@ def _osim(robot: Robot, meshes: MeshFiles) -> str:
         bodies[link.name] = add_body(body_set, link, meshes, least)
     joint_set = objects(model, "JointSet", "jointset")
     add_joints(joint_set, body_set, robot, ranges_of_points(robot))
-    add_couplers(model, robot)
+    _add_constraints(model, robot)
     add_surfaces(robot, bodies)
     forces = objects(model, "ForceSet", "forceset")
     surfaces = wrap_names(robot)

@@ -41,6 +41,12 @@ def with_legal_names(robot: Robot) -> Robot:
             )
             for joint in robot.joints
         ),
+        loops=tuple(
+            replace(
+                loop, name=joints[loop.name], parent=links[loop.parent], child=links[loop.child]
+            )
+            for loop in robot.loops
+        ),
         wrap_surfaces=tuple(
             replace(surface, name=surfaces[surface.name], link=links[surface.link])
             for surface in robot.wrap_surfaces
@@ -62,7 +68,7 @@ def _renamings(robot: Robot) -> dict[str, Renaming]:
     return {
         "robot": _legal([robot.name], ()),
         "link": _legal((link.name for link in robot.links), (WORLD, GROUND)),
-        "joint": _legal((joint.name for joint in robot.joints), ()),
+        "joint": _legal([*(j.name for j in robot.joints), *(j.name for j in robot.loops)], ()),
         "coordinate": _legal((coordinate.name for coordinate in robot.all_coordinates), ()),
         "muscle": _legal((muscle.name for muscle in robot.muscles), ()),
         "task frame": _legal((frame.name for frame in robot.task_frames), ()),

@@ -14,8 +14,8 @@ typedef struct {
 
 enum {
     THELEN_ACTIVE_SHAPE = HILL_CONSTANTS,
-    THELEN_PASSIVE_SHAPE,
-    THELEN_PASSIVE_STRAIN,
+    THELEN_PASSIVE_RATE,
+    THELEN_PASSIVE_SCALE,
     THELEN_CONCENTRIC_SHAPE,
     THELEN_ECCENTRIC_FORCE,
     THELEN_ECCENTRIC_SHAPE,
@@ -63,22 +63,23 @@ static real thelen_passive(const real *k, real x, real *slope)
         if (slope) *slope = 0;
         return 0;
     }
-    const real shape = k[THELEN_PASSIVE_SHAPE], rate = shape / k[THELEN_PASSIVE_STRAIN];
-    const real scale = exponential_less_one(shape);
-    if (slope) *slope = rate * exponential(rate * (x - 1)) / scale;
-    return exponential_less_one(rate * (x - 1)) / scale;
+    const real rate = k[THELEN_PASSIVE_RATE], scale = k[THELEN_PASSIVE_SCALE];
+    const real grown = exponential_less_one(rate * (x - 1));
+    if (slope) *slope = rate * (1 + grown) / scale;
+    return grown / scale;
 }
 
 static real thelen_tendon(const real *k, real x, real *slope)
 {
-    const real strain = x - 1, rate = TOE_SHAPE / k[THELEN_TOE_STRAIN];
+    const real strain = x - 1;
     if (value_of(strain) > value_of(k[THELEN_TOE_STRAIN])) {
         if (slope) *slope = k[THELEN_TENDON_SLOPE];
         return k[THELEN_TENDON_SLOPE] * (strain - k[THELEN_TOE_STRAIN]) + TOE_FORCE;
     }
-    const real on = value_of(strain) > 0 ? strain : 0;
-    if (slope) *slope = value_of(strain) > 0 ? rate * exponential(rate * on) * k[THELEN_TOE_SCALE] : 0;
-    return exponential_less_one(rate * on) * k[THELEN_TOE_SCALE];
+    const real rate = TOE_SHAPE / k[THELEN_TOE_STRAIN], on = value_of(strain) > 0 ? strain : 0;
+    const real grown = exponential_less_one(rate * on);
+    if (slope) *slope = value_of(strain) > 0 ? rate * (1 + grown) * k[THELEN_TOE_SCALE] : 0;
+    return grown * k[THELEN_TOE_SCALE];
 }
 
 /* A muscle that is not active shortens at a quarter of the speed. */
@@ -107,8 +108,9 @@ static void thelen_prepare(const void *parameters, real *k)
 {
     const thelen_parameters *p = parameters;
     hill_prepare(parameters, SHORTEST, 1.4706289056333368, 0, 0, k);
-    k[THELEN_ACTIVE_SHAPE] = p->active_shape, k[THELEN_PASSIVE_SHAPE] = p->passive_shape;
-    k[THELEN_PASSIVE_STRAIN] = p->passive_fibre_strain, k[THELEN_CONCENTRIC_SHAPE] = p->concentric_shape;
+    k[THELEN_ACTIVE_SHAPE] = p->active_shape, k[THELEN_CONCENTRIC_SHAPE] = p->concentric_shape;
+    k[THELEN_PASSIVE_RATE] = p->passive_shape / p->passive_fibre_strain;
+    k[THELEN_PASSIVE_SCALE] = exponential_less_one(p->passive_shape);
     const real most = p->eccentric_force, bent = p->linear_from * most;
     k[THELEN_ECCENTRIC_FORCE] = most;
     k[THELEN_ECCENTRIC_SHAPE] = (2 + 2 / p->concentric_shape) / (most - 1);

@@ -51,7 +51,7 @@ def test_every_part_of_a_small_model_is_read_or_named(tmp_path: Path) -> None:
     assert (condition.coordinate, condition.high) == ("knee_angle", 1e-5)
     assert (wrap.rule, wrap.segment, wrap.last_segment, wrap.quadrant) == ("opensim", 0, 1, "+x")
     said = {finding.code: str(finding) for finding in reading.findings}
-    assert "'loop'" in said["loop-left-out"]
+    assert "'rod'" in said["loop-left-out"]
     assert "HuntCrossleyForce" in said["force-left-out"]
     line = OSIM[: OSIM.index("<HuntCrossleyForce")].count("\n") + 1
     assert f":{line}: " in said["force-left-out"]
