@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.cases import LONG
 from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
@@ -82,6 +83,7 @@ def test_at_100_hz_with_a_step_of_delay() -> None:
     assert result.summary["infeasible_ticks"] == 0
 
 
+@LONG
 @pytest.mark.slow
 def test_a_heavier_arm_with_integral_action() -> None:
     assert rms(errors(flower({"plant.mass_scale": 1.1, "controller.ki": 4000.0}))) < 0.2
@@ -136,6 +138,7 @@ def test_the_approach_leads_from_the_start_to_the_flower(tmp_path: Path) -> None
         assert (tmp_path / name).stat().st_size > 1000
 
 
+@LONG
 @pytest.mark.slow
 def test_with_the_task_as_cost_the_flower_is_drawn_a_little_less_exactly() -> None:
     result = flower({"controller.type": "reactive_qp"})
@@ -143,6 +146,7 @@ def test_with_the_task_as_cost_the_flower_is_drawn_a_little_less_exactly() -> No
     assert result.summary["infeasible_ticks"] == 0
 
 
+@LONG
 @pytest.mark.slow
 def test_30_000_ticks_of_the_flower_without_a_false_alarm() -> None:
     result = flower({"controller.period": 0.001})

@@ -58,7 +58,7 @@ def test_no_function_of_the_platform_is_called(
     assert called - defined <= {f"{name}f" if single else name for name in EXACT} | OTHERS
 
 
-@on_targets(["gcc -O2", "zig linux64"])
+@on_targets(["gcc -O2"], long=["zig linux64"])
 def test_names_of_the_core_for_derivatives(target: str, tmp_path: Path) -> None:
     """All are its own; products and quotients of complex numbers call nothing."""
     require(TARGETS[target])

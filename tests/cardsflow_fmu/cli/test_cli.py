@@ -333,7 +333,7 @@ def long_work(folder: Path) -> list[list[str]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("k", few([0, 1]), ids=["run", "study"])
+@pytest.mark.parametrize("k", few([0, 1], slow=0), ids=["run", "study"])
 def test_progress_is_for_terminals(k: int, tmp_path: Path) -> None:
     words = long_work(tmp_path)[k]
     done = subprocess.run([*CARDSFLOW, *words], capture_output=True, check=True, timeout=300)

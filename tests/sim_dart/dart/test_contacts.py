@@ -144,8 +144,8 @@ def test_a_body_on_a_slope_of_30_degrees_slides_below_the_friction_of_its_tangen
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("restitution", few([0.6, 0.3, 0.9, 1.0]))
-@pytest.mark.parametrize("kind", few(SHAPES, 3))
+@pytest.mark.parametrize("restitution", few([0.6, 0.3, 0.9, 1.0], slow=1))
+@pytest.mark.parametrize("kind", few(SHAPES, 3, 1))
 def test_a_body_bounces_to_the_square_of_its_restitution(
     kind: str, restitution: float, tmp_path: Path
 ) -> None:

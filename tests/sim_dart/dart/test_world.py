@@ -293,8 +293,8 @@ def shot(kind: str, wall: str, speed: float, turn: np.ndarray, folder: Path) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("wall", few(["mesh", "box", "cylinder"]))
-@pytest.mark.parametrize("kind", few(SHAPES, 2))
+@pytest.mark.parametrize("wall", few(["mesh", "box", "cylinder"], slow=1))
+@pytest.mark.parametrize("kind", few(SHAPES, 2, 1))
 def test_nothing_tunnels_below_the_speed_that_is_refused(
     kind: str, wall: str, tmp_path: Path
 ) -> None:

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from support.cases import LONG, few, marked
+from support.cases import few
 from support.oracles.mujoco_model import MujocoRobot
 from support.robots.plants import steps
 from support.robots.random_robots import random_robot
@@ -157,9 +157,7 @@ def worst(name: str, step: float, integrator: str = "euler") -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [marked(name, *[LONG] * (name == "driven, damped")) for name in CASES]
-)
+@pytest.mark.parametrize("name", few(CASES, slow=1))
 def test_the_reference_agrees_with_itself(name: str) -> None:
     """A chaotic motion would make every comparison meaningless."""
     made, expected = case(name)
@@ -175,7 +173,8 @@ def test_the_reference_agrees_with_itself(name: str) -> None:
             ("hanging", 5e-3),
             ("driven, damped", 2e-3),
             ("Roboy's arm, damped", 2e-3),
-        ]
+        ],
+        slow=1,
     ),
 )
 def test_semi_implicit_euler_is_of_first_order(name: str, error: float) -> None:
