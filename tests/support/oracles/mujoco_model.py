@@ -87,6 +87,7 @@ def _model(robot: Robot, inertias: bool, step: float) -> Any:
     actuators = etree.SubElement(root, "actuator")
     for muscle in robot.muscles:  # which pulls where a motor pushes
         etree.SubElement(actuators, "motor", tendon=muscle.name, gear="-1")
+    _loops(robot, root, bodies, step)
     return root
 
 
@@ -117,6 +118,23 @@ def _body(robot: Robot, joint: Any, parent: Any, inertias: bool) -> Any:
         fullinertia=text(moments if inertias else (1, 1, 1, 0, 0, 0)),
     )
     return body
+
+
+def _loops(robot: Robot, root: Any, bodies: dict[str, Any], step: float) -> None:
+    """Points that meet, as hard as MuJoCo has them: all that hinges of planar loops need."""
+    if not robot.loops:
+        return
+    equality = etree.SubElement(root, "equality")
+    for loop in robot.loops:
+        sites = {}
+        for key, link, pose in (
+            ("site1", loop.parent, loop.T_parent_joint),
+            ("site2", loop.child, loop.T_child_joint),
+        ):
+            sites[key] = f"{loop.name}_{key}"
+            place = text(pose.position)
+            etree.SubElement(bodies[link], "site", name=sites[key], pos=place)
+        etree.SubElement(equality, "connect", solref=text((2 * step, 1.0)), **sites)
 
 
 def _tendons(robot: Robot, root: Any, bodies: dict[str, Any]) -> None:

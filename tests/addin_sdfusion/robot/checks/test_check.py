@@ -284,6 +284,16 @@ def test_muscles_of_every_cable_set_are_checked_and_named_with_their_set():
     assert finding.subject == ("muscle", "b/biceps")
 
 
+def test_a_pulley_in_millimetres_is_doubted():
+    (finding,) = check(
+        with_cable(
+            pulley=BasePulley("rotating", (("pulley_radius", (30.0,)), PULLEY.parameters[1]))
+        )
+    )
+    assert (finding.severity, finding.code) == ("error", "bad-pulley")
+    assert "30.0 m" in finding.message
+
+
 def test_unsimulated_cables_are_reported_for_active_muscles_only():
     odd = cable(model=CableModel("vsd_flexure"), pulley=SCREW)
     robot = replace(ROBOT, cable_sets=(ROBOT.cable_sets[0], CableSet("b", (odd,))))
