@@ -37,7 +37,7 @@
 
 #define QUICK_ROUNDS 8
 #define MOST_ROUNDS 60
-#define HALVINGS 12
+#define FRICTION_HALVINGS 12
 /* By how much a bend's friction may be off in the last round, of the tensions before and behind it. */
 #define AGREEMENT PRECISE(1e-13, 1e-6)
 
@@ -163,7 +163,7 @@ static int is_past(const core *c, real t)
 static void go_surely(core *c, int is_whole)
 {
     real low = 0, high = 1, t = 1;
-    for (int i = 0; i < HALVINGS && !is_whole; i++) {
+    for (int i = 0; i < FRICTION_HALVINGS && !is_whole; i++) {
         if (is_past(c, t)) high = t;
         else low = t;
         t = 0.5 * (low + high);
