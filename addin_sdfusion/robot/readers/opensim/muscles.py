@@ -28,8 +28,13 @@ DEFAULTS: dict[str, dict[str, float]] = {
     "hill": {"max_isometric_force": 1000.0, "optimal_fibre_length": 0.1,
              "tendon_slack_length": 0.2},
     "ligament_blankevoort1991": {"linear_stiffness": 1.0, "slack_length": 0.0},
+    "path_spring": {},
 }  # fmt: skip
 """OpenSim's own values of what our laws want to be given."""
+
+
+STRENGTH = "max_isometric_force"
+"""What all muscles of OpenSim have, and other forces along paths have not."""
 
 
 def is_muscle(node: Node) -> bool:
@@ -38,14 +43,15 @@ def is_muscle(node: Node) -> bool:
 
 
 def read_muscle(node: Node, around: Surroundings) -> Muscle | None:
-    """A muscle; None where it is not to act, or cannot be read."""
+    """A muscle; None where it is not to act, or neither its law nor its strength is known."""
     node = node.about(Subject("muscle", node.attribute("name")))
     if not is_true(node, "appliesForce", True) or is_true(node, "isDisabled", False):
         node.warning("muscle-left-out", "it is switched off in the file; left out")
         return None
-    if node.tag not in KINDS:
+    if node.tag not in KINDS and not node.all(STRENGTH):
         known = ", ".join(KINDS)
-        node.error("unsupported-muscle", f"<{node.tag}> is not supported; supported are {known}")
+        problem = f"<{node.tag}> is not supported ({known} are): left out, and nothing pulls there"
+        node.warning("muscle-left-out", problem)
         return None
     path = geometry_path(node)
     points = [] if path is None else read_points(path, around)
@@ -53,7 +59,20 @@ def read_muscle(node: Node, around: Surroundings) -> Muscle | None:
     muscle = Muscle(node.subject.name, tuple(points), wraps=wraps)
     if node.tag == "PathActuator":
         return _actuator(node, muscle)
+    if node.tag not in KINDS:
+        return _cable(node, muscle)
     return replace(muscle, model=CableModel(KINDS[node.tag], tuple(_parameters(node))))
+
+
+def _cable(node: Node, muscle: Muscle) -> Muscle:
+    """Of a muscle whose law is not known the path, and the force that it has at most."""
+    most = node.number(STRENGTH)
+    problem = (
+        f"the law of <{node.tag}> is not supported: its path pulls as an ideal cable, with any "
+        f"force up to its max_isometric_force of {most:g} N, at once"
+    )
+    node.warning("muscle-as-cable", problem)
+    return replace(muscle, f_max=max(most, 0.0))
 
 
 def _actuator(node: Node, muscle: Muscle) -> Muscle:

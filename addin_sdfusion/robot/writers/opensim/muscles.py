@@ -20,6 +20,7 @@ CLASSES = {
     "hill_millard2012": "Millard2012EquilibriumMuscle",
     "hill_thelen2003": "Thelen2003Muscle",
     "ligament_blankevoort1991": "Blankevoort1991Ligament",
+    "path_spring": "PathSpring",
 }
 """OpenSim's class for each kind that it has."""
 
@@ -64,6 +65,11 @@ PROPERTIES: dict[str, Names] = {
         "transition_strain": "transition_strain",
         "damping_coefficient": "damping_coefficient",
         "slack_length": "slack_length",
+    },
+    "path_spring": {
+        "stiffness": "stiffness",
+        "rest_length": "resting_length",
+        "dissipation": "dissipation",
     },
 }
 

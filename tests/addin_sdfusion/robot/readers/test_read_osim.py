@@ -46,6 +46,8 @@ def test_every_part_of_a_small_model_is_read_or_named(tmp_path: Path) -> None:
     values = law_parameters(muscle.model)
     assert (values["max_isometric_force"], values["concentric_shape"]) == (500.0, 0.3)
     assert (values["optimal_fibre_length"], values["elastic_tendon"]) == (0.1, 1.0)
+    spring = law_parameters(robot.muscle("band").model)
+    assert spring == {"stiffness": 200.0, "rest_length": 0.3, "dissipation": 0.01}
     condition, (wrap,) = muscle.via_points[1].when, muscle.wraps
     assert condition is not None
     assert (condition.coordinate, condition.high) == ("knee_angle", 1e-5)
@@ -55,6 +57,22 @@ def test_every_part_of_a_small_model_is_read_or_named(tmp_path: Path) -> None:
     assert "HuntCrossleyForce" in said["force-left-out"]
     line = OSIM[: OSIM.index("<HuntCrossleyForce")].count("\n") + 1
     assert f":{line}: " in said["force-left-out"]
+
+
+def test_muscles_of_unknown_laws_are_cables(tmp_path: Path) -> None:
+    """With the same path, as strong as they are; what has no strength of its own is left out."""
+    known = read(of_text(tmp_path)).require().muscle("vas")
+    other = OSIM.replace("Thelen2003Muscle", "Schutte1993Muscle_Deprecated")
+    reading = read(of_text(tmp_path, other))
+    muscle = reading.require().muscle("vas")
+    assert (muscle.via_points, muscle.wraps) == (known.via_points, known.wraps)
+    assert (muscle.model.kind, muscle.f_min, muscle.f_max) == ("ideal", 0.0, 500.0)
+    said = {finding.code: str(finding) for finding in reading.findings}
+    assert "<Schutte1993Muscle_Deprecated> is not supported" in said["muscle-as-cable"]
+    weak = other.replace("<max_isometric_force>500</max_isometric_force>", "")
+    reading = read(of_text(tmp_path, weak))
+    assert [muscle.name for muscle in reading.require().muscles] == ["band"]
+    assert "muscle-left-out" in {finding.code for finding in reading.findings}
 
 
 def test_older_files_are_refused_with_the_reason(tmp_path: Path) -> None:
