@@ -114,7 +114,8 @@ OSIM = """<?xml version="1.0" encoding="UTF-8"?>
       <PathPoint name="1"><socket_parent_frame>/ground</socket_parent_frame>
         <location>0.05 0.9 0</location></PathPoint>
       <PathPoint name="2"><socket_parent_frame>/bodyset/shank</socket_parent_frame>
-        <location>0.04 0 0</location></PathPoint></objects></PathPointSet></GeometryPath></PathSpring>
+        <location>0.04 0 0</location></PathPoint></objects></PathPointSet></GeometryPath>
+  </PathSpring>
   <CoordinateLimitForce name="stop"><coordinate>knee_angle</coordinate>
     <upper_limit>90</upper_limit><upper_stiffness>2</upper_stiffness><lower_limit>-45</lower_limit>
     <lower_stiffness>1</lower_stiffness><damping>0.1</damping><transition>10</transition>

@@ -11,14 +11,16 @@ from ...model.robot import Robot
 from ...transforms.joint_chains import Names
 from ..xml_text import element
 from .muscles import force_element
-from .points import add_points
+from .points import CoordinatePaths, add_points
 from .wraps import WrapNames, add_wraps
 
 
-def add_muscle(forces: ElementTree.Element, muscle: Muscle, names: WrapNames) -> None:
+def add_muscle(
+    forces: ElementTree.Element, muscle: Muscle, names: WrapNames, coordinates: CoordinatePaths
+) -> None:
     """Add a muscle: OpenSim's own where it has one of the kind, else one commanded by tension."""
     path = element(force_element(forces, muscle), "GeometryPath", name="path")
-    add_points(path, muscle)
+    add_points(path, muscle, coordinates)
     add_wraps(path, muscle, names)
 
 

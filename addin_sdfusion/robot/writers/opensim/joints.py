@@ -126,6 +126,15 @@ def add_joints(
             _add_joint(joints, single.joint(names.give(single.name)), ranges)
 
 
+def coordinate_paths(joints: ElementTree.Element) -> dict[str, str]:
+    """Where each coordinate is in the model, by its name."""
+    return {
+        c.attrib["name"]: f"/jointset/{joint.attrib['name']}/{c.attrib['name']}"
+        for joint in joints
+        for c in joint.iter("Coordinate")
+    }
+
+
 def add_couplers(constraints: ElementTree.Element, robot: Robot) -> Names:
     """Add a constraint for each coordinate that follows others; returns the names that it has."""
     names = Names()

@@ -40,7 +40,7 @@ from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
 from .bodies import LEAST_MASS, add_body, frame_path, objects, standing_links
 from .forces import add_joint_forces, add_muscle
-from .joints import add_couplers, add_joints, custom_axes, joint_losses
+from .joints import add_couplers, add_joints, coordinate_paths, custom_axes, joint_losses
 from .loops import CONSTRAINTS, add_loop
 from .muscles import CLASSES, law_losses
 from .names import GROUND, renamed, with_legal_names
@@ -154,9 +154,9 @@ def _osim(robot: Robot, meshes: MeshFiles) -> str:
     _add_constraints(model, robot)
     add_surfaces(robot, bodies)
     forces = objects(model, "ForceSet", "forceset")
-    surfaces = wrap_names(robot)
+    surfaces, coordinates = wrap_names(robot), coordinate_paths(joint_set)
     for muscle in robot.muscles:
-        add_muscle(forces, muscle, surfaces)
+        add_muscle(forces, muscle, surfaces, coordinates)
     add_joint_forces(forces, robot, Names(muscle.name for muscle in robot.muscles))
     markers = objects(model, "MarkerSet", "markerset")
     for frame in robot.task_frames:

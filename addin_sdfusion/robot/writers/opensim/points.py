@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -24,11 +24,15 @@ UNITS: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 Range = tuple[float, float]
 
 
-def add_points(path: ElementTree.Element, muscle: Muscle) -> None:
+CoordinatePaths = Mapping[str, str]
+"""Where each coordinate is in the model, as its sockets want it."""
+
+
+def add_points(path: ElementTree.Element, muscle: Muscle, coordinates: CoordinatePaths) -> None:
     """Add the points of a muscle to its path."""
     points = objects(path, "PathPointSet", "pathpointset")
     for k, point in enumerate(muscle.via_points, start=1):
-        _add_point(points, point, f"{muscle.name}-P{k}")
+        _add_point(points, point, f"{muscle.name}-P{k}", coordinates)
 
 
 def ranges_of_points(robot: Robot) -> dict[str, Range]:
@@ -86,27 +90,31 @@ def _along(point: ViaPoint) -> list[PointMotion | None] | None:
     return found
 
 
-def _add_point(points: ElementTree.Element, point: ViaPoint, name: str) -> None:
+def _add_point(
+    points: ElementTree.Element, point: ViaPoint, name: str, coordinates: CoordinatePaths
+) -> None:
     if _is_moving(point):
-        _add_moving(points, point, name)
+        _add_moving(points, point, name, coordinates)
         return
     kind = "PathPoint" if point.when is None else "ConditionalPathPoint"
     item = element(points, kind, name=name)
     element(item, "socket_parent_frame", frame_path(point.link))
     element(item, "location", numbers(point.position))
     if point.when is not None:
-        element(item, "socket_coordinate", point.when.coordinate)
+        element(item, "socket_coordinate", coordinates[point.when.coordinate])
         element(item, "range", numbers((point.when.low + EDGE, point.when.high - EDGE)))
 
 
-def _add_moving(points: ElementTree.Element, point: ViaPoint, name: str) -> None:
+def _add_moving(
+    points: ElementTree.Element, point: ViaPoint, name: str, coordinates: CoordinatePaths
+) -> None:
     item = element(points, "MovingPathPoint", name=name)
     element(item, "socket_parent_frame", frame_path(point.link))
     some = point.moves[0]
     axes = _along(point) or [None, None, None]
     for letter, at, move in zip("xyz", point.position, axes, strict=True):
         function = constant(at) if move is None else _raised(move.function, at)
-        element(item, f"socket_{letter}_coordinate", (move or some).coordinate)
+        element(item, f"socket_{letter}_coordinate", coordinates[(move or some).coordinate])
         add_function(element(item, f"{letter}_location"), [function])
 
 

@@ -49,6 +49,22 @@ def test_published_models(shared: Path, format_: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_published_models_open_in_opensim(shared: Path, tmp_path: Path) -> None:
+    """Conditional and moving points, couplers and wraps too: the paths are as long as before."""
+    opensim = pytest.importorskip("opensim")
+    opensim.Logger.setLevelString("off")
+
+    def lengths(file: Path) -> dict[str, float]:
+        model = opensim.Model(str(file))
+        state = model.initSystem()
+        return {m.getName(): m.getLength(state) for m in model.getMuscles()}
+
+    for file in sorted((shared / "models").glob(FOLDERS["osim"])):
+        written = convert(read_robot(file), "osim", tmp_path / file.stem).files[0]
+        assert lengths(written) == pytest.approx(lengths(file), abs=1e-6), file.stem
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("format_", FOLDERS)
 def test_published_models_as_urdf(shared: Path, format_: str, tmp_path: Path) -> None:
     """All but the frames of links, which are those of the joints in URDF: there the same again."""
