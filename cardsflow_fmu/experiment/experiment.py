@@ -14,6 +14,7 @@ from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
 from cardsflow_fmu.signals.roles import ESTIMATOR, ROLES, SENSORS
 from cardsflow_fmu.utils.key_file import key_warning
+from sim_dart.muscles.friction import bends
 
 from .carried_files import left_out, mesh_roots
 from .reader import read_carried_experiment, read_experiment
@@ -183,13 +184,22 @@ class Experiment:
         robots = self.parts or (self,)
         meshes = [line for it in robots for line in left_out(it.robot, it.folder, self.roots)]
         cables = [] if self.hardware.use else not_simulated(self.robot)
-        found = (self._gain_warning(), key, *cables, *meshes)
+        found = (self._gain_warning(), self._idle_friction(), key, *cables, *meshes)
         return [warning for warning in found if warning is not None]
 
     @property
     def folder(self) -> Path:
         """The folder of the robot's main file."""
         return self.robot_path.parent
+
+    def _idle_friction(self) -> str | None:
+        """Friction of cables that none has, or none that bends."""
+        rough = [muscle for muscle in self.robot.muscles if muscle.friction]
+        if rough and not any(map(bends, rough)):
+            return "friction of cables is without effect: none that has one bends between its ends"
+        if not rough and any(scale != 1.0 for scale in self.plant.friction_scale):
+            return "plant.friction_scale is without effect: no muscle has a friction"
+        return None
 
     def _gain_warning(self) -> str | None:
         """A sampled loop that its gains make unstable."""

@@ -1,4 +1,4 @@
-"""[muscles]: force bounds and models of single muscles, instead of the robot's own."""
+"""[muscles]: force bounds, models and friction of single muscles, instead of the robot's own."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from addin_sdfusion.robot import InputError, Muscle, Robot, UnknownNameError
 from addin_sdfusion.robot.checks.check import require_valid
+from addin_sdfusion.robot.checks.muscles import MOST_FRICTION, MOST_PRESLIDING
 from addin_sdfusion.robot.model.muscle import CableKind, CableModel, OwnTension
 from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS
 from addin_sdfusion.robot.model.tension_parameters import Parameter
@@ -154,6 +155,12 @@ class MuscleSettings(Table):
     model: Annotated[LawSettings, Short(_written_out, _NAMES)] = setting(
         "how it pulls: a law or a preset by its name, or a table with parameters", None
     )
+    friction: Annotated[float, Field(ge=0, le=MOST_FRICTION)] = setting(
+        "mu of the cable in its bends", None
+    )
+    presliding: Annotated[float, Field(gt=0, le=MOST_PRESLIDING)] = setting(
+        "way over which that friction turns round, in m", None
+    )
     pose: dict[str, float] = setting(
         "where lengths relative to the path are taken; of coordinates, the initial one if left out",
         None,
@@ -163,7 +170,7 @@ class MuscleSettings(Table):
 def with_muscle_settings(
     robot: Robot, settings: Mapping[str, MuscleSettings], context: Context
 ) -> Robot:
-    """The robot with the force bounds and models that the experiment changes."""
+    """The robot with the force bounds, models and friction that the experiment changes."""
     muscles = {muscle.name: muscle for muscle in robot.muscles}
     try:
         tables = by_name(settings, "muscle", muscles, "muscles")
@@ -221,6 +228,8 @@ class _PathLengths:
 def muscle_data(muscle: Muscle) -> dict[str, Any]:
     """What [muscles.<name>] says of a muscle, which reads back as the same."""
     data: dict[str, Any] = {"f_min": muscle.f_min}
+    if muscle.friction:
+        data |= {"friction": muscle.friction, "presliding": muscle.presliding}
     if math.isfinite(muscle.f_max):
         data["f_max"] = muscle.f_max
     if (own := muscle.model.own) is not None:
@@ -250,7 +259,9 @@ def _changed(
                 raise InputError(what, key="model.parameters")
             given = _in_numbers(given, replace(muscle, f_max=f_max), changes, lengths)
             model = _model(given, muscle.model)
-    return replace(muscle, f_min=f_min, f_max=f_max, model=model)
+    given = {"friction": changes.friction, "presliding": changes.presliding}
+    rubbing = {key: value for key, value in given.items() if value is not None}
+    return replace(muscle, f_min=f_min, f_max=f_max, model=model, **rubbing)
 
 
 def _in_numbers(

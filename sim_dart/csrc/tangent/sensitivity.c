@@ -64,7 +64,8 @@ static int go(const core_sensitivity *s, const roll *roll, const double *dq, con
     const size_t n = s->n, m = s->m;
     core_tangent_set(s->tangent, TANGENT_Q, roll->q, dq);
     core_tangent_set(s->tangent, TANGENT_QD, roll->qd, dqd);
-    if (core_tangent_move(s->tangent)) return 1;
+    core_tangent_set(s->tangent, TANGENT_COMMANDS, roll->commands, s->none);
+    if (core_tangent_move(s->tangent) || core_tangent_start(s->tangent)) return 1;
     for (int32_t row = 0; row < roll->rows; row++) {
         core_tangent_values(s->tangent, TANGENT_Q, readings + (size_t)row * (n + m));
         core_tangent_values(s->tangent, TANGENT_LENGTHS, readings + (size_t)row * (n + m) + n);

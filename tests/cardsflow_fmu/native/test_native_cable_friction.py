@@ -83,3 +83,18 @@ def hand(experiment: Experiment) -> float:
 def test_the_fourth_order_rule_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="rk4 knows no friction of cables, and motor0, motor1"):
         flower(tmp_path, 0.1, 0.3, **{"plant.integrator": "rk4"})
+
+
+def test_friction_of_an_experiment_is_that_of_the_robot() -> None:
+    """By name or pattern, within its bounds, and where it does nothing a line says so."""
+    example, given = EXAMPLES / "roboy_left_arm", {"muscles.*.friction": 0.1}
+    single = {"muscles.motor1.friction": 0.2, "muscles.motor1.presliding": 1e-3}
+    muscles = Experiment.load(example, given | single).robot.muscles
+    assert [m.friction for m in muscles[:3]] == [0.1, 0.2, 0.1]
+    assert muscles[1].presliding == 1e-3
+    with pytest.raises(InputError, match=r"muscles\.motor1\.friction: .*-0\.1"):
+        Experiment.load(example, {"muscles.motor1.friction": -0.1})
+    straight = Experiment.load(EXAMPLES / "planar_2r", given)
+    assert any("none that has one bends" in line for line in straight.warnings())
+    scaled = Experiment.load(example, {"plant.friction_scale": 2.0})
+    assert any("no muscle has a friction" in line for line in scaled.warnings())

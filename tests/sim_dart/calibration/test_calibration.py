@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.robots.bent import bent
 from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError, Robot, read_robot
@@ -67,9 +68,13 @@ def recording(robot: Robot, offsets: FloatArray, seed: int, pieces: int = 30) ->
     )
 
 
-@pytest.mark.parametrize("free", ["*.via_points", "links.*.inertia", "joints.*.damping"])
+@pytest.mark.parametrize("free", ["*.via_points", "links.*.inertia", "joints.*.damping", "rough"])
 def test_derivatives_by_the_robots_numbers_are_those_of_differences(arm: Robot, free: str) -> None:
     """Against central differences of roll-outs of changed robots."""
+    if free == "rough":
+        muscles = bent(arm, 0.2, (0.2, -0.3)).muscles
+        arm = arm.with_muscles([replace(m, presliding=0.01) for m in muscles])
+        free = "*.via_points"
     parameters, _ = free_parameters(arm, [free], np.ones(2), PriorSettings())
     parameters = parameters[::3] if len(parameters) > 4 else parameters
     start = np.array([0.2, -0.3, 1.0, -0.5])
