@@ -1,0 +1,55 @@
+"""Steps of MyoSuite's models against MuJoCo's: `test_published_model_speed.py -s`.
+
+Both have the same law of muscles; MuJoCo's constraints are off, and so are our stops and friction.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from support.interleaved import interleaved, record
+
+from addin_sdfusion.robot import read_robot
+from sim_dart import Plant
+
+STEP, STEPS = 1e-3, 20
+
+
+@pytest.mark.parametrize("name", ["myohand", "myoarm"])
+def test_a_step_is_no_slower_than_mujocos(shared: Path, name: str) -> None:
+    file = shared / f"models/mjcf/{name}.xml"
+    robot = read_robot(file)
+    joints = tuple(
+        replace(
+            joint,
+            coordinates=tuple(
+                replace(c, lower=-math.inf, upper=math.inf, friction=0.0) for c in joint.coordinates
+            ),
+        )
+        for joint in robot.joints
+    )
+    plant = Plant(replace(robot, joints=joints), STEP, engine="core")
+    start, commands = plant.get_state(), np.full(len(robot.muscles), 0.2)
+    model = mujoco.MjModel.from_xml_path(str(file))
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    model.opt.timestep, data = STEP, mujoco.MjData(model)
+
+    def ours() -> None:
+        plant.set_state(start)
+        for _ in range(STEPS):
+            plant.step(commands)
+
+    def theirs() -> None:
+        mujoco.mj_resetData(model, data)
+        data.ctrl[:] = 0.2
+        mujoco.mj_step(model, data, nstep=STEPS)
+
+    times = interleaved({"ours": ours, "MuJoCo": theirs}, calls=2, rounds=40)
+    ratio = times["MuJoCo"] / times["ours"]
+    record(f"step of {name}", us=times["ours"] / STEPS * 1e6, mujoco_over_ours=ratio)
+    assert ratio > 1.0
