@@ -129,7 +129,9 @@ def calibrate(
     z = np.zeros(len(parameters))
     for fraction, every in _STAGES:
         some = _bounded(_windows_of(cut, fraction)[::every], len(parameters))
-        z = fit(problem, some, z, _STAGE_ITERATIONS).z
+        found = fit(problem, some, z, _STAGE_ITERATIONS)
+        problem.skip_idle(found.at.information)
+        z = found.z
     some = _bounded(cut, len(parameters))
     found = fit(problem, some, z)
     require_valid(problem.robot_at(found.z))

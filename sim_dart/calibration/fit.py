@@ -14,7 +14,7 @@ Problems 19).
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from queue import SimpleQueue
@@ -35,15 +35,26 @@ LONGEST_STEP = 1e-3
 """Of roll-outs, in [s]: readings that are farther apart have several steps between them."""
 
 _ROBOT = ("point", "inertia", "damping", "friction", "armature")
+_MOVING = (*_ROBOT, "gain", "tension_delay")
+"""What changes the motion, and not its readings alone."""
+
 _MOST_ITERATIONS = 30
 _MOST_REFUSALS = 12
 _SMALL_GAIN = 5e-5
 _LEAST_GAIN = 0.1
 _DIFFERENCE = 1e-4
+_WITHOUT_EFFECT = 1e-12
+"""Information in units of the prior below which a number changes no reading at all."""
+
 _NEAR = 0.01
 """Numbers of inertias are linear, nearly, in changes below so much of their prior's deviation."""
 
 _START_ITERATIONS = 4
+_WORTH_THREADS = 16
+"""Windows, from which on they are rolled side by side."""
+
+
+_NONE = np.zeros(0, dtype=np.int32)
 
 
 class _Seen(NamedTuple):
@@ -80,6 +91,7 @@ class CalibrationProblem:
         parameters: The free ones; none to fit starts alone.
         noise: Of one reading of q and lengths, shape (n + m,).
         inertia_sd: Of the prior of inertias; see `InertiaPrior`.
+        longest_step: Of roll-outs, in [s].
     """
 
     def __init__(
@@ -88,10 +100,11 @@ class CalibrationProblem:
         parameters: Sequence[Parameter],
         noise: FloatArray,
         inertia_sd: float,
+        longest_step: float = LONGEST_STEP,
     ) -> None:
         self.robot, self.parameters = robot, tuple(parameters)
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
-        self._noise = noise
+        self._noise, self._longest = noise, longest_step
         self.sd = np.array([one.sd for one in parameters])
         self.low = np.array([(one.low - one.value) / one.sd for one in parameters])
         self._compliance = cable_compliances(robot)
@@ -100,6 +113,19 @@ class CalibrationProblem:
         self._filled_at = np.zeros(len(self.parameters))
         self._fill_directions(self._filled_at, [one.kind in _ROBOT for one in self.parameters])
         self._bent = np.array([one.kind == "inertia" for one in self.parameters], dtype=bool)
+        self._acts = np.arange(len(self.parameters), dtype=np.int32)
+        self._rollers: SimpleQueue[Sensitivity] | None = None
+        self._rolled_at = self._filled_at
+
+    def skip_idle(self, information: FloatArray) -> None:
+        """Roll no more along numbers that change no reading, such as those across a plane.
+
+        Args:
+            information: H by readings with all numbers, shape (P, P).
+        """
+        acts = np.flatnonzero(np.diag(information) > _WITHOUT_EFFECT)
+        self._acts = acts.astype(np.int32)
+        self._rollers = None
 
     def robot_at(self, z: FloatArray) -> Robot:
         """The robot with theta = z sd."""
@@ -133,7 +159,7 @@ class CalibrationProblem:
         for window in cut:
             start = smooth_start(window, self._n)
             for _ in range(_START_ITERATIONS):
-                rolled = self._roll(roller, window, start, z, held=True)
+                rolled = self._roll(roller, window, start, z, _NONE)
                 if rolled is None:
                     start, is_sound = smooth_start(window, self._n), False
                     break
@@ -149,45 +175,78 @@ class CalibrationProblem:
         self, z: FloatArray, cut: Sequence[Window], starts: Sequence[FloatArray]
     ) -> Linearised | None:
         """Windows about a point; None where one diverges."""
+        H, g, cost = np.zeros((len(z), len(z))), np.zeros(len(z)), 0.0
+        residuals, seen = [], []
+        for one in self._every(z, cut, starts):
+            if one is None:
+                return None
+            H += one.information
+            g += one.gradient
+            cost += one.cost
+            residuals += one.residuals
+            seen += one.seen
+        return Linearised(cost, H, g, residuals, seen)
+
+    def informations(
+        self, cut: Sequence[Window], starts: Sequence[FloatArray]
+    ) -> list[FloatArray] | None:
+        """H of each window about what is believed, shape (P, P) each; None where one diverges."""
+        found = []
+        for one in self._every(np.zeros(len(self.parameters)), cut, starts):
+            if one is None:
+                return None
+            found.append(one.information)
+        return found
+
+    def _every(
+        self, z: FloatArray, cut: Sequence[Window], starts: Sequence[FloatArray]
+    ) -> Iterator[Linearised | None]:
+        """Each window with its start eliminated; None at the first that diverges."""
+        rollers = self._rollers_at(z)
+
+        def linearised(window: Window, start: FloatArray) -> Linearised | None:
+            roller = rollers.get()
+            try:
+                rolled = self._roll(roller, window, start, z, self._acts)
+            finally:
+                rollers.put(roller)
+            return None if rolled is None else self._start_eliminated(*rolled)
+
+        if len(cut) < _WORTH_THREADS:
+            yield from map(linearised, cut, starts)
+            return
+        with ThreadPoolExecutor(rollers.qsize()) as pool:
+            for one in pool.map(linearised, cut, starts):
+                yield one
+                if one is None:
+                    pool.shutdown(cancel_futures=True)
+                    return
+
+    def _rollers_at(self, z: FloatArray) -> SimpleQueue[Sensitivity]:
+        """The robot with theta = z sd, one for each thread, as a core serves one at a time."""
         if np.abs(z - self._filled_at)[self._bent].max(initial=0.0) > _NEAR:
             self._fill_directions(z, self._bent)
             self._filled_at = z
-        robot, threads = self.robot_at(z), os.cpu_count() or 1
-        rollers: SimpleQueue[Sensitivity] = SimpleQueue()  # a core serves one thread at a time
-        for _ in range(threads):
-            rollers.put(Sensitivity(robot, self._directions))
-
-        def roll(window: Window, start: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-            roller = rollers.get()
-            try:
-                return self._roll(roller, window, start, z)
-            finally:
-                rollers.put(roller)
-
-        H, g, cost = np.zeros((len(z), len(z))), np.zeros(len(z)), 0.0
-        residuals, seen = [], []
-        with ThreadPoolExecutor(threads) as pool:
-            for rolled in pool.map(roll, cut, starts):
-                if rolled is None:
-                    pool.shutdown(cancel_futures=True)
-                    return None
-                one = self._start_eliminated(*rolled)
-                H += one.information
-                g += one.gradient
-                cost += one.cost
-                residuals += one.residuals
-                seen += one.seen
-        return Linearised(cost, H, g, residuals, seen)
+            self._rollers = None
+        if self._rollers is None or not np.array_equal(z, self._rolled_at):
+            self._rollers, self._rolled_at, robot = SimpleQueue(), z.copy(), self.robot_at(z)
+            for _ in range(os.cpu_count() or 1):
+                self._rollers.put(Sensitivity(robot, self._directions[self._moving(self._acts)]))
+        return self._rollers
 
     def _start_eliminated(self, left: FloatArray, slopes: FloatArray) -> Linearised:
         """One window, with its start eliminated."""
         r, J = _whitened(left, slopes, self._noise)
-        A, B = J[:, len(self.parameters) :], J[:, : len(self.parameters)]
+        A, B = J[:, -2 * self._n :], J[:, : -2 * self._n]
         Q, R = np.linalg.qr(A)
         inverse = np.linalg.pinv(R, rcond=1e-10)
         Qr, QB = Q.T @ r, Q.T @ B
-        H, g = B.T @ B - QB.T @ QB, B.T @ r - QB.T @ Qr
-        return Linearised(float(r @ r), H, g, [left], [_Seen(-inverse @ Qr, -inverse @ QB)])
+        P, acts = len(self.parameters), self._acts
+        H, g, follows = np.zeros((P, P)), np.zeros(P), np.zeros((2 * self._n, P))
+        H[np.ix_(acts, acts)] = B.T @ B - QB.T @ QB
+        g[acts] = B.T @ r - QB.T @ Qr
+        follows[:, acts] = -inverse @ QB
+        return Linearised(float(r @ r), H, g, [left], [_Seen(-inverse @ Qr, follows)])
 
     def _fill_directions(self, z: FloatArray, which: Sequence[bool] | BoolArray) -> None:
         """How the robot's numbers change with z: exact for what they are linear in."""
@@ -199,15 +258,20 @@ class CalibrationProblem:
             still = np.where(ends[0] == ends[1], 0.0, ends[1])
             self._directions[k] = (moved - still) / (2.0 * step[k])
 
+    def _moving(self, along: IntArray) -> IntArray:
+        """Those along which the motion changes."""
+        moving = [k for k in along if self.parameters[k].kind in _MOVING]
+        return np.array(moving, dtype=np.int32)
+
     def _roll(
         self,
         roller: Sensitivity,
         window: Window,
         start: FloatArray,
         z: FloatArray,
-        held: bool = False,
+        along: IntArray,
     ) -> tuple[FloatArray, FloatArray] | None:
-        """What is left of a window, and its derivatives by z, unless held, and the start."""
+        """What is left of a window, and its derivatives by z along some numbers, and the start."""
         rows, readings = len(window.measured), window.readings
         theta = z * self.sd
         delay = self._sum("tension_delay", theta)
@@ -216,61 +280,62 @@ class CalibrationProblem:
         for one, change in zip(self.parameters, theta, strict=True):
             if one.kind == "gain":
                 gain[one.item] += change
-        commanded, changes = self._command_changes(read, slope * gain, held)
-        steps = max(1, int(np.ceil(readings.step / LONGEST_STEP - 1e-9)))
+        moving = self._moving(along)
+        commanded, changes = self._command_changes(read, slope * gain, moving)
+        steps = max(1, int(np.ceil(readings.step / self._longest - 1e-9)))
         torques = readings.torques[window.first : window.first + rows]
         h = readings.step / steps
         tensions = read * gain
         rolled = roller.roll(start, tensions, torques, changes, commanded, h, steps)
         if rolled is None:
             return None
-        y, slopes = rolled.readings.copy(), rolled.derivatives
-        lengths = y[:, self._n :]
-        rates = np.gradient(lengths, readings.step, axis=0)
-        self._add_sensors(
-            lengths, slopes[:, self._n :], rates, readings.step, tensions, theta, held
-        )
+        y, n = rolled.readings.copy(), self._n
+        slopes = np.zeros((*y.shape, len(along) + 2 * n))
+        slopes[:, :, np.searchsorted(along, moving)] = rolled.derivatives[:, :, : len(moving)]
+        slopes[:, :, len(along) :] = rolled.derivatives[:, :, len(moving) :]
+        self._add_sensors(y[:, n:], slopes[:, n:], readings.step, tensions, theta, along)
         return window.measured - y, -slopes
 
     def _add_sensors(
         self,
         lengths: FloatArray,
         slopes: FloatArray,
-        rates: FloatArray,
         step: float,
         tensions: FloatArray,
         theta: FloatArray,
-        held: bool,
+        along: IntArray,
     ) -> None:
         """Make path lengths those at the motors: l - f / k + b, read late."""
         stiff: FloatArray = -tensions * self._compliance
+        rates = np.gradient(lengths, step, axis=0)
         late = self._sum("length_delay", theta)
         lengths -= rates * late
         if late:
             slopes -= late * np.gradient(slopes, step, axis=0)
-        for k, (one, change) in enumerate(zip(self.parameters, theta, strict=True)):
+        for one, change in zip(self.parameters, theta, strict=True):
             if one.kind == "offset":
                 lengths[:, one.item] += change
             if one.kind == "stiffness":
                 stiff[:, one.item] = -tensions[:, one.item] / (one.value + change)
-            if held:
-                continue
+        for column, k in enumerate(along):
+            one = self.parameters[k]
             if one.kind == "offset":
-                slopes[:, one.item, k] += one.sd
+                slopes[:, one.item, column] += one.sd
             elif one.kind == "stiffness":
-                stiffness = one.value + change
-                slopes[:, one.item, k] += tensions[:, one.item] / stiffness**2 * one.sd
+                stiffness = one.value + theta[k]
+                slopes[:, one.item, column] += tensions[:, one.item] / stiffness**2 * one.sd
             elif one.kind == "length_delay":
-                slopes[:, :, k] -= rates * one.sd
+                slopes[:, :, column] -= rates * one.sd
         lengths += stiff
 
     def _command_changes(
-        self, read: FloatArray, slope: FloatArray, held: bool
-    ) -> tuple[np.ndarray, FloatArray]:
-        """How tensions change with the parameters of their sensors."""
-        commanded = np.full(0 if held else len(self.parameters), -1, dtype=np.int32)
+        self, read: FloatArray, slope: FloatArray, along: IntArray
+    ) -> tuple[IntArray, FloatArray]:
+        """How tensions change along the parameters of their sensors."""
+        commanded = np.full(len(along), -1, dtype=np.int32)
         changes = []
-        for k, one in enumerate(() if held else self.parameters):
+        for column, k in enumerate(along):
+            one = self.parameters[k]
             if one.kind == "tension_delay":
                 changes.append(one.sd * slope)
             elif one.kind == "gain":
@@ -279,7 +344,7 @@ class CalibrationProblem:
                 changes.append(change)
             else:
                 continue
-            commanded[k] = len(changes) - 1
+            commanded[column] = len(changes) - 1
         return commanded, np.array(changes).reshape(-1, *read.shape)
 
     def _sum(self, kind: str, theta: FloatArray) -> float:

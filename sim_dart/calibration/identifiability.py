@@ -1,15 +1,15 @@
-"""Which numbers readings identify, and the directions that they leave open, in words."""
+"""Numbers that readings identify, and the directions that they leave open, in words."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.linalg import eigh
 
 from sim_dart.core.arrays import BoolArray, FloatArray
 
-from .calibrate import Calibration
+from .parameters import Parameter
 
 _IDENTIFIED = 0.5
 """A number is identifiable where less than that of its prior's deviation is left."""
@@ -19,6 +19,26 @@ _NO_EFFECT = 1e-2
 
 _NAMED = 4
 _PART = 0.25
+
+
+class Knowledge(Protocol):
+    """What readings tell of parameters: of a `Calibration`, or of a motion that is designed."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What was free."""
+
+    @property
+    def information(self) -> FloatArray:
+        """By the readings alone, in units of the prior's deviations, shape (P, P)."""
+
+    @property
+    def prior(self) -> FloatArray:
+        """That of what is believed, shape (P, P)."""
+
+    @property
+    def sd(self) -> FloatArray:
+        """Standard deviations with both, shape (P,)."""
 
 
 class OpenDirection(NamedTuple):
@@ -40,36 +60,36 @@ class OpenDirection(NamedTuple):
         return f"{' '.join(parts)}: {self.reason}"
 
 
-def identifiable(calibration: Calibration) -> BoolArray:
+def identifiable(known: Knowledge) -> BoolArray:
     """Which parameters the readings identify, beyond the prior, shape (P,)."""
-    prior = np.array([one.sd for one in calibration.parameters])
-    return np.asarray(calibration.sd < _IDENTIFIED * prior)
+    prior = np.array([one.sd for one in known.parameters])
+    return np.asarray(known.sd < _IDENTIFIED * prior)
 
 
-def without_effect(calibration: Calibration) -> BoolArray:
+def without_effect(known: Knowledge) -> BoolArray:
     """Which parameters change nothing that was recorded, shape (P,)."""
-    return np.asarray(np.diag(calibration.information) < _NO_EFFECT)
+    return np.asarray(np.diag(known.information) < _NO_EFFECT)
 
 
-def open_directions(calibration: Calibration) -> list[OpenDirection]:
+def open_directions(known: Knowledge) -> list[OpenDirection]:
     """Directions of which the readings say less than the prior does, the least seen first.
 
     Parameters that have no effect by themselves are none of them; see `without_effect`.
     """
-    seen = np.flatnonzero(~without_effect(calibration))
+    seen = np.flatnonzero(~without_effect(known))
     part = np.ix_(seen, seen)
-    values, vectors = eigh(calibration.information[part], calibration.prior[part])
-    whole = np.zeros((len(calibration.parameters), len(seen)))
+    values, vectors = eigh(known.information[part], known.prior[part])
+    whole = np.zeros((len(known.parameters), len(seen)))
     whole[seen] = vectors / np.linalg.norm(vectors, axis=0)
-    return [_direction(calibration, whole[:, k]) for k in np.flatnonzero(values < 1.0)]
+    return [_direction(known, whole[:, k]) for k in np.flatnonzero(values < 1.0)]
 
 
-def _direction(calibration: Calibration, vector: FloatArray) -> OpenDirection:
+def _direction(known: Knowledge, vector: FloatArray) -> OpenDirection:
     order = np.argsort(-np.abs(vector))
     most = abs(vector[order[0]])
     chosen = [k for k in order[:_NAMED] if abs(vector[k]) >= _PART * most]
     sign = np.sign(vector[chosen[0]])
-    parameters = [calibration.parameters[k] for k in chosen]
+    parameters = [known.parameters[k] for k in chosen]
     names = tuple(one.name for one in parameters)
     weights = tuple(float(sign * vector[k]) for k in chosen)
     kinds = {one.kind for one in parameters}

@@ -1,4 +1,4 @@
-"""What may be free in a calibration: numbers of a robot and of its sensors, with their priors."""
+"""Numbers of a robot and of its sensors that a calibration may free, with their priors."""
 
 from __future__ import annotations
 
