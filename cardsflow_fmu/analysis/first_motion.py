@@ -118,7 +118,7 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
         qdd: Accelerations, shape (n,), in [rad/s²] or [m/s²].
     """
     M, force = dynamics.mass_matrix(q), counted_force(robot)
-    arms = [_size(robot) if motor.unit == "rad" else 1.0 for motor in robot.motors]
+    arms = [robot_size(robot) if motor.unit == "rad" else 1.0 for motor in robot.motors]
     counted = force * np.append(np.ones(dynamics.m), arms)
     return Terms(
         M,
@@ -193,7 +193,7 @@ def _driven(robot: Robot, dynamics: CoreDynamics, q: FloatArray, free: list[int]
     return drivable(terms, [k for k in free if robot.coordinates[k].name not in massless])
 
 
-def _size(robot: Robot) -> float:
+def robot_size(robot: Robot) -> float:
     """How large the robot is, roughly, in [m]."""
     points = [p.position for m in robot.muscles for p in m.via_points]
     size = float(np.ptp(np.array(points), axis=0).max()) if points else 0.0
@@ -203,7 +203,7 @@ def _size(robot: Robot) -> float:
 
 def _slide(robot: Robot) -> float:
     """How far a sliding coordinate goes, in [m]: as becomes the robot's size."""
-    return min(REACH["m"], _OF_REACH * _size(robot))
+    return min(REACH["m"], _OF_REACH * robot_size(robot))
 
 
 def _end(robot: Robot, dynamics: CoreDynamics, start: FloatArray, scale: float) -> FloatArray:

@@ -26,6 +26,7 @@ from .robot import (  # noqa: E402
     add_calibrate,
     add_check,
     add_convert,
+    add_excite,
     add_info,
     add_size,
 )
@@ -45,6 +46,7 @@ _COMMANDS = (
     add_convert,
     add_size,
     add_activations,
+    add_excite,
     add_calibrate,
     add_device,
     add_replay,

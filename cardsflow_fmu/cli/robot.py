@@ -36,6 +36,10 @@ if TYPE_CHECKING:
     from addin_sdfusion.robot.readers import Reading
     from cardsflow_fmu.experiment.experiment import Experiment
 
+_FREE = (
+    "muscles.*.offset, .via_points, .stiffness; links.*.inertia; joints.*.damping, .friction; "
+    "motors.*.gain, .armature; delays.tensions, delays.lengths"
+)
 _EVERY = "print every finding, not one line for those that repeat"
 _FORMATS = "sdf, gazebo, caspr, cardsflow, urdf, mjcf or osim"
 
@@ -152,6 +156,32 @@ def add_activations(commands: Commands) -> None:
     add_json(parser)
 
 
+def add_excite(commands: Commands) -> None:
+    """Add `excite`."""
+    parser = commands.add(
+        "excite",
+        _excite,
+        "Design a motion that identifies a robot's numbers, as an experiment to run and record; "
+        "say which no recording of it will tell.",
+        'cardsflow excite robot --free "muscles.*.offset, muscles.*.via_points" -o exciting',
+    )
+    add_robot(parser)
+    add_words(
+        parser,
+        "--free",
+        "PATTERN",
+        f"what `cardsflow calibrate` is to find: {_FREE}; when left out, offsets, via points, "
+        "inertias and damping",
+    )
+    parser.add_argument("--duration", type=float, default=20.0, metavar="S", help="in s; 20")
+    parser.add_argument(
+        "--speed", type=float, default=1.5, metavar="V", help="largest, in rad/s; 1.5"
+    )
+    add_output(parser, "folder for the experiment; new, or empty", required=True)
+    add_json(parser, "the files")
+    add_verbose(parser, _EVERY)
+
+
 def add_calibrate(commands: Commands) -> None:
     """Add `calibrate`."""
     parser = commands.add(
@@ -168,13 +198,7 @@ def add_calibrate(commands: Commands) -> None:
     )  # fmt: skip
     parser.add_argument("--robot", type=Path, required=True, help=ROBOT_FILE)
     add_cable_set(parser)
-    add_words(
-        parser,
-        "--free",
-        "PATTERN",
-        "muscles.*.offset, .via_points, .stiffness; links.*.inertia; joints.*.damping, .friction; "
-        "motors.*.gain, .armature; delays.tensions, delays.lengths",
-    )
+    add_words(parser, "--free", "PATTERN", _FREE)
     add_output(parser, "folder for the new robot and the report; new, or empty", required=True)
     add_json(parser, "the files")
     add_verbose(parser, _EVERY)
@@ -363,10 +387,32 @@ def _require_ours(file: Path, title: str) -> None:
             raise InputError("is there already, and is another file; choose another -o", file=file)
 
 
+def _patterns(words: list[str]) -> list[str]:
+    return [word.strip() for word in words]
+
+
+def _excite(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.simulation.excite import excite
+
+    done = excite(
+        options.robot,
+        _patterns(options.free),
+        options.output,
+        options.cable_set,
+        options.duration,
+        options.speed,
+    )
+    if not options.json:
+        print_findings(done.findings, options.verbose)
+        print_result(done.text)
+    print_files(done.files, options.json)
+    return GOOD
+
+
 def _calibrate(options: argparse.Namespace) -> int:
     from cardsflow_fmu.report.calibration import calibrate_files
 
-    free = [word.strip() for word in options.free]
+    free = _patterns(options.free)
     if not free:
         raise InputError('missing: what may change, such as "muscles.*.offset"', key="--free")
     done = calibrate_files(

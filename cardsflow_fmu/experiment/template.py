@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from textwrap import wrap
 from typing import Any
 
 from addin_sdfusion.exporting.experiment_text import point_lines, toml_key
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot import Coordinate, Robot
 from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.model.trajectory import Trajectory
 from cardsflow_fmu.config.key_path import EVERY_OTHER
@@ -21,6 +21,11 @@ Form = Mapping[str, Any]
 _BESIDE = ("start", "disturbance", "world", "robots", "wiring", "fmus", "hardware")
 """Tables that a first experiment does without."""
 
+_TOP = (
+    "{}: {}, simulated by `cardsflow run` of it. Lines in `#` say what else there is; `cardsflow "
+    "schema` prints what editors need to complete and check it."
+)
+
 
 @dataclass(frozen=True)
 class Beginning:
@@ -28,6 +33,8 @@ class Beginning:
 
     Attributes:
         motion: The motion to follow, of the coordinates that are left.
+        what: It, in words.
+        file: Its table beside the experiment, without noise; where empty, its points are written.
         locked: What coordinates are locked at, in [rad] or [m], and why, by name.
         springs: Stiffness, rest and damping that would do instead, in SI units, by name, of those
             that nothing drives.
@@ -52,6 +59,8 @@ class Beginning:
     period: float = field(kw_only=True)
     step: float = field(kw_only=True)
     remarks: tuple[str, ...] = ()
+    what: str = "a gentle motion from the first pose to one nearby and back"
+    file: str = ""
 
 
 def experiment_text(
@@ -71,9 +80,10 @@ def experiment_text(
     motion = beginning.motion
     left = [c for c in robot.coordinates if c.name not in beginning.locked]
     lines = [
-        f"# {' '.join(robot.name.split())}: a gentle motion from the first pose to one nearby",
-        "# and back, simulated by `cardsflow run` of it. Lines in `#` say what else there is;",
-        "# `cardsflow schema` prints what editors need to complete and check it.",
+        *(
+            f"# {line}"
+            for line in wrap(_TOP.format(" ".join(robot.name.split()), beginning.what), 96)
+        ),
         *(f"# {line}" for remark in beginning.remarks for line in wrap(remark, 96)),
         "",
         "[robot]",
@@ -84,8 +94,7 @@ def experiment_text(
         *_muscles(robot, beginning, tables["muscles"]),
         "",
         f"[reference]  # {_meaning(reference)}",
-        *_line("spline", motion.spline, reference),
-        *point_lines(left, motion.points, beginning.dependent),
+        *_motion(beginning, left, reference),
         "",
         "[controller]",
         *_line("type", "joint_space", controller),
@@ -114,6 +123,16 @@ def experiment_text(
         *(f"# [{name}]  {_meaning(tables[name])}" for name in _BESIDE),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _motion(beginning: Beginning, left: Sequence[Coordinate], form: Form) -> Iterator[str]:
+    """What is to be followed."""
+    if beginning.file:
+        yield from _line("file", beginning.file, form)
+        yield from _line("noise", 0.0, form)
+        return
+    yield from _line("spline", beginning.motion.spline, form)
+    yield from point_lines(left, beginning.motion.points, beginning.dependent)
 
 
 def _locked(robot: Robot, beginning: Beginning) -> Iterator[str]:

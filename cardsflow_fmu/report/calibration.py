@@ -15,7 +15,12 @@ from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.writers.convert import convert
 from sim_dart.calibration.calibrate import Calibration, Errors, calibrate
-from sim_dart.calibration.identifiability import identifiable, open_directions, without_effect
+from sim_dart.calibration.identifiability import (
+    Knowledge,
+    identifiable,
+    open_directions,
+    without_effect,
+)
 from sim_dart.calibration.inertia import NUMBERS, inertia_numbers
 
 from .readings import read_readings
@@ -91,17 +96,22 @@ def describe(result: Calibration) -> str:
     for one, change, sd, is_seen in rows:
         mark = "" if is_seen else "  not identifiable: held by its prior"
         lines.append(f"{one.name:45s} {change:11.4g} {sd:9.2g} {one.unit}{mark}")
-    none, left = _without_effect(result), open_directions(result)
+    return "\n".join([*lines, *unidentified(result), *warnings(result)])
+
+
+def unidentified(known: Knowledge) -> list[str]:
+    """What readings cannot tell, and why, a line each."""
+    none, left, lines = _without_effect(known), open_directions(known), []
     if none:
-        lines += ["", f"no effect on what was recorded: {', '.join(none)}"]
+        lines += ["", f"no effect on what is recorded: {', '.join(none)}"]
     if left:
         lines += ["", f"{len(left)} directions are not identifiable; the least seen:"]
         lines += [f"  {direction}" for direction in left[:_OPEN]]
-    return "\n".join([*lines, *warnings(result)])
+    return lines
 
 
-def _without_effect(result: Calibration) -> list[str]:
-    rows = zip(result.parameters, without_effect(result), strict=True)
+def _without_effect(known: Knowledge) -> list[str]:
+    rows = zip(known.parameters, without_effect(known), strict=True)
     return [one.name for one, idle in rows if idle]
 
 

@@ -8,7 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
-from cardsflow_fmu.hardware.protocol.recording import MISSED, is_recording, read_recording
+from addin_sdfusion.robot.files import is_folder
+from cardsflow_fmu.hardware.protocol.recording import (
+    MISSED,
+    RECORDING_FILE,
+    is_recording,
+    read_recording,
+)
 from cardsflow_fmu.results.saved_run import read_results
 from cardsflow_fmu.signals.muscles import driven_muscles, tension_signals
 from cardsflow_fmu.signals.port import coordinate_signals, motor_signals, muscle_signals
@@ -26,15 +32,18 @@ def read_readings(path: Path, robot: Robot) -> Readings:
     """The readings of a recording: positions, lengths and tensions, or commanded forces.
 
     Args:
-        path: A hardware.rec; a run's folder, or its table; or any .csv or .parquet with `time`,
-            `q.<joint>`,
-            `l.<muscle>` and `f.<muscle>`, or `tension.<muscle>`.
+        path: A hardware.rec; a run's folder, its hardware.rec first, or its table; or any .csv or
+            .parquet with `time`, `q.<joint>`, `l.<muscle>` and `f.<muscle>`, or `tension.<muscle>`.
         robot: The robot that it should be of.
 
     Raises:
         InputError: It is none, was cut short, or is of another robot.
     """
-    columns = _of_hardware(path) if path.is_file() and is_recording(path) else _of_table(path)
+    recorded = (
+        path / RECORDING_FILE if is_folder(path) else path
+    )  # states as they were when measured
+    is_hardware = recorded.is_file() and is_recording(recorded)
+    columns = _of_hardware(recorded) if is_hardware else _of_table(path)
     _require_same_names(path, columns, robot)
     t = columns["time"]
     if len(t) < 3:

@@ -123,21 +123,39 @@ def init(
     if file.suffix != ".toml":
         raise InputError("an experiment is a .toml", file=file, key="-o")
     _require_new(file)
+    found, findings = read_movable(robot, cable_set)
+    path = path_from(file.parent, Path(robot))
+    beginning, trial = Search(found, Path(robot), cable_set).best()
+    _write_new(file, experiment_text(found, path, beginning, cable_set))
+    return Starter(file, beginning.remarks, findings, trial)
+
+
+def read_movable(
+    robot: str | Path, cable_set: str | None = None
+) -> tuple[Robot, tuple[Finding, ...]]:
+    """A robot that something can move, and what is doubtful in its files.
+
+    Raises:
+        InputError: It cannot be read, or nothing moves.
+        RobotError: It cannot be used.
+    """
     reading = read(robot, cable_set)
     found = reading.require()
     if not (found.coordinates and (found.muscles or found.motors)):
         lack = "no muscles and no motors" if found.coordinates else "no joints that move"
         raise InputError(f"robot {found.name!r} has {lack}: there is nothing to run", file=robot)
-    path = _path_from(file.parent, Path(robot))
-    beginning, trial = _Search(found, Path(robot), cable_set).best()
-    _write_new(file, experiment_text(found, path, beginning, cable_set))
-    findings = tuple(f for f in reading.findings if f.code not in _REMARKED)
-    return Starter(file, beginning.remarks, findings, trial)
+    return found, tuple(f for f in reading.findings if f.code not in _REMARKED)
 
 
 @dataclass(frozen=True)
-class _Search:
-    """The search for an experiment that tracks."""
+class Search:
+    """The search for an experiment that tracks.
+
+    Attributes:
+        robot: The robot.
+        robot_path: Where its files are.
+        cable_set: The cable set that is asked for.
+    """
 
     robot: Robot
     robot_path: Path
@@ -161,7 +179,7 @@ class _Search:
                     if due and any(beginning.period > one[0].period for one in tried):
                         continue  # of many muscles, as short ones fail too
                     work += due
-                    trial = self._trial(beginning)
+                    trial = self.tried(beginning)
                     if trial is None:
                         return self._described(beginning, motion, None), None
                     tried.append((beginning, trial, motion))
@@ -239,7 +257,7 @@ class _Search:
             with_bounds = replace(
                 beginning, f_max=dict.fromkeys(unlimited, f_max), f_max_reason=reason
             )
-            again = self._trial(with_bounds)
+            again = self.tried(with_bounds)
             if again is not None and again.is_good:
                 return self._described(with_bounds, motion, again), again
         return self._described(beginning, motion, trial), trial
@@ -282,7 +300,7 @@ class _Search:
             )
         return replace(beginning, remarks=tuple(remarks))
 
-    def _trial(self, beginning: Beginning) -> Trial | None:
+    def tried(self, beginning: Beginning) -> Trial | None:
         """A run in C; None where the native models lack something."""
         path = self.robot_path.resolve()
         text = experiment_text(self.robot, str(path), beginning, self.cable_set)
@@ -385,7 +403,7 @@ def _round_up(value: float) -> float:
     return float(f"{next(x * power for x in (1, 2, 3, 5, 8, 10) if x * power >= value):.3g}")
 
 
-def _path_from(folder: Path, robot: Path) -> str:
+def path_from(folder: Path, robot: Path) -> str:
     """The way from the experiment's folder to the robot; the whole path on another drive."""
     try:
         return Path(os.path.relpath(robot.resolve(), folder.resolve())).as_posix()

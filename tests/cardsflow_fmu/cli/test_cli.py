@@ -93,6 +93,7 @@ MISSING = {
     ("convert",): ["nowhere", "--to", "mjcf", "-o", "there"],
     ("size",): ["nowhere"],
     ("activations",): ["nowhere", "--motion", "nowhere.mot"],
+    ("excite",): ["nowhere", "-o", "there"],
     ("calibrate",): ["nowhere", "--robot", "nowhere", "--free", "muscles.*.offset", "-o", "there"],
     ("device",): ["nowhere"],
     ("replay-hardware",): ["nowhere"],

@@ -1,0 +1,244 @@
+"""Design of motions that identify a robot's numbers: Bayesian D-optimal splines.
+
+The control points of a B-spline of fifth order are free, but for the first and the last five, which
+are the pose where the motion begins and ends, at rest. Greatest is
+
+    log det (H + H0),   H = sum over windows of the information that a calibration has of them
+
+with the prior H0, by exchange of one control point after the other (Meyer & Nachtsheim 1995,
+Technometrics 37), as long as muscles can make the motion within their bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from addin_sdfusion.robot import CardsflowError, InputError, Robot
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.analysis.inverse_dynamics import Motion, motion_terms
+from sim_dart.calibration.calibrate import WINDOW
+from sim_dart.calibration.fit import CalibrationProblem
+from sim_dart.calibration.parameters import Parameter, PriorSettings, free_parameters
+from sim_dart.calibration.readings import Readings, Window
+
+from .motions import Motions
+from .spline import GRID, KNOTS, ORDER
+
+DURATION = 20.0
+SPEED = 1.5
+NOISE = 1e-4
+"""Of one reading of a position, in [rad] or [m], and of a length, in [m], at `READ`."""
+
+READ = 1e-3
+"""Time between two readings of the recording that deviations are predicted for, in [s]."""
+
+_ROWS = round(WINDOW / GRID) + 1
+_FIRST = 10
+"""Row of a span at which its window begins, one a span while it is designed."""
+
+_LONGEST_STEP = 4e-3
+_MOST_SPANS = 1000
+_MOST_SPEED = 100.0
+
+_SWEEPS = 6
+_TRIES = 4
+_WORK = 1.2e5
+"""Windows times parameters of all tries: of robots with many numbers less is tried."""
+
+_REFINED = 80
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A motion, and what a recording of it would tell.
+
+    Attributes:
+        motion: At times `GRID` apart, from rest to rest.
+        forces: Least forces that make it, shape (T, m), in [N].
+        parameters: What it is to identify.
+        information: H by readings with `NOISE` at `READ`, in units of the prior's deviations.
+        prior: H0, shape (P, P).
+        notes: What is to be known besides, a line each.
+    """
+
+    motion: Motion
+    forces: FloatArray
+    parameters: tuple[Parameter, ...]
+    information: FloatArray
+    prior: FloatArray
+    notes: tuple[str, ...]
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Of the parameters, with the prior, shape (P, P)."""
+        sd = np.array([one.sd for one in self.parameters])
+        C: FloatArray = np.linalg.inv(self.information + self.prior) * sd[:, None] * sd
+        return C
+
+    @property
+    def sd(self) -> FloatArray:
+        """Predicted standard deviations, shape (P,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+def excitations(
+    robot: Robot,
+    start: FloatArray,
+    free: Sequence[str],
+    duration: float = DURATION,
+    speed: float = SPEED,
+    seed: int = 0,
+) -> Iterator[Excitation]:
+    """Design a motion that identifies what is free, and ever smaller ones of its shape.
+
+    Args:
+        robot: A valid robot, all of whose coordinates muscles or motors drive.
+        start: Where it begins and ends, which muscles can hold, shape (n,).
+        free: As `free_parameters` takes them.
+        duration: In [s].
+        speed: Largest, in [rad/s]; sliding coordinates have one by the robot's size.
+        seed: Of the tries.
+
+    Raises:
+        InputError: The robot has closed loops, or the duration or speed is none to design for.
+        CardsflowError: Muscles cannot move it about its start.
+    """
+    if robot.loops:
+        raise InputError(f"robot {robot.name!r} has closed loops, for which there is no design")
+    least, most = 2 * ORDER * KNOTS, _MOST_SPANS * KNOTS
+    if not least <= duration <= most:
+        raise InputError(f"must be {least:g} to {most:g} s, not {duration:g}", key="--duration")
+    if not 0.0 < speed <= _MOST_SPEED:
+        what = f"must be above 0 and at most {_MOST_SPEED:g} rad/s, not {speed:g}"
+        raise InputError(what, key="--speed")
+    motions = Motions(robot, np.asarray(start, float), round(duration / KNOTS), speed)
+    rng = np.random.default_rng(seed)
+    points = motions.random(rng)
+    torque = np.sqrt(np.mean(motions.terms(points, range(motions.spans)).tau ** 2, axis=0))
+    priors = PriorSettings()
+    parameters, notes = free_parameters(robot, free, np.maximum(torque, 1e-3), priors)
+    design = Design(motions, parameters, priors)
+    points = design.exchanged(points, rng)
+    while True:
+        points = motions.shrunk(points)
+        motion, forces = motions.whole(points)
+        H = design.refined(motion, forces)
+        yield Excitation(motion, forces, parameters, H, design.prior, notes)
+        points = motions.smaller(points)
+
+
+class Design:
+    """What motions tell of parameters.
+
+    Args:
+        motions: Those of the robot.
+        parameters: What is to be identified.
+        priors: What is known of it.
+    """
+
+    def __init__(
+        self, motions: Motions, parameters: tuple[Parameter, ...], priors: PriorSettings
+    ) -> None:
+        self._motions, self._parameters, self._priors = motions, parameters, priors
+        n, m = len(motions.robot.coordinates), len(motions.robot.muscles)
+        self._columns = n, m
+        noise = np.full(n + m, NOISE)
+        thin = _ROWS * READ / KNOTS  # few readings for all of a span
+        robot, sd = motions.robot, priors.inertia
+        few = noise * np.sqrt(thin)
+        self._problem = CalibrationProblem(robot, parameters, few, sd, _LONGEST_STEP)
+        self._exact = CalibrationProblem(robot, parameters, noise, sd)
+        self.prior = self._problem.prior(np.zeros(len(parameters)))[2]
+
+    def exchanged(self, points: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Control points of a motion that tells more."""
+        motions = self._motions
+        none = np.zeros_like(self.prior)
+        told = [self._told(points, span) for span in range(motions.spans)]
+        each = [none if H is None else H for H in told]
+        whole = self.prior + sum(each, none)
+        best = np.linalg.slogdet(whole)[1]
+        work = len(self._parameters) * (ORDER + 1) * len(motions.free) * _SWEEPS
+        tries = int(np.clip(round(_WORK / work), 1, _TRIES))
+        for k in [k for _ in range(_SWEEPS) for k in motions.free for _ in range(tries)]:
+            new = points.copy()
+            new[k] = motions.proposed(points, k, rng)
+            around = range(k - ORDER, k + 1)
+            parts = self._all_told(new, around)
+            if parts is None:
+                continue
+            changed = whole + sum((H - each[s] for s, H in zip(around, parts, strict=True)), none)
+            gain = np.linalg.slogdet(changed)[1]
+            if gain > best:
+                points, whole, best = new, changed, gain
+                each[around.start : around.stop] = parts
+        return points
+
+    def _all_told(self, points: FloatArray, spans: range) -> list[FloatArray] | None:
+        """The information of some spans' windows; None where muscles cannot make the motion."""
+        if np.isnan(self._motions.forces(self._motions.terms(points, spans))).any():
+            return None
+        found = []
+        for span in spans:
+            H = self._told(points, span)
+            if H is None:
+                return None
+            found.append(H)
+        return found
+
+    def _told(self, points: FloatArray, span: int) -> FloatArray | None:
+        """The information of a span's window; None where it cannot be rolled."""
+        motions = self._motions
+        motion = motions.rows(points, span, _FIRST, _ROWS + 1)
+        forces = motions.forces(motion_terms(motions.dynamics, motion))
+        if np.isnan(forces).any():
+            return None
+        window, start = self._window(motion, forces, 0, _ROWS)
+        found = self._problem.informations([window], [start])
+        return None if found is None else found[0]
+
+    def refined(self, motion: Motion, forces: FloatArray) -> FloatArray:
+        """The information of readings at `READ`, from some windows of the whole motion.
+
+        Raises:
+            CardsflowError: The robot diverges within a window.
+        """
+        whole = _finer(motion, forces)
+        rows = round(WINDOW / READ)
+        firsts = np.arange(0, len(whole[0].times) - rows, rows)
+        some = firsts[:: max(1, len(firsts) // _REFINED)]
+        made = [self._window(*whole, int(first), rows) for first in some]
+        cut, starts = [w for w, _ in made], [s for _, s in made]
+        found = self._exact.informations(cut, starts)
+        if found is None:
+            raise CardsflowError("the robot diverges along the motion")
+        return np.asarray(np.sum(found, axis=0) * len(firsts) / len(some))
+
+    def _window(
+        self, motion: Motion, forces: FloatArray, first: int, rows: int
+    ) -> tuple[Window, FloatArray]:
+        """A window as of a recording, and where it begins."""
+        motions, (n, m) = self._motions, self._columns
+        T = len(motion.times)
+        tensions, torques = np.zeros((T, m)), np.zeros((T, n))
+        tensions[:] = np.where(motions.passive, 0.0, forces[:, :m])
+        torques[:, motions.motors] = forces[:, m:]
+        step = float(motion.times[1] - motion.times[0])
+        nothing = np.zeros((T, n + m))
+        readings = Readings("", step, nothing[:, :n], nothing[:, n:], tensions, torques)
+        start = np.concatenate([motion.q[first], motion.qd[first]])
+        return Window(readings, first, nothing[first : first + rows]), start
+
+
+def _finer(motion: Motion, forces: FloatArray) -> tuple[Motion, FloatArray]:
+    """A motion at `READ`, cubic between its rows, with forces that change linearly."""
+    t = motion.times
+    fine = READ * np.arange(round(t[-1] / READ) + 1)
+    spline = CubicHermiteSpline(t, motion.q, motion.qd)
+    at = Motion(fine, spline(fine), spline(fine, 1), spline(fine, 2))
+    return at, np.stack([np.interp(fine, t, f) for f in forces.T], axis=1)

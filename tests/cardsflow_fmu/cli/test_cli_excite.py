@@ -1,0 +1,55 @@
+"""`cardsflow excite`: a motion as an experiment, which a calibration then identifies from."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+from support.robots.robots import PLANAR_2R
+
+from cardsflow_fmu.utils.csv_table import read_csv
+
+ROBOT = PLANAR_2R / "robot"
+FREE = "muscles.*.offset, joints.*.damping"
+
+
+@pytest.mark.slow
+def test_a_designed_motion_is_run_and_calibrated_from(
+    cardsflow: CommandLine, tmp_path: Path
+) -> None:
+    """The commands of the report; the robot is the true one, so that nothing moves."""
+    there = tmp_path / "exciting"
+    code, out, _ = cardsflow("excite", ROBOT, "--free", FREE, "--duration", "6", "-o", there)
+    assert code == 0
+    assert "6 numbers; a recording of the motion identifies 6 of them" in out
+    assert f"cardsflow run {there} --hardware" in out
+    names, rows = read_csv(there / "motion.csv")
+    assert names == ("time", "q.joint_1", "q.joint_2")
+    assert rows[-1, 0] == pytest.approx(6.0)
+    np.testing.assert_allclose(rows[0, 1:], rows[-1, 1:], atol=1e-12)
+    assert "choose a new folder" in cardsflow.refused("excite", ROBOT, "-o", there)
+
+    assert cardsflow("run", there, "--native")[0] == 0
+    new = tmp_path / "calibrated"
+    words = [there / "results", "--robot", ROBOT, "--free", FREE, "-o", new]
+    assert cardsflow("calibrate", *words)[0] == 0
+    for one in json.loads((new / "calibration.json").read_text())["parameters"]:
+        assert one["identifiable"]
+        assert abs(one["change"]) < max(4 * one["sd"], 1e-3 * one["prior_sd"])
+
+
+def test_nothing_is_written_of_what_cannot_be_designed(
+    cardsflow: CommandLine, tmp_path: Path
+) -> None:
+    there = tmp_path / "exciting"
+    for words, message in (
+        (("--duration", "1"), "--duration"),
+        (("--speed", "0"), "--speed"),
+        (("--free", "muscles.*.ofset"), "nothing of this robot"),
+    ):
+        assert message in cardsflow.refused("excite", ROBOT, *words, "-o", there)
+        assert not there.exists()
+    assert cardsflow.refused("excite", tmp_path / "nowhere", "-o", there)
