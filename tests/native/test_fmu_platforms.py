@@ -32,7 +32,8 @@ MODELS = [
     ("hill_arm", "plant"),
     ("hill_arm", "controller"),
 ]
-LARGEST = 350_000
+LARGEST, LARGEST_UNPACKED = 350_000, 460_000
+"""Bytes of a library in an FMU, and beside it."""
 
 
 class Unpacked(NamedTuple):
@@ -167,5 +168,5 @@ def test_prebuilt_libraries_are_small() -> None:
     sizes = {name: len(zlib.compress(file.read_bytes())) for name, file in there.items()}
     print(f"\n{sizes}, unpacked {unpacked_sizes}")
     assert all(size < LARGEST for size in sizes.values())
-    assert all(s < LARGEST for name, s in unpacked_sizes.items() if "windows" not in name)
+    assert all(s < LARGEST_UNPACKED for name, s in unpacked_sizes.items() if "windows" not in name)
     assert set(sizes) <= set(PREBUILT_PLATFORMS)
