@@ -31,6 +31,8 @@ _LARGEST_WORK = 8e6
 _KEPT_OUT = 5
 """Of one recording, one of so many windows, those at its end, is kept out."""
 
+_TELLING = 0.1
+"""Errors below this part of the readings' noise do not tell robots apart."""
 _OTHER_ROBOT = 0.1
 """Lengths that differ by more, in [m], are those of another robot."""
 
@@ -250,13 +252,13 @@ def _require_this_robot(robot: Robot, paths: MusclePaths, readings: Readings) ->
 
 
 def _require_better(result: Calibration) -> None:
-    """Refuse a result that predicts worse.
+    """Refuse a result that predicts worse, by more than noise leaves open.
 
     Raises:
         CardsflowError: It does, over what was kept out.
     """
     before, after = _size(result, result.kept_before), _size(result, result.kept_after)
-    if not after <= 1.02 * before:
+    if not after <= 1.02 * max(before, _TELLING):
         raise CardsflowError(
             f"the calibrated robot predicts the readings that were kept out worse than the old "
             f"one, {after:.3g} times their noise in place of {before:.3g}: record a motion of more "
