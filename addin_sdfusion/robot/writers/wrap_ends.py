@@ -125,10 +125,12 @@ def _radius_at(surface: WrapSurface, z: float) -> float:
 
 
 def _moving(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> list[Coordinate]:
-    """The coordinates that move an end against the surface."""
+    """The coordinates of q that move an end against the surface."""
     above: dict[str, frozenset[str]] = {WORLD: frozenset()}
     for joint in robot.joints:
         above[joint.child] = above[joint.parent] | {joint.name}
     ends = muscle.via_points[wrap.segment : wrap.segment + 2]
     between = frozenset[str]().union(*(above[end.link] ^ above[surface.link] for end in ends))
-    return [c for joint in robot.joints if joint.name in between for c in joint.coordinates]
+    moved = [c for joint in robot.joints if joint.name in between for c in joint.coordinates]
+    names = {term.coordinate for c in moved for term in c.coupling} | {c.name for c in moved}
+    return [c for c in robot.coordinates if c.name in names]

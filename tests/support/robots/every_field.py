@@ -121,10 +121,11 @@ def _of_other_programs(
     site = ViaPoint(names[-1], vector(rng))
     at_side = Wrap("ball", 0, rule="mujoco", side_point=site)
     in_half = Wrap("drum", 0, rule="opensim", quadrant="-y", last_segment=2)
+    moving = _way(rng, names, names[0], WORLD, names[-1])  # so that its rule makes a difference
     return (
         Muscle("at times", points, 0.0, 9.0, branches=branches, terms=terms),
         Muscle("at side", _way(rng, names), 0.0, 9.0, wraps=(at_side,)),
-        Muscle("by MuJoCo", _way(rng, names), 0.0, 9.0, wraps=(Wrap("rod", 1, rule="mujoco"),)),
+        Muscle("by MuJoCo", moving, 0.0, 9.0, wraps=(Wrap("rod", 1, rule="mujoco"),)),
         Muscle("by OpenSim", _way(rng, names), 0.0, 9.0,
                wraps=(in_half, Wrap("egg", 0, rule="opensim"))),
     )  # fmt: skip
