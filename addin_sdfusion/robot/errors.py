@@ -5,11 +5,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from .finding import Finding
-
+from .finding import Finding, cut
 
 _MOST_COMPARED, _LONGEST = 1000, 200
 
@@ -51,7 +48,7 @@ class InputError(CardsflowError):
         place = "" if self.file is None else str(self.file)
         if place and self.line is not None:
             place += f":{self.line}"
-        parts = [part for part in (place, self.key, self.what) if part]
+        parts = [part for part in (place, cut(self.key or ""), cut(self.what)) if part]
         return "\n".join([": ".join(parts), *map(str, self.more)])
 
 

@@ -9,6 +9,14 @@ from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning"]
 
+_LONGEST = 2000
+"""Characters of a message: what it quotes of a file may be as long as the file."""
+
+
+def cut(message: str) -> str:
+    """A message without the end that nobody reads."""
+    return message if len(message) <= _LONGEST else f"{message[:_LONGEST]} ..."
+
 
 class Subject(NamedTuple):
     """The object that a finding is about.
@@ -66,7 +74,8 @@ class Finding:
         place = "" if self.file is None else str(self.file)
         if place and self.line is not None:
             place += f":{self.line}"
-        return f"{place + ': ' if place else ''}{self.severity}: {self.message} [{self.code}]"
+        what = f"{self.severity}: {cut(self.message)} [{self.code}]"
+        return f"{place}: {what}" if place else what
 
 
 def errors_first(findings: Iterable[Finding]) -> list[Finding]:

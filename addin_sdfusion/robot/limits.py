@@ -42,8 +42,16 @@ LINE = 4 * MIB
 ARRAYS = 128 * MIB
 """Bytes of NumPy's arrays, unpacked."""
 MOTION = 16 * MIB
+MOTION_VALUES = 2**24
+"""Numbers in a file whose motion is followed: 128 MiB."""
 MOTION_ROWS = 1_000_000
+MOTION_POSITIONS = 4_000_000
+"""Rows of a motion that is followed, times its coordinates."""
 RECORDING = 256 * MIB
+RECORDS = 2_000_000
+"""Messages of any kind in a recording."""
+JOINT_STATES = 500_000
+"""Messages with joint states in a recording: 10 us each."""
 
 MESH = 32 * MIB
 """Bytes of a binary mesh: 670000 triangles as STL."""

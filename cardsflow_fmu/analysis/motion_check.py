@@ -213,7 +213,7 @@ def new_meetings(robot: Robot, mesh_folder: Path, postures: FloatArray) -> list[
     return [
         _meeting(near)
         for near in pairs.nearest(postures)
-        if near.distance <= _NEAR < there[near.muscle, near.other]
+        if near.distance <= _NEAR < there.get((near.muscle, near.other), 0.0)
     ]
 
 

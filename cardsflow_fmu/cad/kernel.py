@@ -110,7 +110,7 @@ def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapsh
         unit: The shape's unit of length, in [m].
 
     Raises:
-        InputError: The mass is beyond 1e100 kg.
+        InputError: The mass is beyond 1e100 kg, or its inertia is not finite.
     """
     properties = kernel("GProp").GProp_GProps()
     kernel("BRepGProp").BRepGProp.VolumeProperties_s(shape, properties, True, False, False)
@@ -124,7 +124,10 @@ def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapsh
     R = np.array(T.R)
     J = density * unit**5 * R @ own @ R.T
     com = R @ (unit * np.array([centre.X(), centre.Y(), centre.Z()])) + np.array(T.p)
-    about_origin = J + mass * (com @ com * np.eye(3) - np.outer(com, com))
+    with np.errstate(over="ignore", invalid="ignore"):
+        about_origin = J + mass * (com @ com * np.eye(3) - np.outer(com, com))
+    if not np.isfinite([J, about_origin]).all():
+        raise InputError("the inertia of a body is not finite: it is too far away, or open")
     xx, yy, zz = np.diag(about_origin).tolist()
     xy, yz, xz = (float(about_origin[i, j]) for i, j in ((0, 1), (1, 2), (0, 2)))
     least, middle, most = np.linalg.eigvalsh(J).tolist()

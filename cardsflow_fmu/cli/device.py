@@ -162,6 +162,9 @@ def _device(options: argparse.Namespace) -> int:
         node = DeviceNode(
             device, shown, settings, server.own_uri, address, key, report, takes_commands
         )
+        if takes_commands:
+            what = "topics have no key: whoever reaches them can command the robot"
+            print(f"cardsflow: warning: {options.ros2} {what}", file=sys.stderr)
         report(node.description)
         return node
 

@@ -3,42 +3,25 @@
 from __future__ import annotations
 
 import contextlib
-import io
-import sqlite3
-import struct
-import zlib
+from array import array
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError, limits
-from addin_sdfusion.robot.files import opened_file
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.middleware.joint_state import JointState, JointStateReader
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.extras import require
+
+from .recorded_messages import TYPE, Budget, messages
 
 RECORDINGS = (".mcap", ".db3")
 TOPIC = "/joint_states"
 
-_TYPE = "sensor_msgs/msg/JointState"
 _FOLDER_FILE = "metadata.yaml"
-_TABLES = (
-    "SELECT topics.name, messages.timestamp, messages.data FROM messages "
-    "JOIN topics ON messages.topic_id = topics.id "
-    "WHERE topics.type = ? AND topics.serialization_format = 'cdr' AND length(messages.data) < ?"
-)
-_MOST_BYTES = limits.MIB
-"""Of a message: thousands of joints."""
-
-
-class _Message(NamedTuple):
-    """A message: topic, when it was recorded in [ns], its bytes."""
-
-    topic: str
-    time_ns: int
-    content: bytes
+_MOST_PUBLISHERS = 1000
 
 
 class JointStates(NamedTuple):
@@ -84,28 +67,85 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
         joints: Names of joints; the first publisher counts when empty.
 
     Raises:
-        InputError: There are none, the file is damaged, or the extra `ros2` is missing.
+        InputError: There are none, a file is damaged, or its compression needs the extra `ros2`.
     """
-    require("recordings of ROS 2", "ros2", "mcap.stream_reader", "rosbags.typesys")
     files = [path] if path.is_file() else _files_of(path)
-    found: dict[str, list[_Message]] = defaultdict(list)
+    found: dict[tuple[str, tuple[str, ...]], _Publisher] = defaultdict(_Publisher)
+    budget, reader = Budget(), JointStateReader()
     for file in files:
-        read = _mcap_messages if file.suffix.lower() == ".mcap" else _database_messages
         try:
-            for message in read(file):
-                found[message.topic].append(message)
-        except InputError:
+            for message in messages(file, budget):
+                state = reader.read(message.content)
+                if state is None:
+                    raise ValueError(f"a message of {message.topic} cannot be read")
+                found[message.topic, state.names].add(message.time_ns, state)
+                if len(found) > _MOST_PUBLISHERS:
+                    raise InputError(f"holds more than {_MOST_PUBLISHERS} sets of joints")
+        except InputError as error:
+            error.file = error.file or file
             raise
         except Exception as error:  # damage shows in errors of any kind
             what = " ".join(str(error).split()) or type(error).__name__
             raise InputError(f"is damaged: {what}"[:300], file=file) from None
-    topic = TOPIC if TOPIC in found else next(iter(found), None)
-    if topic is None:
-        raise InputError(f"holds no messages {_TYPE}", file=path)
-    if topic != TOPIC and len(found) > 1:
-        what = f"holds joint states as {', '.join(sorted(found))}, and none as {TOPIC}"
+    topics = sorted({topic for topic, _ in found})
+    if not topics:
+        raise InputError(f"holds no messages {TYPE}", file=path)
+    if TOPIC not in topics and len(topics) > 1:
+        what = f"holds joint states as {', '.join(topics)}, and none as {TOPIC}"
         raise InputError(what, file=path)
-    return _states(found[topic], joints, path)
+    own = TOPIC if TOPIC in topics else topics[0]
+    publishers = {names: rows for (topic, names), rows in found.items() if topic == own}
+    named = (names for names in publishers if names and set(joints) <= set(names))
+    names = next(named, next(iter(publishers)))
+    return publishers[names].states(names, path)
+
+
+class _Publisher:
+    """The rows of one publisher: its messages name the same joints."""
+
+    def __init__(self) -> None:
+        self._stamps, self._recorded = array("q"), array("q")
+        self._q, self._qd = _Rows("positions"), _Rows("velocities")
+
+    def add(self, recorded_ns: int, state: JointState) -> None:
+        """Add a message."""
+        self._stamps.append(state.time_ns)
+        self._recorded.append(recorded_ns)
+        self._q.add(state.position)
+        self._qd.add(state.velocity)
+
+    def states(self, names: tuple[str, ...], path: Path) -> JointStates:
+        """All rows in the order of their stamps; of when they were recorded, without stamps."""
+        times = np.array(self._stamps if any(self._stamps) else self._recorded)
+        order = np.argsort(times, kind="stable")
+        time, shape = times[order], (len(times), len(names))
+        q = self._q.table(shape, path)[order]
+        qd = self._qd.table(shape, path)[order] if self._qd.are_there else None
+        return JointStates(names, (time - time[0]) / 1e9, q, qd)
+
+
+class _Rows:
+    """Numbers of one kind, row by row."""
+
+    def __init__(self, what: str) -> None:
+        self._what, self._numbers, self._widths = what, array("d"), set[int]()
+
+    def add(self, row: FloatArray) -> None:
+        """Add a row."""
+        self._numbers.frombytes(row.astype(np.float64, copy=False).tobytes())
+        self._widths.add(len(row))
+
+    @property
+    def are_there(self) -> bool:
+        """Whether no row is left out."""
+        return 0 not in self._widths
+
+    def table(self, shape: tuple[int, int], path: Path) -> FloatArray:
+        """All rows in an array."""
+        if self._widths != {shape[1]}:
+            what = f"its joint states have not as many {self._what} as names"
+            raise InputError(what, file=path)
+        return np.frombuffer(self._numbers).reshape(shape)
 
 
 def _files_of(folder: Path) -> list[Path]:
@@ -119,107 +159,3 @@ def _files_of(folder: Path) -> list[Path]:
         hint = "convert it by ros2 bag convert" if packed else f"it needs {' or '.join(RECORDINGS)}"
         raise InputError(f"is a folder of rosbag2: {what}; {hint}", file=folder)
     return sorted(there, key=lambda file: (len(file.name), file.name))
-
-
-def _database_messages(file: Path) -> Iterator[_Message]:
-    with opened_file(file, limits.RECORDING):
-        pass
-    place = f"{file.resolve().as_uri()}?mode=ro&immutable=1"
-    with contextlib.closing(sqlite3.connect(place, uri=True)) as database:
-        yield from map(_Message._make, database.execute(_TABLES, (_TYPE, _MOST_BYTES)))
-
-
-def _mcap_messages(file: Path) -> Iterator[_Message]:
-    """The messages, also of a file whose end is missing."""
-    from mcap import records
-    from mcap.exceptions import EndOfFile
-    from mcap.stream_reader import StreamReader
-
-    types: dict[int, str] = {}
-    topics: dict[int, str] = {}
-    with opened_file(file, limits.RECORDING) as stream:
-        reader = StreamReader(stream, emit_chunks=True, record_size_limit=limits.RECORDING)
-        try:
-            for record in _unpacked(reader.records, file):
-                if isinstance(record, records.Schema):
-                    types[record.id] = record.name
-                elif isinstance(record, records.Channel):
-                    if types.get(record.schema_id) == _TYPE and record.message_encoding == "cdr":
-                        topics[record.id] = record.topic
-                elif isinstance(record, records.Message) and record.channel_id in topics:
-                    topic, data = topics[record.channel_id], record.data
-                    yield _Message(topic, record.log_time, data)
-        except (EndOfFile, struct.error):
-            if not topics:
-                raise InputError("is no MCAP file, or ends too early", file=file) from None
-
-
-def _unpacked(found: Any, file: Path) -> Iterator[Any]:
-    """Records, those of chunks in their place."""
-    from mcap.records import Chunk
-    from mcap.stream_reader import breakup_chunk
-
-    left = limits.RECORDING
-    for record in found:
-        if not isinstance(record, Chunk):
-            yield record
-            continue
-        left -= record.uncompressed_size
-        if left < 0:
-            raise InputError(f"unpacked it {limits.too_large(limits.RECORDING)}", file=file)
-        data = _decompressed(record.compression, record.data, record.uncompressed_size)
-        if record.uncompressed_crc not in (0, zlib.crc32(data)):
-            raise InputError("is damaged: a checksum is wrong", file=file)
-        record.compression, record.data = "", data
-        yield from breakup_chunk(record)
-
-
-def _decompressed(compression: str, data: bytes, size: int) -> bytes:
-    """The content of a chunk, whatever it says of itself no more than it announces."""
-    if not compression:
-        return data
-    if compression == "zstd":
-        import zstandard
-
-        with zstandard.ZstdDecompressor().stream_reader(io.BytesIO(data)) as stream:
-            content = stream.read(size + 1)
-    elif compression == "lz4":
-        import lz4.frame
-
-        content = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
-    else:
-        raise ValueError(f"its compression {compression!r} is not known")
-    if len(content) != size:
-        raise ValueError("a chunk is not as long as it says")
-    return bytes(content)
-
-
-def _states(messages: list[_Message], joints: Sequence[str], path: Path) -> JointStates:
-    from rosbags.typesys import Stores, get_typestore
-
-    decode = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
-    groups: dict[tuple[str, ...], list[Any]] = defaultdict(list)
-    for message in messages:
-        try:
-            state: Any = decode(message.content, _TYPE)
-        except Exception as error:  # damage shows in errors of any kind
-            what = f"is damaged: a message of {message.topic} cannot be read"
-            raise InputError(what, file=path) from error
-        stamp = state.header.stamp
-        stamped = stamp.sec * 1_000_000_000 + stamp.nanosec
-        groups[tuple(state.name)].append((stamped, message.time_ns, state))
-    named = (names for names in groups if names and set(joints) <= set(names))
-    names = next(named, next(iter(groups)))
-    own = int(not any(stamped for stamped, _, _ in groups[names]))  # no stamps: when recorded
-    rows = sorted(((row[own], row[2]) for row in groups[names]), key=lambda row: row[0])
-    time = np.array([time for time, _ in rows], dtype=np.int64)
-    q = _table([state.position for _, state in rows], names, "positions", path)
-    has_rates = all(len(state.velocity) for _, state in rows)
-    qd = _table([s.velocity for _, s in rows], names, "velocities", path) if has_rates else None
-    return JointStates(names, (time - time[0]) / 1e9, q, qd)
-
-
-def _table(rows: list[Any], names: Sequence[str], what: str, path: Path) -> FloatArray:
-    if any(len(row) != len(names) for row in rows):
-        raise InputError(f"its joint states have not as many {what} as names", file=path)
-    return np.array(rows, dtype=np.float64).reshape(len(rows), len(names))

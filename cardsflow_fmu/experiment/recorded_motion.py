@@ -27,6 +27,7 @@ FILE_TYPES = (".csv", ".npy", ".npz", *OPENSIM, *RECORDINGS)
 _UNITS = {"s": 1.0, "ms": 1e-3, "rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "mm": 1e-3}
 _LETTERS: Mapping[Space, str] = {"joint": "q", "operational": "y"}
 _ENDINGS = ("", "d", "dd")
+_TOO_MANY = f"holds more than {limits.MOTION_VALUES} numbers"
 
 Columns = Mapping[str, FloatArray]
 
@@ -75,7 +76,7 @@ def read_recorded(
             joints = spaces["joint"].names if "joint" in spaces else ()
             columns: Columns = read_joint_states(file, joints).columns()
         elif file.suffix.lower() == ".csv":
-            names, rows = read_csv(file, what="table of numbers")
+            names, rows = read_csv(file, what="table of numbers", most=limits.MOTION_VALUES)
             columns = dict(zip(names, rows.T, strict=True))
         elif file.suffix.lower() in OPENSIM:
             columns = joint_columns(read_opensim_table(file), lengths)
@@ -128,7 +129,10 @@ def motion_of_rows(rows: Any, spaces: Mapping[Space, Names], noise: float | None
 
 def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
     if file.suffix.lower() == ".npy":
-        return _named(_array(read_file(file, limits.ARRAYS)), spaces)
+        array = _array(read_file(file, limits.ARRAYS))
+        if _count(array) > limits.MOTION_VALUES:
+            raise InputError(_TOO_MANY)
+        return _named(array, spaces)
     with opened_archive(file, "NumPy file") as archive:
         entries = archive.infolist()
         if sum(entry.file_size for entry in entries) > limits.ARRAYS:
@@ -136,6 +140,8 @@ def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
         arrays = {
             entry.filename.removesuffix(".npy"): _array(archive.read(entry)) for entry in entries
         }
+    if sum(map(_count, arrays.values())) > limits.MOTION_VALUES:
+        raise InputError(_TOO_MANY)
     columns: dict[str, FloatArray] = {}
     for name, array in arrays.items():
         numbers = _numbers(array, name)
@@ -151,6 +157,13 @@ def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
         else:
             raise InputError(f"has {numbers.ndim} dimensions, not 1 or 2", key=name)
     return columns
+
+
+def _count(array: np.ndarray[Any, Any]) -> int:
+    """How many numbers there are, with those of all fields; a byte may be one."""
+    kind = array.dtype
+    fields = [kind[name].shape for name in kind.names or ()]
+    return array.size * sum(map(math.prod, fields or [()]))
 
 
 def _array(data: bytes) -> np.ndarray[Any, Any]:
@@ -212,6 +225,9 @@ def _recorded(
     if qd is None and qdd is not None:
         raise InputError(f"has accelerations without velocities {letter}d.{names[0]}, ...")
     assert q is not None
+    if len(q) > limits.MOTION_ROWS or q.size > limits.MOTION_POSITIONS:
+        most = f"{limits.MOTION_ROWS} rows or {limits.MOTION_POSITIONS} positions"
+        raise InputError(f"has more than {most}; give fewer a second, or a part of the motion")
     times = columns["time"]
     moved = times - times[:1]
     return times, recorded_trajectory(moved, q, qd, qdd, noise=noise, name=name, space=space)

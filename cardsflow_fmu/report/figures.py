@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Figure
 
@@ -102,7 +103,8 @@ def image(figure: Figure, form: str, *, salt: str = "cardsflow", mark: str | Non
     if form in dates:
         metadata[dates[form]] = None
     memory = io.BytesIO()
-    with mpl.rc_context(STYLE | {"svg.hashsalt": salt}):
+    large = np.errstate(over="ignore", invalid="ignore")  # axes of runs that diverged
+    with mpl.rc_context(STYLE | {"svg.hashsalt": salt}), large:
         figure.savefig(memory, format=form, dpi=150, metadata=metadata)
     figure.set_layout_engine("none")  # it is laid out now, for other formats as well
     return memory.getvalue()

@@ -46,6 +46,7 @@ class Speed:
     first_step_after: float
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of a run that diverged
 def summarize(
     experiment: Experiment,
     recording: Recording,

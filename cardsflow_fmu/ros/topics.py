@@ -54,9 +54,16 @@ _FLAGS = ("infeasible", "not_converged", "limits_dropped")
 _FORCES = ("f", "u", "tension")
 
 
+_LATEST = 2.0**63 - 1024.0
+"""The latest time that messages hold, in [ns]; later ones, and what is no time, are there."""
+
+
 def nanoseconds(time: FloatArray) -> NDArray[np.int64]:
     """Times in [s] as whole [ns]."""
-    return np.rint(1e9 * time).astype(np.int64)
+    with np.errstate(over="ignore"):
+        whole = np.nan_to_num(np.rint(1e9 * time), nan=_LATEST)
+    times: NDArray[np.int64] = np.clip(whole, -_LATEST, _LATEST).astype(np.int64)
+    return times
 
 
 class RowTopics:

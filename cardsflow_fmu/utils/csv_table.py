@@ -43,7 +43,11 @@ def row_text(row: FloatArray) -> str:
 
 
 def read_csv(
-    file: Path, *, complete: bool = True, what: str = "table of results"
+    file: Path,
+    *,
+    complete: bool = True,
+    what: str = "table of results",
+    most: int = limits.VALUES,
 ) -> tuple[tuple[str, ...], FloatArray]:
     """The names and the rows of a table, shape (rows, len(names)).
 
@@ -53,13 +57,14 @@ def read_csv(
         file: The table.
         what: What it should be, for messages.
         complete: Whether the last line has been written whole; otherwise it counts only if it ends.
+        most: So many numbers are taken; more are refused.
 
     Raises:
         InputError: It is no table of numbers.
     """
     try:
         with opened_file(file, limits.TABLE) as binary:
-            require_bounded(binary, file)
+            require_bounded(binary, file, most)
             stream = io.TextIOWrapper(binary, encoding="utf-8-sig")
             header = stream.readline().rstrip("\n")
             delimiter = next((sign for sign in ",;\t" if sign in header), ",")
@@ -79,12 +84,13 @@ def read_csv(
     return names, rows
 
 
-def require_bounded(stream: BinaryIO, file: Path, between: bytes = b",;\t\n\r") -> None:
+def require_bounded(stream: BinaryIO, file: Path, most: int, between: bytes = b",;\t\n\r") -> None:
     """Refuse a table that would take too much memory, and go back to its beginning.
 
     Args:
         stream: The file, opened.
         file: Its name.
+        most: So many numbers are taken.
         between: What may stand between two numbers.
 
     Raises:
@@ -99,8 +105,8 @@ def require_bounded(stream: BinaryIO, file: Path, between: bytes = b",;\t\n\r") 
             raise InputError(f"holds a line of more than {limits.LINE} bytes", file=file)
         if newline:
             length = len(block) - block.rindex(b"\n") - 1
-    if values > limits.VALUES:
-        raise InputError(f"holds more than {limits.VALUES} numbers", file=file)
+    if values > most:
+        raise InputError(f"holds more than {most} numbers", file=file)
     stream.seek(0)
 
 

@@ -46,7 +46,7 @@ def read_opensim_table(file: Path) -> OpenSimTable:
     """
     try:
         with opened_file(file, limits.TABLE) as binary:
-            require_bounded(binary, file, b" ,;\t\n\r")
+            require_bounded(binary, file, limits.MOTION_VALUES, b" ,;\t\n\r")
             stream = io.TextIOWrapper(binary, encoding="utf-8-sig")
             in_degrees, line = _header(stream, file)
             labels = stream.readline().rstrip("\r\n")

@@ -21,6 +21,7 @@ class CompositeInertia:
         self._first = np.zeros(3)  # moments of mass about the frame's origin
         self._second = np.zeros((3, 3))
 
+    @np.errstate(over="ignore", invalid="ignore")  # the core refuses what is not finite
     def add(self, inertia: Inertia, T_frame_link: FloatArray) -> None:
         """Add a link.
 
@@ -40,6 +41,7 @@ class CompositeInertia:
         return self._first / self.mass if self.mass else np.zeros(3)
 
     @property
+    @np.errstate(over="ignore", invalid="ignore")
     def inertia(self) -> FloatArray:
         """xx, yy, zz, xy, xz, yz about the centre of mass, shape (6,), in [kg·m²]."""
         about = self._second - _shift(self.mass, self.centre)

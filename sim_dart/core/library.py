@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from addin_sdfusion.robot import CardsflowError
+from addin_sdfusion.robot import CardsflowError, InputError
 
 from .arrays import FloatArray, IntArray
 
@@ -171,7 +171,7 @@ class Core:
         blob: From `pack_blob`.
 
     Raises:
-        CardsflowError: The library refuses the blob.
+        InputError: The library refuses the blob.
 
     Attributes:
         handle: First argument of every call.
@@ -184,7 +184,7 @@ class Core:
         message = ctypes.create_string_buffer(256)
         size = core.core_size(address, len(blob), message, len(message))
         if not size:
-            raise CardsflowError(f"the C core refuses the robot: {message.value.decode()}")
+            raise InputError(f"the C core refuses the robot: {message.value.decode()}")
         self._memory = np.empty((size + 7) // 8)
         self.handle = ctypes.c_void_p(core.core_open(address, len(blob), self._memory.ctypes.data))
 

@@ -46,7 +46,8 @@ class Nearest(NamedTuple):
 class Interference:
     """Distances of the muscles and links of a robot.
 
-    A muscle is compared with links that none of its via points is on. A link is the convex hull of
+    A muscle is compared with links that none of its via points is on; one without a path, whose
+    length follows coordinates alone, meets nothing. A link is the convex hull of
     its collision meshes and its shapes, or capsules from joint to joint.
 
     Args:
@@ -85,7 +86,7 @@ class Interference:
         return sorted(found.values(), key=lambda near: near.distance)
 
     def _muscles(self, lines: list[FloatArray], sample: int) -> Iterator[Nearest]:
-        owners = np.repeat(np.arange(len(lines)), [len(line) - 1 for line in lines])
+        owners = np.repeat(np.arange(len(lines)), [max(len(line) - 1, 0) for line in lines])
         starts = np.concatenate([line[:-1] for line in lines] or [np.empty((0, 3))])
         ends = np.concatenate([line[1:] for line in lines] or [np.empty((0, 3))])
         i, j = np.triu_indices(len(owners), 1)
@@ -107,7 +108,7 @@ class Interference:
         for link, solid in self._solids:
             T_world_link = self._skeleton.bodies[link].getWorldTransform().matrix()
             for muscle, line, own in zip(self._robot.muscles, lines, self._own, strict=True):
-                if link not in own:
+                if link not in own and len(line):
                     distance = solid.distance(T_world_link, line)
                     yield Nearest(muscle.name, link, True, distance, sample)
 

@@ -282,6 +282,13 @@ def test_a_mass_beyond_all_numbers_is_refused(step: Path, tables: Tables) -> Non
         step_design(step, replace(tables, density=1e308), ExportSettings())
 
 
+def test_a_body_too_far_for_numbers_is_refused() -> None:
+    solid = kernel("BRepPrimAPI").BRepPrimAPI_MakeBox(1.0, 2.0, 3.0).Shape()
+    far = IDENTITY._replace(p=(1e200, 0.0, -1e200))
+    with pytest.raises(InputError, match="inertia of a body is not finite"):
+        mass_of(solid, far, 1000.0, 0.001)
+
+
 def test_settings_choose_the_links(step: Path, tables: Tables) -> None:
     settings = ExportSettings("other", components=("händ:1", "palm:1"))
     assert step_design(step, tables, settings).settings == settings

@@ -329,3 +329,58 @@ def test_an_archive_that_unpacks_to_much(tmp_path: Path) -> None:
     (tmp_path / "a.ssp").write_bytes(local + entry + end)
     assert zipfile.ZipFile(io.BytesIO(local + entry + end)).infolist()[0].file_size == 1100 * MIB
     assert "larger" in refused(peak(tmp_path, "info", tmp_path / "a.ssp"))
+
+
+def numbers_of_a_byte(file: Path) -> None:
+    rows = np.zeros((40_000_000, 3), np.int8)
+    np.savez_compressed(file, rows=rows)
+
+
+def many_rows(file: Path) -> None:
+    """Of zeros, but for times."""
+    time = np.arange(5_500_000) * 1e-3
+    np.save(file, np.stack([time, 0.0 * time, 0.0 * time], axis=1))
+
+
+def rows_as_text(file: Path) -> None:
+    file.write_bytes(b"time,q.joint_1,q.joint_2\n" + b"0,0,0\n" * 10_000_000)
+
+
+def rows_of_opensim(file: Path) -> None:
+    file.write_bytes(b"endheader\ntime\tjoint_1\n" + b"0\t0\n" * 10_000_000)
+
+
+def messages_in_a_chunk(file: Path) -> None:
+    """Four million in some kilobytes."""
+    zstandard = pytest.importorskip("zstandard")
+
+    def text(content: str) -> bytes:
+        return struct.pack("<I", len(content)) + content.encode()
+
+    def record(kind: int, content: bytes) -> bytes:
+        return struct.pack("<BQ", kind, len(content)) + content
+
+    state = b"\0\1\0\0" + bytes(8) + struct.pack("<I4xIIII", 1, 0, 0, 0, 0)
+    schema = struct.pack("<H", 1) + text("sensor_msgs/msg/JointState") + text("ros2msg") + text("")
+    channel = struct.pack("<HH", 1, 1) + text("/joint_states") + text("cdr") + text("")
+    data = record(3, schema) + record(4, channel)
+    data += record(5, struct.pack("<HIQQ", 1, 0, 0, 0) + state) * 4_000_000
+    packed = zstandard.compress(data)
+    chunk = struct.pack("<QQQI", 0, 0, len(data), 0) + text("zstd")
+    file.write_bytes(b"\x89MCAP0\r\n" + record(6, chunk + struct.pack("<Q", len(packed)) + packed))
+
+
+MOTIONS: dict[str, Callable[[Path], None]] = {
+    "a.npz": numbers_of_a_byte,
+    "a.npy": many_rows,
+    "a.csv": rows_as_text,
+    "a.sto": rows_of_opensim,
+    "a.mcap": messages_in_a_chunk,
+}
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_motions(tmp_path: Path, name: str) -> None:
+    folder = experiment(tmp_path)
+    MOTIONS[name](folder / name)
+    refused(peak(tmp_path, "run", folder, "--set", f"reference={{file='{name}'}}"))

@@ -13,7 +13,7 @@ import pytest
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import Finding, InputError, Subject
 from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.robot.files import file_error
 from cardsflow_fmu.cli.streams import printable
@@ -77,6 +77,16 @@ def test_messages_have_no_control_characters(cardsflow: CommandLine) -> None:
     err = cardsflow.refused("info", "/nowhere\x1b[31m\x9b31m")
     assert "\\x1b[31m\\x9b31m" in err
     assert not {"\x1b", "\x9b"} & set(err)
+
+
+def test_messages_quote_no_more_than_is_read(tmp_path: Path, cardsflow: CommandLine) -> None:
+    word = "a" * 30_000
+    joint = f'<joint name="j" type="fixed"><parent link="{word}"/><child link="b"/></joint>'
+    (tmp_path / "a.urdf").write_text(f'<robot name="r"><link name="b"/>{joint}</robot>')
+    assert len(cardsflow.refused("info", tmp_path / "a.urdf")) < 5000
+    assert len(cardsflow.refused("run", PLANAR_2R, "--set", f"{word}={word}")) < 5000
+    about = Finding("error", "odd", f"no link {word!r}", Subject("link", word))
+    assert len(str(about)) < 5000
 
 
 @pytest.mark.parametrize("digits", [20, 400, 5000])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import sqlite3
 import struct
 from pathlib import Path
 
@@ -13,8 +14,9 @@ from support.command_line import CommandLine
 from support.recorded import COUNT, bag, state, waving
 from support.robots.robots import PLANAR_2R, planar_2r
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment import recorded_messages
 from cardsflow_fmu.experiment.joint_states import read_joint_states
 from cardsflow_fmu.ros.recording import write_recording
 from cardsflow_fmu.signals.ports import coordinate_signals
@@ -67,8 +69,10 @@ def test_what_is_no_recording_of_the_robot_is_told_in_a_line(
     (tmp_path / "no.mcap").write_bytes(b"no recording")
     (tmp_path / "none").mkdir()
     (tmp_path / "none/metadata.yaml").touch()
+    none = bag(tmp_path / "empty", ("/joint_states", ()))
     for path, what in (
         (other, "no column q.joint_1"),
+        (none, "no column q.joint_1"),
         (two, "/left, /right, and none as /joint_states"),
         (tmp_path / "no.mcap", "damaged"),
         (tmp_path / "missing.mcap", "missing.mcap"),
@@ -125,3 +129,72 @@ def test_a_chunk_that_unpacks_to_too_much_is_refused(compression: str, tmp_path:
         (tmp_path / "bomb.mcap").write_bytes(stream.getvalue() + struct.pack("<B", 0))
         with pytest.raises(InputError, match=r"larger than|not as long"):
             read_joint_states(tmp_path / "bomb.mcap")
+
+
+@pytest.mark.parametrize(
+    ("name", "most", "what"),
+    [
+        ("JOINT_STATES", 2 * COUNT - 1, "joint states"),
+        ("ARRAYS", 130 * COUNT, "joint states"),
+        ("RECORDS", 2 * COUNT, "messages"),
+        ("RECORDING", 12_000, "larger than"),
+    ],
+)
+def test_a_folder_of_more_than_memory_holds_is_refused(
+    name: str, most: int, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its files count together."""
+    folder = bag(tmp_path / "bag", ("/joint_states", JOINTS))
+    (file,) = folder.glob("*.mcap")
+    assert len(read_joint_states(folder).time) == COUNT
+    (folder / "bag_1.mcap").write_bytes(file.read_bytes())
+    assert len(read_joint_states(folder).time) == 2 * COUNT
+    monkeypatch.setattr(limits, name, most)
+    with pytest.raises(InputError, match=what):
+        read_joint_states(folder)
+
+
+def test_a_folder_of_many_publishers_is_refused(tmp_path: Path) -> None:
+    names = [(f"joint_{k}",) for k in range(17)]
+    folder = bag(
+        tmp_path / "bag", *(("/joint_states", each * k) for each in names for k in range(60))
+    )
+    with pytest.raises(InputError, match="more than 1000 sets of joints"):
+        read_joint_states(folder)
+
+
+ENDLESS = (
+    "WITH RECURSIVE k(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM k) "
+    "SELECT 1 AS topic_id, i AS timestamp, zeroblob(100000) AS data FROM k"
+)
+LARGE = "data AS (zeroblob(1000000 + 0 * topic_id))"
+
+
+@pytest.mark.parametrize(
+    "messages", [f"VIEW messages AS {ENDLESS}", f"TABLE messages(topic_id, timestamp, {LARGE})"]
+)
+def test_sql_in_a_database_is_not_run(messages: str, tmp_path: Path) -> None:
+    with contextlib.closing(sqlite3.connect(tmp_path / "a.db3")) as database, database:
+        database.execute("CREATE TABLE topics(id, name, type, serialization_format)")
+        topic = (1, "/joint_states", "sensor_msgs/msg/JointState", "cdr")
+        database.execute("INSERT INTO topics VALUES (?, ?, ?, ?)", topic)
+        database.execute(f"CREATE {messages}")
+        if "TABLE" in messages:
+            database.executemany("INSERT INTO messages VALUES (?, ?)", [(1, k) for k in range(9)])
+    with pytest.raises(InputError, match=r"prohibited|not authorized|computed"):
+        read_joint_states(tmp_path / "a.db3")
+
+
+def test_a_search_without_end_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Statistics that say there is one topic lead SQLite to look at all for each message."""
+    monkeypatch.setattr(recorded_messages, "_ROUNDS", 3)
+    with contextlib.closing(sqlite3.connect(tmp_path / "a.db3")) as database, database:
+        database.execute("CREATE TABLE topics(id, name, type, serialization_format)")
+        database.execute("CREATE TABLE messages(topic_id, timestamp, data)")
+        topics = [(k, "/a", "sensor_msgs/msg/JointState", "cdr") for k in range(3000)]
+        database.executemany("INSERT INTO topics VALUES (?, ?, ?, ?)", topics)
+        database.executemany("INSERT INTO messages VALUES (?, 0, 'a')", [(-1,)] * 3000)
+        database.execute("ANALYZE")
+        database.execute("UPDATE sqlite_stat1 SET stat = '1'")
+    with pytest.raises(InputError, match="interrupted"):
+        read_joint_states(tmp_path / "a.db3")

@@ -47,5 +47,15 @@ def test_a_robot_that_cannot_be_simulated_is_shown(tmp_path: Path, cardsflow: Co
     assert f"{problem} cannot be simulated" in cardsflow.refused("init", tmp_path / "robot")
 
 
+def test_a_mass_that_is_too_far_for_numbers_is_told(tmp_path: Path, cardsflow: CommandLine) -> None:
+    robot = planar_2r()
+    links = [replace(k, inertia=replace(k.inertia, com=(-1e308, 1e308, 1.0))) for k in robot.links]
+    write_sdf(replace(robot, links=tuple(links)), tmp_path / "robot")
+    assert "its inertia is not finite" in cardsflow.refused("init", tmp_path / "robot")
+    code, out, _ = cardsflow("check", tmp_path / "robot")
+    assert code == 0
+    assert "its inertia is not finite" in out
+
+
 def test_ideal_cables_are_no_news(cardsflow: CommandLine) -> None:
     assert cardsflow.json("info", PLANAR_2R / "robot")["not_simulated"] == []

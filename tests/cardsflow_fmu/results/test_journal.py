@@ -194,6 +194,13 @@ def test_what_a_killed_run_could_not_say_is_reported_when_it_is_read(tmp_path: P
             assert back.summary[key] == result.summary[key]
         assert back.summary["ticks"] == result.summary["ticks"] + 1  # at the last row, none is due
         assert not back.complete
+    lines = (tmp_path / "results.csv").read_text().splitlines()
+    k = lines[0].split(",").index("q_d.joint_1")
+    cells = lines[1].split(",")
+    lines[1] = ",".join([*cells[:k], "inf", *cells[k + 1 :]])
+    (tmp_path / "results.csv").write_text("\n".join([*lines, ""]))
+    with opened_run(tmp_path) as back:
+        assert back.summary["tracking"]["max"] == np.inf
 
 
 @pytest.mark.slow

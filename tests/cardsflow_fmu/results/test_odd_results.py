@@ -81,6 +81,7 @@ DRAWN: dict[str, Change] = {
     "crlf": table(lambda lines: [line + b"\r" for line in lines[:-1]] + [b""]),
     "one time": table(lambda lines: [lines[0], *[lines[1]] * 20, b""]),
     "no forces": head(b"f.cable_1,", b"fff,"),
+    "late tick": note("solve_times.csv", "time,solve_time\n1e308,7e-6\n"),
     "long name": head(b"slack", b"x" * 100_000),
 }
 """What is odd, and can be drawn all the same."""

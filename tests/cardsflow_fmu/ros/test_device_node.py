@@ -34,7 +34,8 @@ def device(*words: str) -> Iterator[subprocess.Popen[str]]:
     """A device in a process of its own."""
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "device", str(PLANAR_2R), *words]
     command += ["--listen", "udp://127.0.0.1:0", "--watchdog", "5000", "--json"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    with subprocess.Popen(command, **pipes, text=True) as process:
         try:
             yield process
         finally:
@@ -55,7 +56,8 @@ def lines_until(process: subprocess.Popen[str], what: str) -> list[str]:
 
 def check_a_run(cardsflow: CommandLine, out: Path, uri: str) -> None:
     with device("--ros2", f"{uri}timeout=4&node=arm") as process:
-        lines_until(process, "commands from /left/device_commands, ramped down after 4 s")
+        said = lines_until(process, "commands from /left/device_commands, ramped down after 4 s")
+        assert any("warning: ros2://" in line and "no key" in line for line in said)
         words: Sequence[object] = ("--set", "run.duration=0.3", "--json", "-o", out)
         code, printed, err = cardsflow(
             "run", PLANAR_2R, "--hardware", f"{uri}timeout=4&node=controller", *words

@@ -25,6 +25,7 @@ from cardsflow_fmu.middleware import types
 from cardsflow_fmu.middleware.cdr import message_rows
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.ros.recording import convert_run, write_recording
+from cardsflow_fmu.ros.topics import nanoseconds
 from cardsflow_fmu.signals.ports import coordinate_signals, motor_signals, muscle_signals
 from cardsflow_fmu.viewer.scene.link_poses import link_poses
 from sim_dart import MusclePaths
@@ -318,6 +319,12 @@ def test_a_run_leaves_a_recording_where_it_is_asked_for(tmp_path: Path) -> None:
     np.testing.assert_array_equal(times[np.isfinite(times)], result.solve_times[:, 1])
     run(Experiment.load(PLANAR_2R, {"run.duration": 0.01}), tmp_path / "out", through="direct")
     assert not (tmp_path / "out/recording.mcap").exists()
+
+
+def test_times_are_nanoseconds_and_the_latest_where_there_are_none_so_late() -> None:
+    times = nanoseconds(np.array([-1e-9, 1.5, 1e300, np.inf, -np.inf, np.nan]))
+    assert times[:2].tolist() == [-1, 1_500_000_000]
+    assert (np.abs(times[2:]) > 9.2e18).all()
 
 
 def test_a_run_without_rows_and_files_of_others_are_refused(tmp_path: Path) -> None:

@@ -13,7 +13,18 @@ from scipy.optimize import minimize
 from support.robots.random_robots import random_robot
 from support.robots.worlds import two_link_arm, write_box_mesh
 
-from addin_sdfusion.robot import WORLD, CableSet, Link, Mesh, Muscle, Pose, Robot, Shape, ViaPoint
+from addin_sdfusion.robot import (
+    WORLD,
+    CableSet,
+    CoordinateTerm,
+    Link,
+    Mesh,
+    Muscle,
+    Pose,
+    Robot,
+    Shape,
+    ViaPoint,
+)
 from sim_dart.dart.interference import Interference, segment_distances
 from sim_dart.scene import Scene
 
@@ -106,6 +117,16 @@ def test_muscles_of_one_attachment_do_not_meet_there() -> None:
     )
     robot = replace(arm, cable_sets=(CableSet("all", pair),))
     assert Interference(robot, Scene(links="none")).nearest([np.zeros(2)]) == []
+
+
+def test_a_muscle_without_a_path_meets_nothing() -> None:
+    robot = crossing()
+    terms = (CoordinateTerm(two_link_arm().coordinates[0].name, 0.05),)
+    fixed = Muscle("fixed", (), terms=terms)
+    more = replace(robot, cable_sets=(CableSet("all", (fixed, *robot.muscles)),))
+    for scene in (Scene(links="none"), Scene(links="capsules", capsule_radius=0.03)):
+        near = Interference(robot, scene).nearest([np.array([-0.7, 0.0])])
+        assert Interference(more, scene).nearest([np.array([-0.7, 0.0])]) == near
 
 
 def test_a_muscle_is_as_far_from_a_links_capsule_as_from_its_axis_less_the_radius() -> None:

@@ -121,6 +121,10 @@ def _motion(kind: str) -> Callable[[Path], None]:
             np.save(folder / "motion.npy", np.column_stack([time, q]))
         elif kind == "npz":
             np.savez(folder / "motion.npz", **columns)
+        elif kind == "sto":
+            table, head = np.stack(list(columns.values()), axis=1), "\t".join(["time", *names])
+            head = f"motion\nversion=1\nnRows=51\nnColumns=3\ninDegrees=no\nendheader\n{head}"
+            np.savetxt(folder / "motion.sto", table, delimiter="\t", header=head, comments="")
         else:
             table, head = np.stack(list(columns.values()), axis=1), ",".join(columns)
             np.savetxt(folder / "motion.csv", table, delimiter=",", header=head, comments="")
@@ -153,10 +157,15 @@ def _study(folder: Path) -> None:
     (folder / "study.toml").write_text(text)
 
 
-def _results(folder: Path) -> None:
-    run(Experiment.load(PLANAR_2R, SHORT), output=folder)
+def _results(folder: Path, **settings: Any) -> None:
+    run(Experiment.load(PLANAR_2R, SHORT | settings), output=folder)
     for name in ("plant.fmu", "controller.fmu", "reference.fmu", "tracking.png", "tracking.svg"):
         (folder / name).unlink(missing_ok=True)
+
+
+def _calibration(folder: Path) -> None:
+    _results(folder, **{"run.duration": 0.5})
+    shutil.copytree(PLANAR_2R / "robot", folder / "robot")
 
 
 def _recording(folder: Path) -> None:
@@ -435,12 +444,14 @@ _TABLES = (
     *("--joints", "joints.csv", "--muscles", "muscles.csv"),
     *("--materials", "materials.csv", "--wraps", "wraps.csv"),
 )
+_CALIBRATE = ("calibrate", ".", "--robot", "robot", "--free", "muscles.*.offset", "-o", "x")
 _CHECK = ("check", "experiment.toml")
 _ROBOT = [
     ("check", "."),
     ("info", "."),
     ("check", ".", "--for", "osim"),
     ("check", ".", "--for", "mjcf"),
+    ("init", ".", "-o", "x.toml"),
 ]
 _MESH = [("view", ".", "--html", "a.html"), _hull]
 _EXPORT = ("addin", "export-snapshot", "design.json", "-o", "x")
@@ -452,6 +463,12 @@ KINDS: dict[str, Kind] = {
     "npz": Kind(_motion("npz"), "motion.npz", [_CHECK]),
     "npy": Kind(_motion("npy"), "motion.npy", [_CHECK]),
     "csv": Kind(_motion("csv"), "motion.csv", [_CHECK, ("compare", "motion.csv", "motion.csv")]),
+    "sto": Kind(
+        _motion("sto"),
+        "motion.sto",
+        [_CHECK, ("activations", "robot", "--motion", "motion.sto", "-o", "x")],
+    ),
+    "calibration": Kind(_calibration, "*.*", [_CALIBRATE]),
     "parquet": Kind(_parquet, "a.parquet", [("compare", "a.parquet", "a.parquet")]),
     "experiment": Kind(_experiments, "experiment.toml", [_CHECK]),
     "device": Kind(_experiments, "experiment.toml", [("device", "experiment.toml", *_PLAY)]),

@@ -51,6 +51,7 @@ TEXT = (
     ".config",
     ".step",
     ".yaml",
+    ".sto",
 )
 ARCHIVES = (".fmu", ".ssp", ".npz", ".zip")
 UNREADABLE = (zipfile.BadZipFile, zlib.error, ValueError, RuntimeError, OSError, EOFError)

@@ -1,0 +1,187 @@
+"""Messages with joint states in files of ROS 2: MCAP, and rosbag2's databases."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sqlite3
+import struct
+import zlib
+from collections.abc import Iterator
+from itertools import count
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from addin_sdfusion.robot import InputError, limits
+from addin_sdfusion.robot.files import opened_file
+from cardsflow_fmu.utils.extras import require
+
+TYPE = "sensor_msgs/msg/JointState"
+
+_MOST_BYTES = limits.MIB
+"""Of a message: thousands of joints."""
+
+_TABLES = (
+    "SELECT topics.name, messages.timestamp, messages.data FROM messages "
+    "JOIN topics ON messages.topic_id = topics.id "
+    "WHERE topics.type = ? AND topics.serialization_format = 'cdr' AND length(messages.data) < ?"
+)
+_COMPUTED = "SELECT count(*) FROM pragma_table_xinfo(?) WHERE hidden"
+_OPERATIONS, _ROUNDS = 1_000_000, 300
+"""Of SQLite, and how often so many are counted: a million messages take 20 rounds."""
+
+_MAGIC = b"\x89MCAP0\r\n"
+_FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 2, 3, 4, 5, 6
+_RECORD, _CHUNK_HEAD = struct.Struct("<BQ"), struct.Struct("<QQQI")
+_MESSAGE_HEAD = struct.Struct("<HIQQ")
+
+
+class Message(NamedTuple):
+    """A message: topic, when it was recorded in [ns], its bytes."""
+
+    topic: str
+    time_ns: int
+    content: bytes
+
+
+class Budget:
+    """What the files of a recording may still take."""
+
+    def __init__(self) -> None:
+        self._unpacked, self._bytes = limits.RECORDING, limits.ARRAYS
+        self._records, self._messages = count(1), count(1)
+
+    def unpack(self, size: int) -> None:
+        """Take the bytes of a chunk."""
+        self._unpacked -= size
+        if self._unpacked < 0:
+            raise InputError(f"unpacked it {limits.too_large(limits.RECORDING)}")
+
+    def take_record(self) -> None:
+        """Take a record, of messages of any kind."""
+        if next(self._records) > limits.RECORDS:
+            raise InputError(f"holds more than {limits.RECORDS} messages")
+
+    def take(self, message: Message) -> None:
+        """Take a message with joint states."""
+        self._bytes -= len(message.content)
+        if next(self._messages) > limits.JOINT_STATES or self._bytes < 0:
+            most = (
+                f"{limits.JOINT_STATES} joint states or {limits.ARRAYS // limits.MIB} MiB of them"
+            )
+            raise InputError(f"holds more than {most}; record fewer a second, or cut it")
+
+
+def messages(file: Path, budget: Budget) -> Iterator[Message]:
+    """The messages with joint states in a .mcap or a .db3; damage shows in errors of any kind."""
+    read = _mcap_messages if file.suffix.lower() == ".mcap" else _database_messages
+    for message in read(file, budget):
+        budget.take(message)
+        yield message
+
+
+def _database_messages(file: Path, _: Budget) -> Iterator[Message]:
+    """Those in tables as rosbag2 makes them.
+
+    SQL in a stranger's database is not run: no views, no computed columns, and no endless search.
+    """
+    with opened_file(file, limits.RECORDING):
+        pass
+    place = f"{file.resolve().as_uri()}?mode=ro&immutable=1"
+    with contextlib.closing(sqlite3.connect(place, uri=True)) as database:
+        rounds = count(1)
+        database.set_progress_handler(lambda: next(rounds) > _ROUNDS, _OPERATIONS)
+        for table in ("topics", "messages"):
+            if database.execute(_COMPUTED, (table,)).fetchone()[0]:
+                raise InputError(f"its table {table} has columns that are computed")
+        database.set_authorizer(_reads_tables)
+        yield from map(Message._make, database.execute(_TABLES, (TYPE, _MOST_BYTES)))
+
+
+def _reads_tables(
+    action: int, _: str | None, name: str | None, __: str | None, view: str | None
+) -> int:
+    """Whether a part of a query reads plain tables, for SQLite's authorizer."""
+    is_read = view is None and action in (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ)
+    is_length = action == sqlite3.SQLITE_FUNCTION and name == "length"
+    return sqlite3.SQLITE_OK if is_read or is_length else sqlite3.SQLITE_DENY
+
+
+def _mcap_messages(file: Path, budget: Budget) -> Iterator[Message]:
+    """Those of an MCAP file, also of one whose end is missing (mcap.dev/spec)."""
+    types: dict[int, str] = {}
+    topics: dict[int, str] = {}
+    with opened_file(file, limits.RECORDING) as stream:
+        if stream.read(len(_MAGIC)) != _MAGIC:
+            raise ValueError("it is no MCAP file")
+        for kind, content in _unpacked(stream, budget):
+            if kind == _SCHEMA:
+                (own,) = struct.unpack_from("<H", content)
+                types[own], _ = _text(content, 2)
+            elif kind == _CHANNEL:
+                own, schema = struct.unpack_from("<HH", content)
+                topic, end = _text(content, 4)
+                if types.get(schema) == TYPE and _text(content, end)[0] == "cdr":
+                    topics[own] = topic
+            elif kind == _MESSAGE:
+                channel, _, time_ns, _ = _MESSAGE_HEAD.unpack_from(content)
+                if channel in topics:
+                    yield Message(topics[channel], time_ns, content[_MESSAGE_HEAD.size :])
+
+
+def _unpacked(stream: BinaryIO, budget: Budget) -> Iterator[tuple[int, bytes]]:
+    """Records by kind, those of chunks in their place."""
+    for kind, content in _records(stream, budget):
+        if kind == _FOOTER:
+            return
+        if kind != _CHUNK:
+            yield kind, content
+            continue
+        _, _, size, checksum = _CHUNK_HEAD.unpack_from(content)
+        compression, end = _text(content, _CHUNK_HEAD.size)
+        budget.unpack(size)
+        data = _decompressed(compression, memoryview(content)[end + 8 :], size)
+        if checksum not in (0, zlib.crc32(data)):
+            raise ValueError("a checksum is wrong")
+        yield from _records(io.BytesIO(data), budget)
+
+
+def _records(stream: BinaryIO, budget: Budget) -> Iterator[tuple[int, bytes]]:
+    """Kind and content of one record after another; the last is left out where its end is."""
+    while len(head := stream.read(_RECORD.size)) == _RECORD.size:
+        budget.take_record()
+        kind, length = _RECORD.unpack(head)
+        if length > limits.RECORDING:
+            raise ValueError("a record is longer than files may be")
+        if len(content := stream.read(length)) < length:
+            return
+        yield kind, content
+
+
+def _text(content: bytes, place: int) -> tuple[str, int]:
+    """A text after its length, and where it ends."""
+    (length,) = struct.unpack_from("<I", content, place)
+    end = place + 4 + length
+    return content[place + 4 : end].decode(), end
+
+
+def _decompressed(compression: str, data: memoryview, size: int) -> bytes:
+    """The content of a chunk, whatever it says of itself no more than it announces."""
+    if not compression:
+        return bytes(data)
+    if compression == "zstd":
+        require("recordings of ROS 2 with compressed messages", "ros2", "zstandard")
+        import zstandard
+
+        with zstandard.ZstdDecompressor().stream_reader(io.BytesIO(data)) as stream:
+            content = stream.read(size + 1)
+    elif compression == "lz4":
+        require("recordings of ROS 2 with compressed messages", "ros2", "lz4.frame")
+        import lz4.frame
+
+        content = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+    else:
+        raise ValueError(f"its compression {compression!r} is not known")
+    if len(content) != size:
+        raise ValueError("a chunk is not as long as it says")
+    return bytes(content)
