@@ -53,6 +53,7 @@ _AT_START: dict[str, dict[str, str]] = {
     "hill_degroote2016": _HILL,
     "hill_millard2012": _HILL,
     "hill_thelen2003": _HILL,
+    "hill_schutte1993": _HILL,
 }
 """What tension and states follow from at the start, by law: command, path length, its rate.
 

@@ -54,6 +54,10 @@ def inertias(robot: Robot) -> Iterator[Finding]:
 
 def moving_bodies(robot: Robot) -> Iterator[Finding]:
     """Every last moving body has inertia about, or mass along, its joint."""
+    if robot.joints and all(not any(_own_inertia(link)) for link in robot.links):
+        problem = "no link has a mass: it has lengths and moment arms, but it cannot be simulated"
+        yield warning(Subject("robot", robot.name), "no-masses", problem)
+        return
     links = {link.name: link for link in robot.links}
     carried: dict[str, list[Joint]] = {}
     for joint in robot.joints:
@@ -78,6 +82,11 @@ def moving_bodies(robot: Robot) -> Iterator[Finding]:
                 "or an inertia about it"
             )
             yield error(subject, "no-inertia-about-axis", problem)
+
+
+def _own_inertia(link: Link) -> tuple[float, ...]:
+    of = link.inertia
+    return of.mass, of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz
 
 
 def inertia_about_axis(robot: Robot) -> Iterator[Finding]:

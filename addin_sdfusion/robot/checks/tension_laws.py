@@ -202,6 +202,7 @@ _RULES: dict[str, tuple[Callable[[Values], Iterator[str]], ...]] = {
         _millard_tendon,
     ),
     "hill_thelen2003": (_tendon, _thelen_velocity),
+    "hill_schutte1993": (_tendon,),
     "mujoco_muscle": (_mujoco,),
     "tendon_spring": (_tendon_spring,),
 }

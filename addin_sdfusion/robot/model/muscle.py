@@ -17,6 +17,7 @@ CableKind = Literal[
     "hill_degroote2016",
     "hill_millard2012",
     "hill_thelen2003",
+    "hill_schutte1993",
     "ligament_blankevoort1991",
     "mujoco_muscle",
     "passive_spring",

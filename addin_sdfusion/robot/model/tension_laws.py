@@ -23,6 +23,7 @@ from .tension_parameters import (
     PATH_SPRING,
     ROBOY_MYO_MUSCLE,
     ROBOY_TEST_BENCH,
+    SCHUTTE,
     SPRING,
     TENDON_SPRING,
     THELEN,
@@ -113,6 +114,9 @@ TENSION_LAWS: dict[str, TensionLaw] = {
                    _EXCITATION, _HILL_STATES),
         TensionLaw("hill_thelen2003", "a muscle of Hill's type with Thelen's curves",
                    "Thelen 2003, J. Biomech. Eng. 125", THELEN, _EXCITATION, _HILL_STATES),
+        TensionLaw("hill_schutte1993", "a muscle of Hill's type with curves through points",
+                   "Schutte, Rodgers, Zajac & Glaser 1993, IEEE Trans. Rehabil. Eng. 1; curves of "
+                   "OpenSim's model of the wrist", SCHUTTE, _EXCITATION, _HILL_STATES),
         TensionLaw("ligament_blankevoort1991", "a ligament: a toe, then a line; damped when pulled",
                    "Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24", LIGAMENT),
         TensionLaw("mujoco_muscle", "MuJoCo's muscle, of Hill's type with a rigid tendon",

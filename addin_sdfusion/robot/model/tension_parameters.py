@@ -230,6 +230,10 @@ THELEN = _hill(0.015, 0.05, 0.01, (
               "beyond which it goes on as a line", open_low=True),
 ))  # fmt: skip
 
+SCHUTTE = _hill(0.1 / 9.126854, 0.1 / 1.459854, 0.0, (
+    _natural("fibre_damping", "1", 0.1, "force over F0 at the largest contraction velocity"),
+))  # fmt: skip
+
 MUJOCO = (
     Parameter("force", "N", None, -math.inf, math.inf, "F: largest active force; negative: scale / "
               "acc0"),

@@ -56,6 +56,7 @@
     P(tendon_strain)                                                                                   \
     P(passive_fibre_strain)                                                                            \
     P(active_shape) P(passive_shape) P(concentric_shape) P(eccentric_force) P(linear_from)
+#define SCHUTTE_PARAMETERS(P) HILL_PARAMETERS(P) P(fibre_damping)
 #define LIGAMENT_PARAMETERS(P)                                                                         \
     P(linear_stiffness) P(transition_strain) P(damping_coefficient) P(slack_length)
 #define MUJOCO_PARAMETERS(P)                                                                           \
@@ -101,6 +102,7 @@
     LAW(hill_degroote2016, DE_GROOTE, DE_GROOTE_PARAMETERS)                                            \
     LAW(hill_millard2012, MILLARD, MILLARD_PARAMETERS)                                                 \
     LAW(hill_thelen2003, THELEN, THELEN_PARAMETERS)                                                    \
+    LAW(hill_schutte1993, SCHUTTE, SCHUTTE_PARAMETERS)                                                 \
     LAW(ligament_blankevoort1991, LIGAMENT, LIGAMENT_PARAMETERS)                                       \
     LAW(mujoco_muscle, MUJOCO, MUJOCO_PARAMETERS)                                                      \
     LAW(path_spring, PATH_SPRING, PATH_SPRING_PARAMETERS)                                              \

@@ -42,6 +42,7 @@
 #include "../laws/hill/hill.c"
 #include "../laws/hill/law_degroote.c"
 #include "../laws/hill/law_millard.c"
+#include "../laws/hill/law_schutte.c"
 #include "../laws/hill/law_thelen.c"
 #include "../laws/law_cables.c"
 #include "../laws/law_ligament.c"

@@ -47,6 +47,7 @@ SOUND: dict[str, dict[str, float]] = {
     "hill_degroote2016": HILL,
     "hill_millard2012": HILL,
     "hill_thelen2003": HILL,
+    "hill_schutte1993": HILL,
     "ligament_blankevoort1991": {"linear_stiffness": 5000.0, "slack_length": 0.28},
     "mujoco_muscle": {"force": 1000.0, "length_low": 0.2, "length_high": 0.35},
     "path_spring": {"stiffness": 5000.0, "rest_length": 0.28, "dissipation": 0.01},

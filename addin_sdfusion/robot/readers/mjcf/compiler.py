@@ -68,7 +68,7 @@ class Compiler:
             return _of_axes(node.numbers_attribute("xyaxes", 6))
         if given[0] == "zaxis":
             return to_z(node.vector_attribute("zaxis"))
-        return self._of_euler(node.vector_attribute("euler"))
+        return self.of_euler(node.vector_attribute("euler"))
 
     def place(self, node: Node) -> Transform:
         """The position and rotation of an element."""
@@ -82,7 +82,8 @@ class Compiler:
             return Pose(T.p, (x, y, z))
         return T.pose()
 
-    def _of_euler(self, angles: Vector3) -> Matrix3:
+    def of_euler(self, angles: Vector3) -> Matrix3:
+        """The rotation of Euler angles of the file."""
         R = IDENTITY.R
         for letter, angle in zip(self.sequence, angles, strict=True):
             axis = AXES[letter.lower()]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from ...finding import Subject
@@ -14,6 +14,7 @@ from ...model.rotations import normalized
 from ..xml import Node
 from .coordinates import read_coordinate
 from .document import text
+from .ellipsoid_joints import ellipsoid_joint, scapulothoracic_joint
 from .frames import Frames, pose_of
 from .functions import read_terms
 
@@ -40,6 +41,12 @@ CLASSES: dict[str, Moves] = {
     ),
 }
 """Kind, axis and coordinate of each motion; translations are in the parent's frame."""
+GLIDING: dict[str, Callable[[Node], tuple[Motion, ...]]] = {
+    "EllipsoidJoint": ellipsoid_joint,
+    "ScapulothoracicJoint": scapulothoracic_joint,
+}
+"""Joints over an ellipsoid."""
+OF_ANGULAR_VELOCITY = ("BallJoint", "FreeJoint", *GLIDING)
 DEFAULT_NAMES = {6: ("rx", "ry", "rz", "tx", "ty", "tz"), 3: ("rx", "ry", "rz")}
 AXES = {
     "translation1": X,
@@ -66,12 +73,14 @@ def read_joint(node: Node, frames: Frames) -> Joint:
         motions = _custom(node, [c.attribute("name") for c in named])
     elif node.tag in CLASSES:
         motions = tuple(Motion(*move) for move in CLASSES[node.tag])
+    elif node.tag in GLIDING:
+        motions = GLIDING[node.tag](node)
     else:
-        known = ", ".join((CUSTOM, *CLASSES))
+        known = ", ".join((CUSTOM, *CLASSES, *GLIDING))
         problem = f"<{node.tag}> is not supported; supported are {known}"
         node.error("unsupported-joint", problem)
         motions = ()
-    if node.tag in ("BallJoint", "FreeJoint"):
+    if node.tag in OF_ANGULAR_VELOCITY:
         problem = (
             "its speeds are the rates of its three angles here, those of OpenSim the angular "
             "velocity; it moves the same"

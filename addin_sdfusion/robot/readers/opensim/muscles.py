@@ -6,8 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import cast
 
+from ...checks.driven import function_fault
 from ...finding import Subject
+from ...model import function
 from ...model.muscle import CableKind, CableModel, Muscle
+from ...model.schutte_curves import RANGES, SCHUTTES_CURVES
 from ...model.tension_laws import TENSION_LAWS
 from ...writers.opensim.muscles import (
     CLASSES,
@@ -18,6 +21,7 @@ from ...writers.opensim.muscles import (
 )
 from ..xml import Node
 from .document import is_true
+from .functions import read_terms
 from .paths import Surroundings, geometry_path, read_points, read_wraps
 
 KINDS: dict[str, CableKind] = {
@@ -33,6 +37,8 @@ DEFAULTS: dict[str, dict[str, float]] = {
 """OpenSim's own values of what our laws want to be given."""
 
 
+SAME = 1e-9
+"""Over F0: curves that are no further apart are the same."""
 STRENGTH = "max_isometric_force"
 """What all muscles of OpenSim have, and other forces along paths have not."""
 
@@ -54,8 +60,10 @@ def read_muscle(node: Node, around: Surroundings) -> Muscle | None:
         node.warning("muscle-left-out", problem)
         return None
     path = geometry_path(node)
-    points = [] if path is None else read_points(path, around)
-    wraps = () if path is None else tuple(read_wraps(path, around, len(points)))
+    if path is None:
+        return None
+    points = read_points(path, around)
+    wraps = tuple(read_wraps(path, around, len(points)))
     muscle = Muscle(node.subject.name, tuple(points), wraps=wraps)
     if node.tag == "PathActuator":
         return _actuator(node, muscle)
@@ -96,6 +104,9 @@ def _parameters(node: Node) -> Iterator[tuple[str, float]]:
         if is_true(node, "ignore_activation_dynamics", False):
             problem = "its activation is its excitation in the file; here it follows with a delay"
             node.warning("activation-dynamics", problem)
+    if kind == "hill_schutte1993":
+        values |= {"elastic_tendon": 1.0, **_schuttes_times(node)}
+        _note_other_curves(node, values["max_isometric_force"])
     if kind == "hill_millard2012":
         for curve, names in MILLARDS_CURVES.items():
             child = node.optional(curve)
@@ -108,6 +119,47 @@ def _parameters(node: Node) -> Iterator[tuple[str, float]]:
     for name, value in taken_by_opensim(kind, known).items():
         if value != law[name]:
             yield name, value
+
+
+def _schuttes_times(node: Node) -> dict[str, float]:
+    """Rates that are given over a scale of time, as time constants."""
+    scale = node.number("time_scale", 0.1)
+    rise, fall = node.number("activation1", 7.667), node.number("activation2", 1.459854)
+    if not (scale > 0.0 and fall > 0.0 and rise + fall > 0.0):
+        problem = "time_scale, activation2 and its sum with activation1 must be above 0"
+        node.error("bad-law-parameter", problem)
+        return {}
+    return {
+        "max_contraction_velocity": 1.0 / scale,
+        "activation_time_constant": scale / (rise + fall),
+        "deactivation_time_constant": scale / fall,
+    }
+
+
+def _note_other_curves(node: Node, most: float) -> None:
+    """Curves that are not those of the law, with the force that this makes."""
+    by_name = {child.attribute("name", ""): child for child in node.all("SimmSpline")}
+    for name, ours in SCHUTTES_CURVES.items():
+        if name not in by_name:
+            problem = f"no {name}: OpenSim has another one then; the wrist model's is taken"
+            node.warning("muscle-curves", problem)
+            continue
+        terms = [f for _, f in read_terms(by_name[name], ["strain"])]
+        low, high = RANGES[name]
+        fault = "".join(map(function_fault, terms))
+        if fault:
+            by_name[name].error("bad-function", f"its {name}: a {fault}")
+            continue
+        at = [low + k / 200 * (high - low) for k in range(201)]
+        off = max(
+            abs(sum(function.value(f, x) for f in terms) - function.value(ours, x)) for x in at
+        )
+        if off > SAME:
+            problem = (
+                f"its {name} is left out: the wrist model's is taken, which is up to "
+                f"{off * most:.3g} N off"
+            )
+            by_name[name].warning("muscle-curves", problem)
 
 
 def _implied_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:

@@ -36,13 +36,14 @@ class Surroundings:
 
 
 def geometry_path(node: Node) -> Node | None:
-    """The path of a muscle; an error is noted where there is none, or one of another kind."""
+    """The path of a muscle; where there is none, or one of another kind, that is noted."""
     for holder in (node, *node.all("path")):
         for path in holder.all("GeometryPath"):
             return path
     others = [child.tag for child in node.all() if child.tag.endswith("Path")]
     what = f"a <{others[0]}>" if others else "no <GeometryPath>"
-    node.error("unsupported-path", f"it has {what}; its path is to be one of points")
+    problem = f"it has {what}; only paths through points are supported: it is left out"
+    node.warning("muscle-left-out", problem)
     return None
 
 

@@ -70,7 +70,8 @@ def _read(node: Node, name: str, link: str, T_link_frame: Transform) -> WrapObje
         surface = WrapSurface(name, link, "ellipsoid", a, pose, half_axes=(b, c))
         return WrapObject(surface, quadrant)
     known = ", ".join(SHAPES)
-    node.error("unsupported-wrap-shape", f"<{node.tag}> is not supported; supported are {known}")
+    problem = f"<{node.tag}> {name!r} is not supported ({known} are): paths go straight there"
+    node.warning("wrap-left-out", problem)
     return None
 
 

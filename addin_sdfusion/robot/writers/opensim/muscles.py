@@ -10,8 +10,10 @@ from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...model.muscle import Muscle
 from ...model.robot import Robot
+from ...model.schutte_curves import SCHUTTES_CURVES
 from ...model.tension_laws import law_parameters
 from ..xml_text import element
+from .functions import add_function
 
 Names = Mapping[str, str]
 
@@ -19,6 +21,7 @@ CLASSES = {
     "hill_degroote2016": "DeGrooteFregly2016Muscle",
     "hill_millard2012": "Millard2012EquilibriumMuscle",
     "hill_thelen2003": "Thelen2003Muscle",
+    "hill_schutte1993": "Schutte1993Muscle_Deprecated",
     "ligament_blankevoort1991": "Blankevoort1991Ligament",
     "path_spring": "PathSpring",
 }
@@ -59,6 +62,10 @@ PROPERTIES: dict[str, Names] = {
         "eccentric_force": "Flen",
         "linear_from": "fv_linear_extrap_threshold",
         "minimum_activation": "minimum_activation",
+    },
+    "hill_schutte1993": {
+        **dict(list(_HILL.items())[:5]),
+        "fibre_damping": "damping",
     },
     "ligament_blankevoort1991": {
         "linear_stiffness": "linear_stiffness",
@@ -137,7 +144,21 @@ def force_element(forces: ElementTree.Element, muscle: Muscle) -> ElementTree.El
         values |= millards_stiffnesses(values)
         for curve, names in MILLARDS_CURVES.items():
             _properties(element(node, curve, name=curve), names, values)
+    if kind == "hill_schutte1993":
+        _add_schuttes(node, values)
     return node
+
+
+def _add_schuttes(node: ElementTree.Element, values: Mapping[str, float]) -> None:
+    """Time constants as OpenSim has them, and the curves."""
+    scale = 1.0 / values["max_contraction_velocity"]
+    fall = scale / values["deactivation_time_constant"]
+    element(node, "time_scale", scale)
+    element(node, "activation1", scale / values["activation_time_constant"] - fall)
+    element(node, "activation2", fall)
+    for name, curve in SCHUTTES_CURVES.items():
+        add_function(node, [curve])
+        node[-1].set("name", name)
 
 
 def law_losses(robot: Robot) -> Iterator[Finding]:
@@ -169,7 +190,9 @@ def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
     if kind == "hill_thelen2003":
         values["elastic_tendon"] = 1.0
         values["minimum_activation"] = max(values["minimum_activation"], LEAST_ACTIVATION)
-    if kind == "hill_degroote2016":
+    if kind == "hill_schutte1993":
+        values["elastic_tendon"] = 1.0
+    if kind in ("hill_degroote2016", "hill_schutte1993"):
         values["minimum_activation"] = 0.0
     if kind == "hill_millard2012":
         if values["elastic_tendon"] and values["fibre_damping"] < 0.001:

@@ -169,20 +169,23 @@ void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real
 /* Two implicit stages of a rule of order 2 that damps what is too stiff for the step (SDIRK2, L-stable):
    a stage is a balance of forces with the fibre's mean velocity, which exists also for a muscle that is
    not active and not damped.                                                                          */
-static const real STAGE = 0.2928932188134524756; /* 1 - 1 / sqrt(2) */
+void hill_advance_fibre(const hill_curves *f, const real *k, real *x, real early, real l, real v, real h)
+{
+    if (!k[HILL_ELASTIC] || !(value_of(h) > 0)) return;
+    const real time = HILL_STAGE * h, fibre = larger(x[1], k[HILL_SHORTEST]);
+    const balance first = {f, k, early, l + v * time, 0, fibre, time};
+    const real middle = balanced_length(&first, fibre);
+    const real from = fibre + (1 - HILL_STAGE) / HILL_STAGE * (middle - fibre);
+    const balance second = {f, k, x[0], l + v * h, 0, from, time};
+    x[1] = balanced_length(&second, fibre + (middle - fibre) / HILL_STAGE);
+}
 
 void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, real u,
                   real h)
 {
     const real a = x[0];
     x[0] = activation_after(k, a, u, h);
-    if (!k[HILL_ELASTIC] || !(value_of(h) > 0)) return;
-    const real time = STAGE * h, fibre = larger(x[1], k[HILL_SHORTEST]);
-    const balance first = {f, k, activation_after(k, a, u, time), l + v * time, 0, fibre, time};
-    const real middle = balanced_length(&first, fibre);
-    const real from = fibre + (1 - STAGE) / STAGE * (middle - fibre);
-    const balance second = {f, k, x[0], l + v * h, 0, from, time};
-    x[1] = balanced_length(&second, fibre + (middle - fibre) / STAGE);
+    if (k[HILL_ELASTIC]) hill_advance_fibre(f, k, x, activation_after(k, a, u, HILL_STAGE * h), l, v, h);
 }
 
 real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, real x,

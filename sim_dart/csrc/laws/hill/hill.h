@@ -26,6 +26,9 @@ typedef struct {
     real (*product)(const real *k, real z, real w, real *passive);
 } hill_curves;
 
+/* How far into a step the first stage of hill_advance is. */
+static const real HILL_STAGE = 0.2928932188134524756; /* 1 - 1 / sqrt(2) */
+
 /* Fibres stay longer than `shortest` optimal lengths, and their angle below `steepest`. */
 CORE_INSIDE void hill_prepare(const void *parameters, real shortest, real steepest, real damping,
                               real smoothing, real *k);
@@ -36,6 +39,9 @@ CORE_INSIDE void hill_rates(const hill_curves *f, const real *k, const real *x, 
                             real *xd);
 CORE_INSIDE void hill_start(const hill_curves *f, const real *k, real l, real u, real *x);
 CORE_INSIDE void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, real u, real h);
+/* The fibre alone, with its activation x[0] at the end, and `early` after HILL_STAGE h. */
+CORE_INSIDE void hill_advance_fibre(const hill_curves *f, const real *k, real *x, real early, real l, real v,
+                                    real h);
 CORE_INSIDE real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, real x, real *slope);
 
 /* fL(z) fV(w), and fPE(z) */

@@ -308,9 +308,14 @@ def test_a_massless_link_is_sound_if_something_heavy_is_fixed_to_it():
     light = Link("arm", Inertia(0.0))
     robot = replace(ROBOT, links=(light, ROBOT.links[1]), joints=(ROBOT.joints[0], flange))
     assert codes(robot, "error") == set()
-    assert "no-inertia-about-axis" in codes(
-        replace(robot, links=(light, Link("hand", Inertia(0.0)))), "error"
-    )
+    point = Link("hand", Inertia(1.0))  # on the axis
+    assert "no-inertia-about-axis" in codes(replace(robot, links=(light, point)), "error")
+
+
+def test_a_robot_without_any_mass_has_lengths_alone():
+    robot = replace(ROBOT, links=tuple(Link(link.name, Inertia(0.0)) for link in ROBOT.links))
+    assert codes(robot, "error") == set()
+    assert "no-masses" in codes(robot, "warning")
 
 
 def test_an_unknown_name_is_answered_with_the_nearest_one():

@@ -134,3 +134,31 @@ def test_bodies_are_in_mujocos_order(tmp_path: Path) -> None:
     robot, model = read(file).require(), mujoco.MjModel.from_xml_path(str(file))
     assert [c.name for c in robot.coordinates] == [model.joint(k).name for k in range(5)]
     assert [c.initial for c in robot.coordinates] == model.key_qpos[0].tolist()
+
+
+COPIES = """<mujoco model="fan"><worldbody><body name="hub">
+<joint name="turn" axis="0 0 1"/><geom size="0.1"/>
+<replicate count="10" sep="-" offset="0.1 0 0.02" euler="0 5 20"><body name="blade" pos="0 0.2 0">
+<joint name="fold" axis="1 0 0"/><geom size="0.02 0.1" type="capsule"/>
+<replicate count="2" sep="_" offset="0 0.1 0"><site name="hole"/></replicate></body></replicate>
+</body></worldbody></mujoco>"""
+
+
+def test_what_is_replicated_is_where_mujoco_has_it(tmp_path: Path) -> None:
+    (tmp_path / "fan.xml").write_text(COPIES)
+    robot = read(tmp_path / "fan.xml").require()
+    model = mujoco.MjModel.from_xml_string(COPIES)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    at = MovingLinks(robot, {c.name: 0.0 for c in robot.coordinates})
+    assert [link.name for link in robot.links][:3] == ["hub", "blade-00", "blade-01"]
+    for link in robot.links:
+        np.testing.assert_allclose(
+            at.poses[link.name][:3, 3], data.body(link.name).xpos, atol=1e-14
+        )
+    for frame in robot.task_sets[0].frames:
+        place = at.poses[frame.link] @ [*frame.position, 1.0]
+        np.testing.assert_allclose(place[:3], data.site(frame.name).xpos, atol=1e-14)
+    assert len(robot.task_sets[0].frames) == model.nsite == 20
+    (tmp_path / "fan.xml").write_text(COPIES.replace('"10"', '"9000"'))
+    assert "too-many-copies" in {finding.code for finding in read(tmp_path / "fan.xml").findings}

@@ -62,13 +62,13 @@ def test_every_part_of_a_small_model_is_read_or_named(tmp_path: Path) -> None:
 def test_muscles_of_unknown_laws_are_cables(tmp_path: Path) -> None:
     """With the same path, as strong as they are; what has no strength of its own is left out."""
     known = read(of_text(tmp_path)).require().muscle("vas")
-    other = OSIM.replace("Thelen2003Muscle", "Schutte1993Muscle_Deprecated")
+    other = OSIM.replace("Thelen2003Muscle", "Delp1990Muscle_Deprecated")
     reading = read(of_text(tmp_path, other))
     muscle = reading.require().muscle("vas")
     assert (muscle.via_points, muscle.wraps) == (known.via_points, known.wraps)
     assert (muscle.model.kind, muscle.f_min, muscle.f_max) == ("ideal", 0.0, 500.0)
     said = {finding.code: str(finding) for finding in reading.findings}
-    assert "<Schutte1993Muscle_Deprecated> is not supported" in said["muscle-as-cable"]
+    assert "<Delp1990Muscle_Deprecated> is not supported" in said["muscle-as-cable"]
     weak = other.replace("<max_isometric_force>500</max_isometric_force>", "")
     reading = read(of_text(tmp_path, weak))
     assert [muscle.name for muscle in reading.require().muscles] == ["band"]

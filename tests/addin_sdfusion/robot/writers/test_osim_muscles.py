@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from support.robots.muscle_bench import HILL, Bench, slider
 
-from addin_sdfusion.robot import check
+from addin_sdfusion.robot import check, read_robot
+from addin_sdfusion.robot.model.tension_laws import law_parameters
 from addin_sdfusion.robot.writers.opensim.model import osim_losses, write_osim
 
 with warnings.catch_warnings():
@@ -19,6 +20,10 @@ opensim.Logger.setLevelString("Error")
 
 SHAPE = {"pennation_at_optimal": 0.2, "max_contraction_velocity": 8.0, "tendon_strain": 0.04}
 ELASTIC = HILL | SHAPE | {"elastic_tendon": 1.0}
+
+
+def ours_model(parameters):
+    return slider(("hill_schutte1993", parameters)).muscles[0].model
 
 
 def _opened(kind, parameters, folder):
@@ -49,6 +54,40 @@ def test_muscles_of_hills_type(kind, parameters, tmp_path):
             model.realizeDynamics(state)
             expected = theirs.getTendonForce(state)
             assert ours.start(length, activation) == pytest.approx(expected, rel=1e-6)
+
+
+def test_schuttes_muscle_is_opensims_and_comes_back(tmp_path):
+    kind = "hill_schutte1993"
+    times = {"activation_time_constant": 0.012, "deactivation_time_constant": 0.07}
+    shape = {"pennation_at_optimal": 0.2, "fibre_damping": 0.05, "elastic_tendon": 1.0}
+    parameters = HILL | shape | times
+    model, state, force, slide = _opened(kind, parameters, tmp_path)
+    (file,) = tmp_path.glob("*.osim")
+    (muscle,) = read_robot(file).muscles
+    assert law_parameters(muscle.model) == pytest.approx(law_parameters(ours_model(parameters)))
+    ours, name = Bench((kind, parameters)), "/forceset/m0/"
+    compared = 0
+    for length, fibre in ((0.3, 0.09), (0.305, 0.1), (0.303, 0.11), (0.29, 0.085)):
+        for activation, excitation in ((0.1, 0.6), (0.9, 0.2)):
+            state = model.initSystem()
+            slide.setValue(state, length, False)
+            model.setStateVariableValue(state, f"{name}activation", activation)
+            model.setStateVariableValue(state, f"{name}fiber_length", fibre)
+            model.realizeVelocity(state)
+            model.setControls(state, opensim.Vector(1, excitation))
+            model.realizeAcceleration(state)
+            theirs = opensim.Muscle.safeDownCast(force).getActuation(state)
+            states = [activation, fibre]
+            found = ours.tension(length, 0.0, excitation, states)
+            assert found == pytest.approx(theirs, rel=1e-9, abs=1e-9)
+            rates = ours.state_rates(length, 0.0, excitation, states)
+            expected = [
+                model.getStateVariableDerivativeValue(state, f"{name}{what}")
+                for what in ("activation", "fiber_length")
+            ]
+            np.testing.assert_allclose(rates, expected, rtol=1e-7)
+            compared += theirs > 0.0
+    assert compared > 4
 
 
 def test_fibre_damping_that_opensim_passes_over_is_said(tmp_path):
