@@ -32,6 +32,7 @@ Names = frozenset[str]
 _NONE: Names = frozenset()
 _NOWHERE: frozenset[int] = frozenset()
 _COMMAND, _LENGTH, _RATE = "u", "l", "v"
+_WITHOUT_STATES = ("elastic_cable", "heavy_cable")
 
 _HILL = {"activation": "u", "fibre_length": "ul", "tension": "ulv"}
 _AT_START: dict[str, dict[str, str]] = {
@@ -50,6 +51,7 @@ _AT_START: dict[str, dict[str, str]] = {
     "tendon_spring": {"tension": "lv"},
     "winch": {"drum_speed": "", "drum_angle": "ul", "tension": "ulv"},
     "winch_position": {"drum_speed": "", "drum_angle": "ul", "tension": "ulv"},
+    "heavy_cable": {"tension": "ulv"},
     "hill_degroote2016": _HILL,
     "hill_millard2012": _HILL,
     "hill_thelen2003": _HILL,
@@ -99,7 +101,7 @@ def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
         muscle, command = robot.muscles[k], commands.get(k)
         known = {
             _COMMAND: frozenset() if command is None else frozenset([command]),
-            _LENGTH: _of(q, crossed[k]),
+            _LENGTH: _of(q, _seen_by_law(muscle, crossed[k], above)),
             _RATE: _of(q, crossed[k]) | _of(qd, crossed[k]),
         }
         at_start[name] = _NONE.union(*(known[letter] for letter in _letters(muscle, what)))
@@ -231,6 +233,15 @@ def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) 
     return frozenset().union(*moved) - frozenset.intersection(*moved or [_NOWHERE]) | own
 
 
+def _seen_by_law(
+    muscle: Muscle, crossed: frozenset[int], above: Mapping[str, frozenset[int]]
+) -> frozenset[int]:
+    """Indices of the coordinates that a law's tension follows: of a heavy cable also its slope."""
+    if muscle.model.kind != "heavy_cable":
+        return crossed
+    return crossed.union(*(above.get(point.link, _NOWHERE) for point in muscle.via_points))
+
+
 def _energy_start(name: str, q: Sequence[str], qd: Sequence[str]) -> Names:
     if name.startswith("work."):
         return _NONE
@@ -254,7 +265,7 @@ def _letters(muscle: Muscle, what: str) -> str:
     letters = _AT_START.get(kind, {}).get(what, _COMMAND + _LENGTH + _RATE)
     has_no_rate = (
         values.get("elastic_tendon", 0.0) != 0.0
-        or (kind == "elastic_cable" and values["damping"] == 0.0)
+        or (kind in _WITHOUT_STATES and values["damping"] == 0.0)
         or (kind == "ligament_blankevoort1991" and values["damping_coefficient"] == 0.0)
     )
     return letters.replace(_RATE, "") if has_no_rate else letters
@@ -268,7 +279,7 @@ def _follows_at_once(muscle: Muscle, what: str) -> bool:
     if muscle.model.kind == "mckibben":
         return values["pressure_time_constant"] == 0.0
     kind = muscle.model.kind
-    return what == "tension" and (kind == "elastic_cable" or kind not in _AT_START)
+    return what == "tension" and (kind in _WITHOUT_STATES or kind not in _AT_START)
 
 
 def _inverted(robot: Robot, names: Mapping[str, Sequence[str]]) -> dict[str, Names]:
@@ -278,7 +289,8 @@ def _inverted(robot: Robot, names: Mapping[str, Sequence[str]]) -> dict[str, Nam
     owner = dict(zip(names["states"], (kinds[i] for i in state_order(robot)), strict=True))
     found = {}
     for name, k in zip(names["commands"], driven_muscles(robot), strict=True):
-        crossed = _crossed(robot.muscles[k], robot, above)
-        states = frozenset(state for state, muscle in owner.items() if muscle == k)
+        muscle = robot.muscles[k]
+        crossed = _seen_by_law(muscle, _crossed(muscle, robot, above), above)
+        states = frozenset(state for state, own in owner.items() if own == k)
         found[name] = _of(names["q"], crossed) | _of(names["qd"], crossed) | states
     return found

@@ -121,7 +121,8 @@ CORE_API void core_task_jacobian(core *c);
 /* task_bias at the last q. */
 CORE_API void core_task_bias(core *c, const real *qd);
 
-/* Terms of M qdd + C + G = tau at the last q; G is the weight's and the joints' springs'. */
+/* Terms of M qdd + C + G = tau at the last q; G is the weight's and the joints' springs', and of heavy cables
+   about half their weight at either end. */
 CORE_API void core_mass_matrix(core *c);
 CORE_API void core_coriolis(core *c, const real *qd);
 CORE_API void core_gravity(core *c);

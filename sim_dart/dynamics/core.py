@@ -35,7 +35,8 @@ class CoreDynamics(RobotDynamics):
         )
         self._qdd, self._biases = core.array("qdd", n), core.array("task_bias", 3 * k)
         forces = any(c.limit_force for c in robot.coordinates)
-        self._has_more = forces or bool(robot.driven_joints)  # springs that are not of q alone
+        forces |= any(muscle.model.kind == "heavy_cable" for muscle in robot.muscles)
+        self._has_more = forces or bool(robot.driven_joints)  # in G, and not of q's springs alone
         self._armature = np.array([c.armature for c in robot.coordinates]).tobytes()
         if not may_be_singular:
             require_inertia(robot, self.mass_matrix([c.initial for c in robot.coordinates]))

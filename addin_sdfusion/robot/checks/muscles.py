@@ -79,6 +79,7 @@ def cable_models(robot: Robot) -> Iterator[Finding]:
             problem = "a passive spring takes no command; set f_min and f_max to 0"
             yield error(subject, "passive-cable-force", problem)
         yield from _friction(subject, muscle)
+        yield from _hanging(subject, muscle)
         if subject.name == muscle.name:  # one of the active set
             yield from _not_simulated(subject, muscle)
 
@@ -104,6 +105,25 @@ def _friction(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
         )
         problem += "; cables turn round within 0.0001 to 0.0005"
         yield error(subject, "bad-cable-friction", problem)
+
+
+def _hanging(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
+    """A heavy cable is free between two points."""
+    if muscle.model.kind != "heavy_cable":
+        return
+    points = muscle.via_points
+    other = {
+        f"{len(points)} via points": len(points) != 2,
+        "wraps": bool(muscle.wraps),
+        "a pulley": muscle.pulley is not None,
+        "branches": bool(muscle.branches or muscle.terms),
+        "via points that come, go or move": any(p.when is not None or p.moves for p in points),
+        "friction": bool(muscle.friction),
+    }
+    found = [what for what, has in other.items() if has]
+    if found:
+        problem = f"a heavy_cable hangs between two via points; it cannot have {', '.join(found)}"
+        yield error(subject, "heavy-cable-path", problem)
 
 
 def _stretch(muscle: Muscle) -> str:

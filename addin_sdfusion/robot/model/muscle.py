@@ -25,6 +25,7 @@ CableKind = Literal[
     "tendon_spring",
     "winch",
     "winch_position",
+    "heavy_cable",
     "linear_spring",
     "vsd_torsion",
     "vsd_flexure",

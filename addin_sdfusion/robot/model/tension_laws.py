@@ -15,6 +15,7 @@ from .muscle import CableModel, Muscle
 from .tension_parameters import (
     DE_GROOTE,
     ELASTIC_CABLE,
+    HEAVY_CABLE,
     LIGAMENT,
     MCKIBBEN,
     MILLARD,
@@ -138,6 +139,11 @@ TENSION_LAWS: dict[str, TensionLaw] = {
                    "aims a few ticks ahead: a muscle_horizon of one alone overshoots",
                    WINCH_POSITION,
                    Command("rest_length", "m", 0.0, "longest_rest_length"), _DRUM_STATES),
+        TensionLaw("heavy_cable", "an elastic cable that sags by its weight between two points",
+                   "Irvine 1981, Cable Structures: the elastic catenary, in equilibrium at every "
+                   "moment. f is the tension along the chord, H l / a, + d l'; both ends are "
+                   "pulled down beside, together by the cable's weight", HEAVY_CABLE,
+                   Command("rest_length", "m", 0.0, "longest_rest_length")),
     )
 }  # fmt: skip
 """The laws that are simulated, by kind."""

@@ -32,7 +32,7 @@ _LEAST, _MOST = 1e-7, 1e7
 """Strains, forces over F0 and slopes beyond which a curve's pieces have no digits left."""
 
 _LARGEST = 1e9
-"""Of a winch's numbers, in SI units: what no winch has, and the core still computes with."""
+"""Of winches and heavy cables, in SI units: what none has, and the core still computes with."""
 
 
 def _positive(name: str, unit: str, default: float | None, meaning: str) -> Parameter:
@@ -45,7 +45,7 @@ def _natural(name: str, unit: str, default: float | None, meaning: str) -> Param
 
 
 def _bounded(name: str, unit: str, default: float | None, low: float, meaning: str) -> Parameter:
-    """From `low` to what no winch has."""
+    """From `low` to what no winch and no cable has."""
     return Parameter(name, unit, default, low, _LARGEST, meaning)
 
 
@@ -59,6 +59,14 @@ ELASTIC_CABLE = (
     _natural("damping", "N.s/m", 0.0, "d"),
     _positive("longest_rest_length", "m", 1000.0, "largest command"),
 )
+
+HEAVY_CABLE = (
+    _bounded("axial_stiffness", "N", None, 1e-3, "EA"),
+    _bounded("mass_per_length", "kg/m", None, 0.0, "of cable that is not stretched"),
+    _bounded("damping", "N.s/m", 0.0, 0.0, "d"),
+    _bounded("longest_rest_length", "m", 1000.0, 1e-9, "largest command; one below half the "
+             "chord acts as that"),
+)  # fmt: skip
 
 SPRING = (
     _natural("K", "N/m", None, "stiffness"),

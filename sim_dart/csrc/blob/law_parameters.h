@@ -90,6 +90,7 @@
     P(axial_stiffness) P(dissipation) P(lead_length) P(rest_length) P(max_torque)
 #define WINCH_POSITION_PARAMETERS(P)                                                                   \
     WINCH_PARAMETERS(P) P(position_gain) P(velocity_gain) P(longest_rest_length)
+#define HEAVY_CABLE_PARAMETERS(P) P(axial_stiffness) P(mass_per_length) P(damping) P(longest_rest_length)
 #define NO_PARAMETERS(P)
 
 /* LAW(kind, the name of its tension_law, parameters). The order is that of law_kind. */
@@ -108,7 +109,8 @@
     LAW(path_spring, PATH_SPRING, PATH_SPRING_PARAMETERS)                                              \
     LAW(tendon_spring, TENDON_SPRING, TENDON_SPRING_PARAMETERS)                                        \
     LAW(winch, WINCH, WINCH_PARAMETERS)                                                                \
-    LAW(winch_position, WINCH_POSITION, WINCH_POSITION_PARAMETERS)
+    LAW(winch_position, WINCH_POSITION, WINCH_POSITION_PARAMETERS)                                     \
+    LAW(heavy_cable, HEAVY_CABLE, HEAVY_CABLE_PARAMETERS)
 
 #define LAW_KIND(kind, law, parameters) KIND_##law,
 enum { LAWS(LAW_KIND) LAW_KINDS };

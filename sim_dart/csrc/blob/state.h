@@ -145,6 +145,7 @@ struct core {
     blob_view blob;
     int32_t is_counting; /* whether wraps remember their turns */
     int32_t has_laws;    /* whether any muscle is more than an ideal cable */
+    int32_t has_weight;  /* whether any muscle is a heavy cable */
     int32_t has_friction;
     int32_t is_rubbing;  /* while velocities of a step with cable friction are sought */
     int32_t friction_rounds, friction_settled;

@@ -68,6 +68,24 @@ static void go_straight(cable_walk *at, int32_t first, int32_t contacts)
     if (value_of(length) > 0) go(at, u, A, frame[0], B, frame[1]);
 }
 
+/* Of the square of a radius: no span. */
+static const real NO_SPAN = PRECISE(1e-12, 1e-8);
+
+/* The direction of a span between a via point and a contact over surface s. Where the point lies on the surface,
+   or within, which shrinks to it, how fast the length changes with the point is more than that.          */
+static void span_direction(const core *c, int32_t s, const real *point, const real *contact, const real *u, real out[3])
+{
+    const real *place = c->surface_place + 6 * s, *axis = place + 3;
+    real r[3], way[3];
+    for (int k = 0; k < 3; k++) r[k] = point[k] - place[k], way[k] = point[k] - contact[k], out[k] = u[k];
+    const real along = c->blob.surface_kind[s] == SURFACE_CYLINDER ? dot3(r, axis) : 0;
+    for (int k = 0; k < 3; k++) r[k] -= along * axis[k];
+    const real rr = dot3(r, r);
+    if (!(value_of(rr) > 0) || value_of(dot3(way, way)) > value_of(NO_SPAN * rr)) return;
+    const real across = dot3(u, r) / rr;
+    for (int k = 0; k < 3; k++) out[k] -= across * r[k];
+}
+
 /* Over a surface or off a pulley, whose contact is as core_trace has it. */
 static void go_over(cable_walk *at, const real *contact, int32_t *frame, int32_t next)
 {
@@ -85,11 +103,16 @@ static void go_in_contact(cable_walk *at, int32_t first, int32_t wraps, int32_t 
     const real *wrap = c->wrap_contact + CONTACT_NUMBERS * at->wrap, *pulley = c->pulley_contact + CONTACT_NUMBERS * at->pulley;
     const real *end = wraps ? wrap + CONTACT_NUMBERS * (wraps - 1) : pulley;
     int32_t frame = c->blob.point_frame[at->point];
-    pass_point(at, first, (pulleys ? pulley : wrap) + 3);
+    const int32_t *surface = c->blob.wrap_surface + at->wrap;
+    real u[3];
+    if (pulleys) memcpy(u, pulley + 3, sizeof u);
+    else span_direction(c, surface[0], wrap, wrap + 12, wrap + 3, u);
+    pass_point(at, first, u);
     if (pulleys) go_over(at, pulley, &frame, frame);
     for (int32_t w = 0; w < wraps; w++)
         go_over(at, wrap + CONTACT_NUMBERS * w, &frame, c->blob.surface_frame[c->blob.wrap_surface[at->wrap + w]]);
     go(at, end + 9, end + 6, frame, end + 6, c->blob.point_frame[at->point + 1]);
+    if (wraps) span_direction(c, surface[wraps - 1], end + 6, end + 15, end + 9, at->last);
 }
 
 static void go_segment(cable_walk *at, int32_t first)

@@ -3,6 +3,7 @@
 
 #include "../kinematics/bodies.h"
 #include "../kinematics/joint_variables.h"
+#include "../laws/laws.h"
 #include "limit_forces.h"
 #include "spatial.h"
 
@@ -38,8 +39,10 @@ static real *collect(core *c, real *forces)
     return forces;
 }
 
-static void add_springs(const core *c, real *forces)
+/* The joints' springs; the weight of heavy cables, some half of it at either end. */
+static void add_still(const core *c, real *forces)
 {
+    if (c->has_weight) laws_weigh(c, NULL, -1, forces);
     for (int32_t j = 0; j < c->blob.counts.variables; j++)
         forces[j] += c->blob.stiffness[j] * (c->at[j] - c->blob.rest[j]);
     for (int32_t l = 0; l < c->blob.counts.limit_forces; l++) {
@@ -57,7 +60,7 @@ void core_gravity(core *c)
     bodies_inertias(c);
     for (int32_t i = 0; i < c->blob.counts.frames; i++) newton_euler(c, i, up, still, c->wrench + 6 * i);
     real *forces = collect(c, c->gravity);
-    add_springs(c, forces);
+    add_still(c, forces);
     if (c->is_driven) variables_fold(c, forces, c->gravity);
 }
 
@@ -92,7 +95,7 @@ void core_bias(core *c, const real *qd)
 {
     const real *g = c->blob.gravity, up[3] = {-g[0], -g[1], -g[2]};
     real *forces = coast(c, qd, up, c->coriolis);
-    add_springs(c, forces);
+    add_still(c, forces);
     if (c->is_driven) variables_fold(c, forces, c->coriolis);
 }
 

@@ -1,6 +1,7 @@
 /* Going to a state. */
 #include "../kinematics/tasks.h"
 #include "../kinematics/tree.h"
+#include "../laws/laws.h"
 #include "../numbers/real_functions.h"
 #include "../paths/paths.h"
 
@@ -10,6 +11,7 @@ void core_move(core *c, const real *q)
 {
     tree_move(c, q);
     paths_move(c);
+    if (c->has_weight) laws_place(c);
     tasks_move(c);
 }
 

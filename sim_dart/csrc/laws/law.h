@@ -29,6 +29,7 @@ typedef struct {
     int shared_from;
     int driven; /* has a command */
     int moves_along; /* its command is a position, which moves along with the path: see core_invert */
+    int is_long; /* its state after a time comes of many substeps, and so has their rounding */
     int pushes; /* its tension may be negative */
     int is_hill; /* its constants and states are those of hill.h */
     /* What is wrong with finite parameters, or NULL; NULL if nothing can be. */
@@ -41,6 +42,12 @@ typedef struct {
     void (*start)(const real *k, real l, real u, real *x);
     /* x after a time h, while l grows by v h. */
     void (*advance)(const real *k, real *x, real l, real v, real u, real h);
+    /* NULL but for a cable with weight, between two points: the constants that follow from where it is; what
+       pulls its two points down beside its tension, which is that along the chord.                     */
+    void (*place)(real *k, const real chord[3], const real gravity[3]);
+    void (*weigh)(const real *k, real l, real u, real down[2]);
+    /* A command near that which gives f, from where the smallest one is the other end of a chord; or NULL. */
+    real (*guess)(const real *k, real l, real f);
     /* See core_curve; NULL for a law without curves. */
     real (*curve)(const real *k, const char *name, real x, real *slope);
 } tension_law;
@@ -70,6 +77,14 @@ static inline const real *law_shared(const real *k)
 static inline real clamped(real x, real low, real high)
 {
     return value_of(x) < value_of(low) ? low : value_of(x) > value_of(high) ? high : x;
+}
+
+/* In SI units: what no cable and no winch has, and what is computed with still. */
+#define LARGEST_GIVEN ((real)1e9)
+
+static inline int is_within(real x, real low)
+{
+    return value_of(x) >= value_of(low) && value_of(x) <= value_of(LARGEST_GIVEN);
 }
 
 /* A number of steps, from 1 to the most; what is not a number is 1, as no integer may be made of it. */

@@ -61,14 +61,6 @@ static const real LARGEST_WINCH_TURN = 0.05;
 #define MOST_WINCH_ITERATIONS 20
 #define MOST_DRIVE_ITERATIONS 60
 
-/* In SI units: what no winch has, and what is computed with still. */
-static const real LARGEST_OF_WINCH = 1e9;
-
-static int is_within(real x, real low)
-{
-    return value_of(x) >= value_of(low) && value_of(x) <= value_of(LARGEST_OF_WINCH);
-}
-
 static const char *winch_refusal(const void *parameters)
 {
     const winch_parameters *p = parameters;
@@ -83,7 +75,7 @@ static const char *winch_refusal(const void *parameters)
         if (!is_within(natural[i], 0))
             return "drum_pitch, drum_inertia, frictions, dissipation and lead_length must not be negative, "
                    "and 1e9 at most";
-    return is_within(p->rest_length, -LARGEST_OF_WINCH) ? NULL : "rest_length must be within 1e9";
+    return is_within(p->rest_length, -LARGEST_GIVEN) ? NULL : "rest_length must be within 1e9";
 }
 
 static const char *winch_position_refusal(const void *parameters)
@@ -289,6 +281,7 @@ TENSION_LAW(WINCH) = {
     .parameters = PARAMETER_COUNT(winch_parameters),
     .constants = WINCH_CONSTANTS,
     .driven = 1,
+    .is_long = 1,
     .refusal = WHEN_OPENED(winch_refusal),
     .prepare = WHEN_OPENED(winch_prepare),
     .tension = winch_tension,
@@ -302,6 +295,7 @@ TENSION_LAW(WINCH_POSITION) = {
     .parameters = PARAMETER_COUNT(winch_position_parameters),
     .constants = WINCH_CONSTANTS,
     .driven = 1,
+    .is_long = 1,
     .moves_along = 1,
     .refusal = WHEN_OPENED(winch_position_refusal),
     .prepare = WHEN_OPENED(winch_position_prepare),

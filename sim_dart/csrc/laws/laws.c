@@ -3,7 +3,9 @@
 
 #include "../blob/message.h"
 #include "../cable_friction/cable_friction.h"
+#include "../kinematics/joint_variables.h"
 #include "../math/elementary.h"
+#include "../paths/span.h"
 #include "hill/activation.h"
 #include "law.h"
 
@@ -37,6 +39,8 @@ int laws_check(blob_view *view, char *message, size_t capacity)
         if (wrong) return refuse(message, capacity, "muscle %d: %s: %s", (int)m, LAW_NAMES[kind], wrong);
         if (value_of(view->guide_friction[m]) > 0 && law->pushes)
             return refuse(message, capacity, "muscle %d: %s pushes, and so has no friction in bends", (int)m, LAW_NAMES[kind]);
+        if (law->place && view->muscle_points[m] != 2)
+            return refuse(message, capacity, "muscle %d: %s hangs between two via points", (int)m, LAW_NAMES[kind]);
         states += law->states ? law->states(p) : 0;
         constants += law->constants;
         p += law->parameters;
@@ -97,6 +101,7 @@ void laws_prepare(core *c)
         at.k[LAW_STATES] = at.law->states ? at.law->states(at.p) : 0;
         share(&before, &at);
         before = at;
+        c->has_weight |= at.law->place != NULL;
     }
 }
 
@@ -120,6 +125,54 @@ static real bounded_tension(const muscle_law *at, const real *x, real l, real v,
 {
     const real f = at->law->tension(at->k, x, l, v, u);
     return clamped(f, at->law->pushes ? -LARGEST_TENSION : 0, LARGEST_TENSION);
+}
+
+void laws_place(core *c)
+{
+    muscle_law at;
+    const real *point = c->point;
+    for EACH_MUSCLE (c, &at) {
+        if (at.law->place) {
+            const real chord[3] = {point[3] - point[0], point[4] - point[1], point[5] - point[2]};
+            at.law->place(at.k, chord, c->blob.gravity);
+        }
+        point += 3 * c->blob.muscle_points[at.m];
+    }
+}
+
+void laws_weigh(const core *c, const real *u, real way, real *forces)
+{
+    muscle_law at;
+    const real *g = c->blob.gravity, size = sqrt(dot3(g, g));
+    int32_t k = 0;
+    if (value_of(size) == 0) return;
+    for EACH_MUSCLE (c, &at) {
+        if (at.law->weigh) {
+            const real l = c->lengths[at.m];
+            real down[2];
+            at.law->weigh(at.k, l, u ? command(&at, u) : l, down);
+            for (int end = 0; end < 2; end++) {
+                const real share = way * down[end] / size, *point = c->point + 3 * (k + end);
+                const real pull[3] = {share * g[0], share * g[1], share * g[2]};
+                add_span(c, pull, point, -1, point, c->blob.point_frame[k + end], forces);
+            }
+        }
+        k += c->blob.muscle_points[at.m];
+    }
+}
+
+/* The same, on torques. */
+static void add_weights(core *c, const real *u)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs, variables = (size_t)c->blob.counts.variables;
+    if (!c->is_driven) {
+        laws_weigh(c, u, 1, c->torques);
+        return;
+    }
+    memset(c->row, 0, variables * sizeof(real));
+    memcpy(c->row, c->torques, dofs * sizeof(real));
+    laws_weigh(c, u, 1, c->row);
+    variables_fold(c, c->row, c->torques);
 }
 
 void core_rates(core *c, const real *qd)
@@ -183,6 +236,7 @@ int core_drive(core *c, const real *qd, const real *u)
     for EACH_MUSCLE (c, &at)
         c->tensions[at.m] = bounded_tension(&at, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u));
     add_torques(c);
+    if (c->has_weight) add_weights(c, u);
     return 0;
 }
 
@@ -250,6 +304,7 @@ void core_reach(core *c, real h)
 
 #define MOST_INVERSIONS 60
 #define ENOUGH PRECISE(1e-14, 5e-6) /* of a force, relative to those about it */
+#define ENOUGH_OF_LONG PRECISE(1e-11, 2e-5) /* the same where rounding of substeps is beyond that */
 
 /* What the tension lacks or is beyond f at commands about the one that is looked for. */
 typedef struct {
@@ -281,16 +336,17 @@ static real inverted(const core *c, const muscle_law *at, real f, real h, real h
     attempt high = attempted(c, at, at->k[LAW_HIGH], f, h, held);
     if ((value_of(low.off) > 0) == (value_of(high.off) > 0))
         return value_of(fabs(low.off)) <= value_of(fabs(high.off)) ? low.u : high.u;
-    const real enough = ENOUGH * (fabs(f) + fabs(high.off - low.off));
+    const real enough = (at->law->is_long ? ENOUGH_OF_LONG : ENOUGH) * (fabs(f) + fabs(high.off - low.off));
     attempt before = low, last = high;
-    real u = at->law->is_hill ? at->x[0] : zero_of_chord(&low, &high);
+    const tension_law *law = at->law;
+    real u = law->guess ? law->guess(at->k, c->lengths[at->m], f) : law->is_hill ? at->x[0] : zero_of_chord(&low, &high);
     for (int i = 0; i < MOST_INVERSIONS; i++) {
         if (!is_between(&low, &high, u) || i % 8 == 7) u = (low.u + high.u) / 2;
         before = last, last = attempted(c, at, u, f, h, held);
         if (value_of(fabs(last.off)) <= value_of(enough)) break;
         const int is_high = (value_of(last.off) > 0) == (value_of(high.off) > 0);
         *(is_high ? &high : &low) = last;
-        if (!i) before = is_high ? low : high; /* the end on the other side of the bend */
+        if (!i) before = is_high || law->guess ? low : high; /* the end on the other side of the bend */
         u = zero_of_chord(&before, &last);
     }
     return last.u;

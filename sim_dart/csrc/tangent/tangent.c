@@ -45,6 +45,7 @@
 #include "../laws/hill/law_schutte.c"
 #include "../laws/hill/law_thelen.c"
 #include "../laws/law_cables.c"
+#include "../laws/law_heavy.c"
 #include "../laws/law_ligament.c"
 #include "../laws/law_mckibben.c"
 #include "../laws/law_motor.c"

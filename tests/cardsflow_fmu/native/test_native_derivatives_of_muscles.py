@@ -77,6 +77,8 @@ def with_law(robot: Robot, kind: str, extra: dict[str, float]) -> Robot:
     for muscle, length in zip(robot.muscles, map(float, lengths), strict=True):
         hill = {"optimal_fibre_length": 0.3 * length, "tendon_slack_length": 0.7 * length}
         parameters = SOUND[kind] | extra | (hill if kind.startswith("hill") else {})
+        if kind == "heavy_cable":
+            muscle = replace(muscle, via_points=(muscle.via_points[0], muscle.via_points[-1]))
         muscles.append(replace(muscle, model=CableModel(kind, tuple(parameters.items()))))  # type: ignore[arg-type]
     return robot.with_muscles(muscles)
 

@@ -51,6 +51,8 @@ DRUM = {
 }
 TORQUE = {name: value for name, value in DRUM.items() if not name.endswith("_gain")}
 WINCHES = cables(DRUM, DRUM, TORQUE | {"kind": "winch"}, TORQUE | {"kind": "winch"})
+HEAVY = {"kind": "heavy_cable", "axial_stiffness": 5e4, "mass_per_length": 0.1}
+SAGGING = cables(*[HEAVY] * 4) | {"robot.cable_set": "basic"}
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "pneumatic": ("pneumatic_elbow", {}),
@@ -59,6 +61,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "others": ("planar_2r", OTHERS),
     "motors": ("planar_2r", MOTORS),
     "winches": ("planar_2r", WINCHES),
+    "sagging": ("planar_2r", SAGGING),
     "around": ("planar_2r", MIXED | AROUND | {"plant.substeps": 3}),
     "horizon": ("planar_2r", MIXED | {"controller.muscle_horizon": 0.02}),
 }

@@ -16,6 +16,7 @@ from sim_dart.core.arrays import FloatArray
 pytestmark = pytest.mark.native
 
 ELASTIC = HILL | {"elastic_tendon": 1.0}
+BY_LENGTH = ("elastic_cable", "heavy_cable")
 CASES = [*SOUND.items(), *((k, ELASTIC) for k in SOUND if k.startswith("hill"))]
 PUSHING = ("passive_spring", "tendon_spring")
 PULLING = [case for case in CASES if case[0] not in PUSHING]
@@ -129,7 +130,7 @@ def test_a_muscle_that_is_not_excited_takes_energy(kind: str, elastic: float) ->
 
 @pytest.mark.parametrize(("kind", "parameters"), CASES, ids=_ids(CASES))
 def test_the_tension_is_monotone_in_the_command(kind: str, parameters: dict[str, float]) -> None:
-    """Rising, but for the elastic cable, whose command is its rest length.
+    """Rising, but for cables whose command is their rest length.
 
     Muscles of Hill's type: up to the speed at which they shorten without force, a quarter of the
     largest for Thelen's.
@@ -139,7 +140,7 @@ def test_the_tension_is_monotone_in_the_command(kind: str, parameters: dict[str,
         return
     bench = Bench((kind, parameters))
     low, high = bench.laws.command_low[0], min(bench.laws.command_high[0], 2e3)
-    commands = np.linspace(low, high if kind != "elastic_cable" else 0.6, 40)
+    commands = np.linspace(low, high if kind not in BY_LENGTH else 0.6, 40)
     fastest = 0.24 if kind == "hill_thelen2003" else 0.9
     for length in (0.22, 0.29, 0.31, 0.36):
         for speed in (-fastest, -0.2, 0.0, 0.2, 0.9):
@@ -151,7 +152,7 @@ def test_the_tension_is_monotone_in_the_command(kind: str, parameters: dict[str,
                 bench.laws.advance([command], 1e-3)
                 after = length + 1e-3 * speed
                 tensions.append(bench.tension(after, speed, command))
-            steps = np.diff(tensions) * (-1.0 if kind == "elastic_cable" else 1.0)
+            steps = np.diff(tensions) * (-1.0 if kind in BY_LENGTH else 1.0)
             assert steps.min() >= -1e-9 * max(1.0, max(tensions))
 
 

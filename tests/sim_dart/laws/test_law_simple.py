@@ -72,10 +72,11 @@ def test_without_a_time_constant_pressure_equals_its_command() -> None:
 
 
 def _with_laws(seed: int) -> Robot:
-    """A random robot whose muscles have one law after the other."""
-    robot = random_robot(seed, muscles=len(SOUND))
+    """A random robot whose muscles have one law after the other, but heavy cables."""
+    light = [(kind, p) for kind, p in SOUND.items() if kind != "heavy_cable"]
+    robot = random_robot(seed, muscles=len(light))
     group = robot.cable_sets[0]
-    models = [CableModel(k, tuple(p.items())) for k, p in SOUND.items()]  # type: ignore[arg-type]
+    models = [CableModel(k, tuple(p.items())) for k, p in light]  # type: ignore[arg-type]
     muscles = tuple(
         replace(muscle, model=model) for muscle, model in zip(group.muscles, models, strict=True)
     )

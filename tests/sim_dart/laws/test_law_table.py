@@ -191,15 +191,15 @@ def test_ports_follow_from_the_laws() -> None:
         *(f"activation.m{i}" for i in (5, 6, 7, 8)),
         "activation.m10",
         *(f"{name}.m{i}" for i in (13, 14) for name in ("drum_speed", "drum_angle")),
-        "activation.m15",
-        "fibre_length.m15",
+        "activation.m16",
+        "fibre_length.m16",
     )
     units = ("A", "rad/s", "rad", "Pa", *"11111", "rad/s", "rad", "rad/s", "rad", "1", "m")
     assert laws.state_units == units
-    units = ("N", "m", "", "V", "Pa", *"1111", "", "1", "", "", "N.m", "m", "1")
+    units = ("N", "m", "", "V", "Pa", *"1111", "", "1", "", "", "N.m", "m", "m", "1")
     assert laws.command_units == units
-    assert laws.command_low.tolist() == [0, 0, 0, -24, *[0] * 9, -2, 0, 0]
-    high = [math.inf, 1000, 0, 24, 6e5, 1, 1, 1, 1, 0, 1, 0, 0, 2, 1000, 1]
+    assert laws.command_low.tolist() == [0, 0, 0, -24, *[0] * 9, -2, 0, 0, 0]
+    high = [math.inf, 1000, 0, 24, 6e5, 1, 1, 1, 1, 0, 1, 0, 0, 2, 1000, 1000, 1]
     assert laws.command_high.tolist() == high
 
 

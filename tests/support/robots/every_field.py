@@ -68,7 +68,7 @@ def robot_of_every_field(seed: int) -> Robot:
         WrapSurface("egg", names[0], "ellipsoid", 0.1, _pose(rng), half_axes=(0.2, 0.3)),
     )
     # fmt: off
-    cables = [Muscle(f"law {kind}", _way(rng, names), 1.0, 50.0,
+    cables = [Muscle(f"law {kind}", _way(rng, names)[:2 if kind == "heavy_cable" else 4], 1.0, 50.0,
                      CableModel(kind, tuple(SOUND[kind].items())))  # type: ignore[arg-type]
               for kind in SOUND]
     # fmt: on

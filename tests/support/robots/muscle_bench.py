@@ -54,6 +54,7 @@ SOUND: dict[str, dict[str, float]] = {
     "tendon_spring": {"stiffness": 400.0, "rest_low": 0.1, "rest_high": 0.25, "damping": 30.0},
     "winch": WINCH,
     "winch_position": WINCH | {"position_gain": 100.0, "velocity_gain": 5.0},
+    "heavy_cable": {"axial_stiffness": 1e4, "mass_per_length": 0.5, "damping": 30.0},
 }
 """A sound set of parameters for every law."""
 

@@ -1,0 +1,197 @@
+"""Heavy cables against the elastic catenary in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from support.robots.muscle_bench import Bench
+from support.robots.wrapped import FAR, carriage
+
+from addin_sdfusion.robot import (
+    WORLD,
+    CableModel,
+    CardsflowError,
+    Muscle,
+    Robot,
+    ViaPoint,
+    Wrap,
+    check,
+)
+from sim_dart import CoreDynamics, Plant
+from sim_dart.core.arrays import FloatArray
+from sim_dart.core.blob import compile_blob
+from sim_dart.core.library import Core
+from sim_dart.muscles.laws import MuscleLaws
+
+CLOSE = 1e-9
+
+
+class Catenary(NamedTuple):
+    """A cable that hangs, by Irvine's equations from its second end's pull."""
+
+    EA: float
+    mass: float
+    rest: float
+    H: float
+    V: float
+    """Upwards at the second end; at the first one V less the weight pulls it up."""
+
+    def span(self, g: float) -> tuple[float, float]:
+        """Of the second end from the first one: how far, and how high."""
+        EA, w, L, H, V = map(np.longdouble, (self.EA, self.mass * g, self.rest, self.H, self.V))
+        W = w * L
+        far = H * L / EA + H / w * (np.arcsinh(V / H) - np.arcsinh((V - W) / H))
+        high = L / EA * (V - W / 2) + (np.hypot(H, V) - np.hypot(H, V - W)) / w
+        return float(far), float(high)
+
+
+def _catenaries() -> list[Catenary]:
+    rng = np.random.default_rng(2)
+    found = []
+    for _ in range(300):
+        rest, mass = 10 ** rng.uniform(-0.5, 2.0), 10 ** rng.uniform(-2.5, 0.5)
+        W = 9.81 * rest * mass
+        H = W * 10 ** rng.uniform(-2.0, 3.0)
+        V = rng.uniform(-2, 2) * max(H, W)
+        EA = np.hypot(H, abs(V) + W) / 10 ** rng.uniform(-4, -0.5)
+        if EA > 1e9:
+            continue
+        found.append(Catenary(EA, mass, rest, H, V))
+    return found
+
+
+def hanging(cable: Catenary, gravity: FloatArray, *, turned: bool = False) -> Robot:
+    """The cable from the world to a carriage, or the other way about."""
+    ends = (ViaPoint(WORLD, (0.0, 0.0, 0.0)), ViaPoint(FAR, (0.0, 0.0, 0.0)))
+    parameters = (("axial_stiffness", cable.EA), ("mass_per_length", cable.mass))
+    model = CableModel("heavy_cable", parameters)
+    muscle = Muscle("m", ends[::-1] if turned else ends, 0.0, 1e9, model)
+    return replace(carriage([muscle], []), gravity=tuple(gravity.tolist()))
+
+
+class Held:
+    """A heavy cable whose one end is held at a place q."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.core = Core(compile_blob(robot))
+        self.laws = MuscleLaws(robot, self.core)
+
+    def pull(self, q: FloatArray, rest: float) -> FloatArray:
+        """What pulls at the carriage, shape (3,)."""
+        self.core.move(self.core.handle, q.tobytes())
+        self.laws.drive(np.zeros(3), [rest])
+        return self.laws.torques.copy()
+
+
+def test_end_forces_tension_and_length_are_those_of_the_elastic_catenary() -> None:
+    """Nearly straight to as slack as five times its chord; in any direction of gravity."""
+    rng = np.random.default_rng(4)
+    slackest = 0.0
+    for cable in _catenaries():
+        down = rng.normal(size=3)
+        down /= np.linalg.norm(down)
+        along = np.cross(down, rng.normal(size=3))
+        along /= np.linalg.norm(along)
+        far, high = cable.span(9.81)
+        q = far * along - high * down
+        W, chord = 9.81 * cable.mass * cable.rest, float(np.hypot(far, high))
+        if chord > 2 * cable.rest or chord < 0.1 * cable.rest:
+            continue
+        slackest = max(slackest, cable.rest / chord)
+        largest = np.hypot(cable.H, max(abs(cable.V), abs(cable.V - W)))
+        second = Held(hanging(cable, 9.81 * down))
+        pull = second.pull(q, cable.rest)
+        expected = -cable.H * along + cable.V * down  # the carriage bears V
+        assert np.abs(pull - expected).max() < CLOSE * largest
+        f = float(second.laws.tensions[0])
+        assert f == pytest.approx(cable.H * chord / far, rel=CLOSE)
+        rest = float(second.laws.invert([f], 1e-3)[0])
+        assert rest == pytest.approx(cable.rest, rel=CLOSE)
+        first = Held(hanging(cable, 9.81 * down, turned=True))
+        pull = first.pull(-q, cable.rest)  # now the carriage has the first end
+        expected = cable.H * along - (cable.V - W) * down
+        # seen from the other end the same cable hangs the same way
+        same = second.pull(q, cable.rest)
+        assert np.abs(first.pull(q, cable.rest) - same).max() < CLOSE * largest
+        assert np.abs(pull - expected).max() < CLOSE * largest
+    assert slackest > 3.0
+
+
+def test_without_weight_it_is_an_elastic_cable() -> None:
+    heavy = {"axial_stiffness": 1e4, "mass_per_length": 0.0, "damping": 20.0}
+    bench = Bench(("heavy_cable", heavy))
+    for length, speed, rest in ((0.5, 0.1, 0.49), (0.5, -0.2, 0.45), (0.5, 0.0, 0.6)):
+        f = max(1e4 * (length / rest - 1), 0.0) + 20.0 * speed
+        assert bench.tension(length, speed, rest) == pytest.approx(max(f, 0.0), rel=1e-12)
+    cable = Catenary(1e4, 2.0, 1.0, 1.0, 1.0)
+    held = Held(hanging(cable, np.zeros(3)))
+    np.testing.assert_allclose(held.pull(np.array([1.02, 0, 0]), 1.0), [-200.0, 0, 0], rtol=1e-12)
+    held = Held(hanging(cable._replace(mass=1e-9), np.array([0, 0, -9.81])))
+    np.testing.assert_allclose(held.pull(np.array([1.02, 0, 0]), 1.0), [-200.0, 0, 0], atol=1e-6)
+
+
+def test_a_cable_that_hangs_down_beside_itself() -> None:
+    """No span: each side bears its part; taut it bears the weight and its stretch."""
+    cable = Catenary(1e5, 0.5, 3.0, 1.0, 1.0)
+    held = Held(hanging(cable, np.array([0, 0, -10.0])))
+    for rise in (0.0, 1.0, -1.0, 2.5):
+        at = np.array([0.0, 0.0, rise])
+        pull = held.pull(at, 3.0)
+        # two sides, l_1 + l_2 = L and l_2 - l_1 = rise but for their stretch by their own weight
+        stretch = 5.0 * (2 * 1.5**2) / 2 / 1e5
+        assert pull[2] == pytest.approx(-5.0 * (3.0 + rise) / 2, abs=5.0 * stretch + 1e-3)
+        assert np.abs(pull[:2]).max() < 1e-6
+    pull = held.pull(np.array([0.0, 0.0, 3.03]), 3.0)
+    assert pull[2] == pytest.approx(-(1e5 * 0.01 + 15.0 / 2), rel=1e-9)
+
+
+def test_weight_in_gravity_is_that_of_a_cable_as_long_as_its_chord() -> None:
+    """G of the robot with and without the cable's weight; the controller so knows it."""
+    cable, down = Catenary(1e6, 0.4, 5.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81])
+    robot = hanging(cable, down)
+    heavy = CoreDynamics(robot)
+    light = CoreDynamics(hanging(cable._replace(mass=0.0), down))
+    q, rng = np.array([3.0, 0.5, 2.0]), np.random.default_rng(1)
+    held = Held(robot)
+    chord = float(np.linalg.norm(q))
+    pull = held.pull(q, chord)
+    beside = pull + held.laws.tensions[0] * q / chord
+    np.testing.assert_allclose(light.gravity(q) - heavy.gravity(q), beside, atol=1e-9)
+    assert beside[2] == pytest.approx(-0.4 * 9.81 * chord / 2, rel=0.05)
+    tau, rates = rng.normal(size=3), rng.normal(size=3)
+    load = tau - heavy.coriolis(q, rates) - heavy.gravity(q)
+    expected = np.linalg.solve(heavy.mass_matrix(q), load)
+    np.testing.assert_allclose(heavy.acceleration(q, rates, tau), expected, rtol=1e-10)
+
+
+@pytest.mark.parametrize("rule", ["euler", "rk4"])
+def test_both_engines_swing_it_the_same(rule: Any) -> None:
+    robot = hanging(Catenary(2e4, 0.8, 2.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81]))
+    plants = [Plant(robot, engine=e, step=5e-4, integrator=rule) for e in ("core", "dart")]
+    for plant in plants:
+        plant.reset([1.5, 0.2, -1.0])
+        for _ in range(200):
+            plant.step([1.9])
+    np.testing.assert_allclose(plants[0].q, plants[1].q, rtol=0, atol=1e-9)
+    assert np.abs(plants[0].q - [1.5, 0.2, -1.0]).max() > 0.02
+
+
+def test_what_it_cannot_be_combined_with_is_refused_by_name() -> None:
+    robot = hanging(Catenary(1e4, 0.5, 2.0, 1.0, 1.0), np.array([0.0, 0.0, -9.81]))
+    muscle = robot.muscles[0]
+    ends = muscle.via_points
+    between = (ends[0], ViaPoint(WORLD, (0.1, 0.0, 0.0)), ends[1])
+    for changed, word in (
+        (replace(muscle, via_points=between), "3 via points"),
+        (replace(muscle, wraps=(Wrap("s", 0),)), "wraps"),
+        (replace(muscle, friction=0.1), "friction"),
+    ):
+        findings = check(robot.with_muscles([changed]))
+        found = [str(f) for f in findings if f.code == "heavy-cable-path"]
+        assert len(found) == 1
+        assert word in found[0]
+    with pytest.raises(CardsflowError, match="hangs between two via points"):
+        Core(compile_blob(robot.with_muscles([replace(muscle, via_points=between)])))
