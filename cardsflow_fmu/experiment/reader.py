@@ -98,6 +98,9 @@ def experiment_settings(
     roots = mesh_roots(file, mains, named)
     if tables.reference is not None and tables.reference.file is not None:
         require_own(tables.reference.file, roots, "reference.file")
+    for muscle in robot.muscles:
+        if muscle.model.own is not None:
+            require_own(Path(muscle.model.own.file), roots, f"muscles.{muscle.name}.model")
     law, own_space = tables.controller.type, tables.controller.own_space
     start, reference = read_reference(
         with_resting_points(data, robot),

@@ -102,10 +102,9 @@ def _own_muscle_laws(muscles: dict[str, Any], experiment: Experiment) -> Files:
         if law is None:
             continue
         carried = f"muscles/{law.file.name}"
-        file = require_own(law.file, experiment.roots, f"muscles.{name}.model")
-        if files.setdefault(carried, file) != file:
+        if files.setdefault(carried, law.file) != law.file:
             what = "has the name of another muscle law's; give these files different names"
-            raise InputError(what, file=file, key=f"muscles.{name}.model")
+            raise InputError(what, file=law.file, key=f"muscles.{name}.model")
         row["model"]["kind"] = str(law._replace(file=Path(carried)))
     return files
 

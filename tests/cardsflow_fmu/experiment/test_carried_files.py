@@ -178,6 +178,18 @@ def test_an_sdf_world_names_meshes_beside_it_alone(home: Path) -> None:
     Experiment.load(home / "arm", {"world.sdf": "world.sdf"})
 
 
+def test_a_muscle_law_from_elsewhere_is_run_if_its_user_names_it(home: Path) -> None:
+    (home / "law.py").write_text("class Own:\n    command = None\n")
+    with (home / "arm/experiment.toml").open("a") as stream:
+        stream.write('\n[muscles.elbow_bend]\nmodel = "../law.py:Own"\n')
+    with pytest.raises(InputError, match=r"muscles\.elbow_bend\.model: lies outside"):
+        Experiment.load(home / "arm")
+    named = Experiment.load(home / "arm", {"muscles.elbow_bend.model": f"{home}/law.py:Own"})
+    carried = experiment_resources(named)["muscles/law.py"]
+    assert carried == home / "law.py"
+    assert home / "law.py" in named.roots
+
+
 def test_a_motion_from_elsewhere_is_read_if_its_user_names_it(home: Path) -> None:
     toml = home / "arm/experiment.toml"
     before, _, rest = toml.read_text().partition("[reference]")

@@ -21,7 +21,15 @@ TAGS += ["base_rotating_pulley", "screw_base_rotating_pulley", "position", "pose
 TAGS += ["orientation_euler_xyz", "operational_spaces", "parabolic_blend_trajectory"]
 TAGS += ["cubic_spline_average_velocity_trajectory", "file_trajectory", "muscle_hill_type"]
 WORDS = ["", "nan", "inf", "-inf", "1e-320", "1e308", "-1e308", "1e999", "-1", "0", "1", "2", "0.5"]
-WORDS += ["2147483648", "1000000000", "-1000000", "18446744073709551616", "9" * 400, "null"]
+WORDS += [
+    "2147483648",
+    "1000000000",
+    "-1000000",
+    "18446744073709551616",
+    "9" * 400,
+    "9" * 5000,
+    "null",
+]
 WORDS += [
     "true",
     "false",
