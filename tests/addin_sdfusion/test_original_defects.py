@@ -91,6 +91,7 @@ def test_4_a_second_export_in_one_session_has_no_points_of_the_first(
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+@pytest.mark.slow
 def test_5_every_setting_changes_the_files(fusion: Any, tmp_path: Path) -> None:
     """Check boxes were never read; the model was called '' and its meshes model:///meshes."""
     design = designs.two_link_arm()
@@ -142,6 +143,7 @@ def test_7_nested_points_and_bodies_are_where_they_are(
     assert ends[0] == ends[1]
 
 
+@pytest.mark.slow
 def test_8_joint_origins_as_built_inferred_and_joints_to_the_root(
     fusion: Any, tmp_path: Path
 ) -> None:

@@ -155,6 +155,7 @@ def refused(tmp_path: Path, content: Any) -> InputError:
     return caught.value
 
 
+@pytest.mark.slow
 @given(SNAPSHOTS)
 def test_comes_back_as_it_was(tmp_path_factory: pytest.TempPathFactory, made: Any) -> None:
     file = write_snapshot(made, tmp_path_factory.mktemp("s") / "folder" / "snapshot.json")
@@ -185,6 +186,7 @@ def test_the_schema_is_that_of_what_the_addin_writes() -> None:
         validator.validate(json.loads(snapshot_text(read_design(designs.two_link_arm()))))
 
 
+@pytest.mark.slow
 def test_what_is_no_snapshot(tmp_path: Path) -> None:
     for content in ("", "{", "[]", "7", "null", '{"design": {}}', "[" * 100_000, "\x00"):
         assert refused(tmp_path, content).key is None
@@ -303,6 +305,7 @@ def test_damaged_numbers_are_refused(
     assert "packed" in error.what
 
 
+@pytest.mark.slow
 @given(SNAPSHOTS, st.data())
 def test_any_flipped_byte_is_read_or_refused(
     tmp_path_factory: pytest.TempPathFactory, made: DesignSnapshot, data: st.DataObject

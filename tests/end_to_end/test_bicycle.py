@@ -52,6 +52,7 @@ def test_the_legs_pedal_three_turns(tmp_path: Path) -> None:
 AROUND = {"controller.ki": 500.0, "controller.observer": 5.0, "controller.delay": 1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("around", [{}, AROUND], ids=["plain", "around"])
 @pytest.mark.native
 def test_native_fmus_and_python_do_the_same(around: dict[str, Any], tmp_path: Path) -> None:
@@ -84,6 +85,7 @@ def tip_experiment(folder: Path, **more: Any) -> Experiment:
     return Experiment.load(written(robot, folder, text + points), more)
 
 
+@pytest.mark.slow
 @pytest.mark.native
 def test_the_tip_of_five_bars_follows_in_operational_space(tmp_path: Path) -> None:
     experiment = tip_experiment(tmp_path)

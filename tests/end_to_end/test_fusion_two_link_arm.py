@@ -81,6 +81,7 @@ def test_the_exported_arm_tracks_as_the_example_does(tmp_path: Path) -> None:
     assert summary["forces"]["max"] < 41.5
 
 
+@pytest.mark.slow
 def test_the_export_runs_at_once(tmp_path: Path) -> None:
     export_robot(drawn(q=(0.3, -0.2)), tmp_path / "arm")
     assert main(["check", str(tmp_path / "arm")]) == 0

@@ -41,6 +41,7 @@ def test_the_hand_reaches_every_target(reached: Result) -> None:
         assert reached["y.hand.z"][row] == pytest.approx(z, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_every_excitation_and_activation_is_within_its_range(reached: Result) -> None:
     for name in MUSCLES:
         u, a = reached[f"u.{name}"], reached[f"activation.{name}"]

@@ -324,6 +324,7 @@ HARDWARE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", few(["force", "length"]))
 def test_hardware_drives_motors(command: str, tmp_path: Path) -> None:
     """An emulated robot behind the whole protocol moves as the plant does; torques come back."""

@@ -46,6 +46,7 @@ def test_the_box_is_lifted_as_far_as_the_hand_goes() -> None:
     assert result["object.box.qw"][-1] > 0.9999  # it stays upright
 
 
+@pytest.mark.slow
 def test_friction_cones_that_do_not_converge_are_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sim_dart.dart.world._SWEEPS", 1)
     result = picked_up(world__friction_law="cone", run__duration=0.05)

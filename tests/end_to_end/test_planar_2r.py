@@ -57,6 +57,7 @@ def test_fmus_and_a_plain_python_loop_give_equal_columns(settings: dict) -> None
     np.testing.assert_allclose(fmu.rows, direct.rows, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "cable_set"),
     few([("r2head", "basic"), ("r2oct", "basic_4_cables_2018_10"), ("r2jul", "basic_2018_07")]),
@@ -96,6 +97,7 @@ def test_whatever_an_experiment_says_holds_in_its_fmus(settings: dict) -> None:
     np.testing.assert_allclose(fmu.rows, direct.rows, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_reference_fmu_begins_at_the_hosts_start_time(tmp_path: Path) -> None:
     file = build(Experiment.load(PLANAR_2R), tmp_path / "made/for/it")["reference"]
     result = simulate_fmu(str(file), start_time=1.0, stop_time=1.01, output_interval=0.001)
@@ -111,6 +113,7 @@ def test_each_fmu_runs_alone_in_fmpy_without_any_option(name: str, tmp_path: Pat
     assert len(simulate_fmu(str(file))) > 100
 
 
+@pytest.mark.slow
 def test_a_run_that_fails_leaves_no_files_of_the_run_before(tmp_path: Path) -> None:
     run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), tmp_path)
     run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), tmp_path, through="direct")
@@ -165,6 +168,7 @@ def test_fmus_are_valid_and_carry_all_they_need(tmp_path: Path) -> None:
         assert validate_fmu(str(file)) == []
 
 
+@pytest.mark.slow
 def test_a_failing_fmu_ends_the_run_with_its_own_words_and_keeps_the_results(
     tmp_path: Path,
 ) -> None:
@@ -205,6 +209,7 @@ def test_the_command_prints_a_short_summary(tmp_path: Path) -> None:
     assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f]", done.stdout)
 
 
+@pytest.mark.slow
 def test_output_that_nobody_reads_to_the_end_is_no_error(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "cardsflow_fmu.cli", "info", str(PLANAR_2R / "robot")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:

@@ -29,6 +29,7 @@ def test_the_joint_follows(followed: Result) -> None:
     assert summary["tracking"]["max"] < 2e-3
 
 
+@pytest.mark.slow
 def test_tensions_are_those_of_the_pressures(followed: Result) -> None:
     """F = p (3 L² - b²) / (4 pi n²), L = path length - cord, at every row."""
     for name, cord in zip(MUSCLES, (0.07, 0.05), strict=True):

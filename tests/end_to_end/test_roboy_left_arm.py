@@ -104,6 +104,7 @@ def test_an_unknown_load_at_the_hand_with_an_observer() -> None:
     assert result["w.hand.fz"][100] == -10.0
 
 
+@pytest.mark.slow
 def test_fmus_and_a_plain_python_loop_give_equal_columns() -> None:
     settings = {
         "run.duration": 0.5,
@@ -244,6 +245,7 @@ def test_a_blend_that_does_not_fit_is_refused(blend: dict[str, float], message: 
     assert message in str(error.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_a_disturbance_of_nothing_travels_in_the_fmus_too(known: bool) -> None:
     settings = {"run.duration": 0.01, "disturbance.force": {"hand": [0, 0, 0]}}

@@ -30,6 +30,7 @@ def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[st
     return run([*program, vectors], variables=os.environ).splitlines()
 
 
+@pytest.mark.slow
 @pytest.mark.native
 def test_the_package_gives_what_others_give(replayed: list[str]) -> None:
     """DART's and MuJoCo's terms, quadprog's answers, Python's loop with DART's plant."""

@@ -38,6 +38,7 @@ def in_order_of(robot: Robot, q: dict[str, float]) -> Any:
     return np.array([q[c.name] for c in robot.coordinates])
 
 
+@pytest.mark.slow
 @given(drawn_designs(), st.integers(0, 1000))
 def test_a_drawn_robot_is_the_written_one(drawn: Drawn, seed: int) -> None:
     made, robot = built(drawn.snapshot)
@@ -64,6 +65,7 @@ def test_a_drawn_robot_is_the_written_one(drawn: Drawn, seed: int) -> None:
         np.testing.assert_allclose(a.task_position(qa), b.task_position(qb), rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 @given(drawn_designs())
 def test_at_its_initial_pose_everything_is_where_the_design_has_it(drawn: Drawn) -> None:
     made, robot = built(drawn.snapshot)
@@ -88,6 +90,7 @@ def test_at_its_initial_pose_everything_is_where_the_design_has_it(drawn: Drawn)
             np.testing.assert_allclose(poses[via.link] @ [*via.position, 1.0], at, atol=1e-12)
 
 
+@pytest.mark.slow
 @given(drawn_designs())
 def test_with_all_coordinates_at_zero_every_frame_is_parallel_to_the_world(drawn: Drawn) -> None:
     _, robot = built(drawn.snapshot)

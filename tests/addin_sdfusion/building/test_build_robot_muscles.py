@@ -202,6 +202,7 @@ def _strange(old: Any, value: Any) -> Any:
     return None
 
 
+@pytest.mark.slow
 @given(
     st.integers(0, 50),
     st.booleans(),

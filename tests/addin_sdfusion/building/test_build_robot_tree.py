@@ -333,6 +333,7 @@ def test_names_keep_what_the_designer_wrote() -> None:
     assert {link.name for link in made.robot.links} == {"base", "Oberarm (links) <é>", "a_0"}
 
 
+@pytest.mark.slow
 @given(st.integers(0, 10_000), st.sampled_from(["", "a", "ad", "bc"]), st.booleans(), st.booleans())
 def test_findings_do_not_depend_on_the_order_of_creation(
     seed: int, grounded: str, loop: bool, fixed: bool

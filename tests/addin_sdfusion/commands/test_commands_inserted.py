@@ -111,6 +111,7 @@ def test_every_leg_has_its_muscle(fusion: Any, tmp_path: Path) -> None:
         assert found == pytest.approx(drawn.place(k, "foot", HEEL), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_dialog_leaves_what_is_inserted_and_takes_more(fusion: Any, tmp_path: Path) -> None:
     drawn = Legs(2)
     with fusion.building():

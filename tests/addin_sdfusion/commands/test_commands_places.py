@@ -139,6 +139,7 @@ def test_the_shell_takes_the_line_after_an_export(fusion: Any, tmp_path: Path) -
     assert f'cardsflow run "{folder}"' in fusion.messages[-1]
 
 
+@pytest.mark.slow
 def test_every_step_of_an_export_can_be_cancelled(fusion: Any, tmp_path: Path) -> None:
     """Nothing of it stays, wherever that is."""
     designs.component_twice()

@@ -105,6 +105,7 @@ def test_icons_are_seen_on_light_and_dark_toolbars(toolbar: tuple[int, ...]) -> 
         assert (high + 0.05) / (low + 0.05) >= 3.0
 
 
+@pytest.mark.slow
 def test_icons_are_those_of_the_script() -> None:
     import io
 

@@ -160,6 +160,7 @@ def test_any_points_have_a_closed_hull_or_no_volume(points):
         assert_is_hull(hull, points)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", few(["ball", "sphere", "cylinder"]))
 def test_20000_points_have_a_hull(name):
     rows = {

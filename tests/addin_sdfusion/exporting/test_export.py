@@ -275,6 +275,7 @@ def test_progress_counts_up_to_the_end_and_never_beyond(tmp_path):
     assert {whole for _, whole in reported} == {len(reported)}
 
 
+@pytest.mark.slow
 def test_cancelled_at_any_time_the_folder_is_as_it_was(tmp_path):
     export_built(built(), ALL, tmp_path / "arm")
     before = files_of(tmp_path)
@@ -334,6 +335,7 @@ print(len(export_built(Built(), ExportSettings(), sys.argv[2]).files))
 """
 
 
+@pytest.mark.slow
 def test_the_standard_library_is_enough(tmp_path):
     """As inside Fusion: no site-packages, no environment."""
     root = str(Path(__file__).parents[3])

@@ -30,6 +30,7 @@ from cardsflow_fmu.cli.main import main
 ALL = ExportSettings()
 
 
+@pytest.mark.slow
 @given(robots())
 def test_any_motion_is_within_limits_and_read_back_exactly(robot):
     motion = gentle_motion(robot)
@@ -109,6 +110,7 @@ def test_a_run_stays_within_limits(tmp_path, initial):
         assert np.abs(result[f"q.{name}"]).max() <= 0.3 + 1e-3
 
 
+@pytest.mark.slow
 def test_a_robot_whose_muscles_cannot_hold_it_runs_all_the_same(tmp_path):
     robot = chain(6, 1, 4)
     export_built(built(robot), ALL, tmp_path / "chain")

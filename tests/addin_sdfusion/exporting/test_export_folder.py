@@ -142,6 +142,7 @@ def test_line_ends_turned_by_version_control_are_no_change(arm):
     assert b"\r\n" not in (arm / "experiment.toml").read_bytes()
 
 
+@pytest.mark.slow
 def test_the_experiment_that_the_user_changed_stays(arm):
     original = (arm / "experiment.toml").read_text()
     mine = original.replace("kp = 2000.0", "kp = 900.0")

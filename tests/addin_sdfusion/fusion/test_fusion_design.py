@@ -387,6 +387,7 @@ def test_masses_and_meshes_when_asked_only(fusion: Any, monkeypatch: pytest.Monk
     assert all(b.mass is None and b.mesh is None for b in snapshot.bodies)
 
 
+@pytest.mark.slow
 def test_large_design_is_read_whole(fusion: Any) -> None:
     design = designs.many_links(200, 400)
     snapshot = read_design(design, meshes=False)

@@ -52,6 +52,7 @@ def hinged(build: Builder, **more: Any) -> JointSnapshot:
 # Where it is -------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @given(SEEDS)
 def test_older_fusion_without_transforms(seed: int) -> None:
     """The geometry alone, joint origins among it."""

@@ -153,6 +153,7 @@ def test_whatever_fails_the_reading_goes_on(
     assert read_design(design, log=log.append).joints
 
 
+@pytest.mark.slow
 @given(st.sets(st.sampled_from(MEMBERS), min_size=1, max_size=6))
 def test_several_failures_at_once(members: set[str]) -> None:
     with fake_fusion.install(), pytest.MonkeyPatch.context() as monkeypatch:
@@ -263,6 +264,7 @@ def test_mirrored_occurrence_is_an_error(fusion: Any) -> None:
     assert {f.code for f in read_design(build.done()).findings} == {"not-rigid"}
 
 
+@pytest.mark.slow
 def test_points_are_read_at_every_depth_of_nesting(fusion: Any) -> None:
     build = Builder()
     path: Any = ()

@@ -34,6 +34,7 @@ def truth(drawn: Drawn) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     }
 
 
+@pytest.mark.slow
 def test_every_joint_of_a_real_robot_is_where_fusion_has_it(fusion: Any, tmp_path: Path) -> None:
     """Six times one leg, its as-built joints given in the leg's frame; stale groups."""
     drawn = Drawn()
@@ -72,6 +73,7 @@ def test_every_joint_of_a_real_robot_is_where_fusion_has_it(fusion: Any, tmp_pat
     assert len(read_robot(tmp_path / "robot").coordinates) == 18
 
 
+@pytest.mark.slow
 def test_real_masses_keep_their_inertia(fusion: Any) -> None:
     """127 bodies: the numbers of getXYZMomentsOfInertia are the entries of the matrix."""
     bodies = live_data("live_masses.json")["bodies"]

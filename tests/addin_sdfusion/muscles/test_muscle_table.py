@@ -308,6 +308,7 @@ def test_a_duplicate_may_go_to_another_muscle() -> None:
     assert [(p.muscle, p.number, p.position[0]) for p in table.points_of("n")] == [("n", 0, 1.0)]
 
 
+@pytest.mark.slow
 @given(st.integers(2, 6), st.data())
 def test_wrap_surfaces_stay_after_their_point(count: int, data: st.DataObject) -> None:
     index = data.draw(st.integers(0, count - 1))
@@ -456,6 +457,7 @@ def test_a_surface_without_an_image_is_a_warning() -> None:
 # CSV
 
 
+@pytest.mark.slow
 @given(tables())
 def test_a_table_is_read_as_it_was_written(table: MuscleTable) -> None:
     read, findings = read_csv(csv_text(table).encode())
@@ -466,6 +468,7 @@ def test_a_table_is_read_as_it_was_written(table: MuscleTable) -> None:
     assert sorted(read.markers, key=lambda m: m.name) == list(table.markers)
 
 
+@pytest.mark.slow
 @given(tables())
 def test_importing_what_was_exported_changes_nothing(table: MuscleTable) -> None:
     read, _ = read_csv(csv_text(table).encode())

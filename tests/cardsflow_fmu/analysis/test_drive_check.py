@@ -97,6 +97,7 @@ def test_published_carex(shared: Path, cardsflow: CommandLine) -> None:
     assert "joint_1_gamma" in messages["massless-motion"]
 
 
+@pytest.mark.slow
 def test_experiments_are_checked_with_what_they_change(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -113,6 +114,7 @@ def test_experiments_are_checked_with_what_they_change(
     assert "[zero-inertia-about-axis]" in cardsflow("check", tmp_path)[1]  # of the robot's files
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["roboy_left_arm", "hill_arm", "pick_up", "pneumatic_elbow"])
 def test_examples_are_sound(name: str, cardsflow: CommandLine) -> None:
     assert found(cardsflow, EXAMPLES / name / "experiment.toml") == {}

@@ -21,6 +21,7 @@ def test_the_planar_arm_is_what_its_files_say() -> None:
     assert info["muscles"][0]["length"] == pytest.approx((0.4**2 + 0.8**2) ** 0.5)
 
 
+@pytest.mark.slow
 def test_an_fmu_lists_its_variables(tmp_path: Path) -> None:
     file = build(Experiment.load(PLANAR_2R), tmp_path)["plant"]
     info = fmu_info(file)

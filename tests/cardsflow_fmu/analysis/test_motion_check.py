@@ -66,12 +66,14 @@ def test_links_as_capsules(robot: Path, tmp_path: Path, cardsflow: CommandLine) 
     assert any("50 mm deep through link 'link_2'" in message for message in messages)
 
 
+@pytest.mark.slow
 def test_random_postures_are_the_same_every_time(robot: Path, cardsflow: CommandLine) -> None:
     first = findings(cardsflow, robot, "--motion", "random", "--clearance", "0.05")
     assert first
     assert findings(cardsflow, robot, "--motion", "random", "--clearance", "0.05") == first
 
 
+@pytest.mark.slow
 def test_a_trajectory_beside_the_robot(cardsflow: CommandLine) -> None:
     """The planar arm's cables lie in one plane: 1 and 2 pull from both sides of it."""
     found = findings(

@@ -130,6 +130,7 @@ def test_a_motion_in_operational_space_is_followed() -> None:
     assert max(row["peak"] for row in sizes["muscles"]) == pytest.approx(495, abs=20)
 
 
+@pytest.mark.slow
 def test_a_reference_out_of_reach_is_reported_with_its_time() -> None:
     experiment = Experiment.load(LEFT_ARM)
     assert isinstance(experiment.reference.curve, FlowerSettings)
@@ -169,6 +170,7 @@ def test_long_periods_leave_points_enough() -> None:
     assert len(reference_motion(experiment).times) == 5
 
 
+@pytest.mark.slow
 def test_a_muscle_that_only_brakes_drives_with_no_power() -> None:
     """On a way in one direction the cables that lengthen never pull with power."""
     points = [{"time": t, "q": [0.3 * t, 0.0], "qd": [0.3, 0.0]} for t in (0.0, 1.0)]

@@ -203,6 +203,7 @@ def test_the_schema_is_that_of_what_is_written(capsys: pytest.CaptureFixture[str
         assert not validator.is_valid(damaged), where
 
 
+@pytest.mark.slow
 def test_the_example_in_the_docs_is_a_robot(tmp_path: Path) -> None:
     """The pendulum: its muscles pull it to both sides, its hinge has what the file says."""
     (block,) = (b for b in blocks(ROOT / "docs/snapshot.md") if b.language == "json")
@@ -221,6 +222,7 @@ def test_the_example_in_the_docs_is_a_robot(tmp_path: Path) -> None:
     jsonschema.validate(json.loads(block.text), schema("snapshot"))
 
 
+@pytest.mark.slow
 def test_damaged_snapshots_give_a_robot_or_one_line(tmp_path: Path) -> None:
     """Values of a sound file replaced by odd ones, exchanged or removed, one to five at a time."""
     count = int(os.environ.get("CARDSFLOW_MUTATIONS", "60"))

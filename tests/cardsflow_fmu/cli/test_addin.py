@@ -249,6 +249,7 @@ def test_the_archive_is_the_same_every_time(tmp_path, source):
         assert archive.testzip() is None
 
 
+@pytest.mark.slow
 def test_the_packed_add_in_works_alone(tmp_path):
     """Unpacked anywhere, with the standard library only."""
     with zipfile.ZipFile(addin.zip_addin(tmp_path / "addin.zip")) as archive:

@@ -197,6 +197,7 @@ def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) 
 # Scripts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", few([["--direct"], ["--realtime"]]))
 def test_the_script_of_a_run_gives_the_same_bits(
     words: list[str],
@@ -237,6 +238,7 @@ def test_a_script_that_is_not_plain_fmpy_says_why(
     assert f"warning: {missing}" in err
 
 
+@pytest.mark.slow
 def test_the_script_of_an_ssp_gives_the_same_bits(tmp_path: Path, cardsflow: CommandLine) -> None:
     assert cardsflow("build", str(PLANAR_2R), *SHORT, "-o", str(tmp_path))[0] == 0
     words = ["run", str(tmp_path / "system.ssp"), "--set", "run.duration=0.02"]

@@ -41,6 +41,7 @@ def test_a_designed_motion_is_run_and_calibrated_from(
         assert abs(one["change"]) < max(4 * one["sd"], 1e-3 * one["prior_sd"])
 
 
+@pytest.mark.slow
 def test_nothing_is_written_of_what_cannot_be_designed(
     cardsflow: CommandLine, tmp_path: Path
 ) -> None:

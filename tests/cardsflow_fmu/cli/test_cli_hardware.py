@@ -326,6 +326,7 @@ def test_a_recording_without_states_is_no_device(tmp_path: Path, cardsflow: Comm
     assert "no state has been recorded" in cardsflow.refused("replay-hardware", file, *FREE)
 
 
+@pytest.mark.slow
 def test_a_cut_off_recording_causes_a_warning(
     recorded: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:

@@ -206,6 +206,7 @@ def test_any_size(length: float, mass: float, tmp_path: Path, cardsflow: Command
     assert_tracks(summary)
 
 
+@pytest.mark.slow
 def test_massless_motions_are_locked(tmp_path: Path, cardsflow: CommandLine) -> None:
     """A ball joint in line with a rod that has no inertia about itself."""
     rod = Inertia(1.0, (0.2, 0.0, 0.0), 0.0, 0.01, 0.01)

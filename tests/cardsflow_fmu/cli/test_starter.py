@@ -59,12 +59,14 @@ def test_whatever_a_run_takes_is_taken(form: str, tmp_path: Path) -> None:
     assert [m.name for m in loaded.muscles] == [m.name for m in robot.muscles]
 
 
+@pytest.mark.slow
 def test_a_cable_set_is_kept(tmp_path: Path) -> None:
     file = init(PLANAR_2R / "robot", tmp_path, "basic_2018_07").file
     assert file == tmp_path / "experiment.toml"
     assert Experiment.load(file).robot.cable_set == "basic_2018_07"
 
 
+@pytest.mark.slow
 def test_the_experiment_finds_its_robot_from_where_it_stands(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -79,6 +81,7 @@ def test_the_experiment_finds_its_robot_from_where_it_stands(
 COMMENTED = re.compile(r"^# (\[?[a-z_]+(?:\.[\w\"]+)?\]? = .*|\[muscles\..*\])$")
 
 
+@pytest.mark.slow
 def test_every_commented_setting_may_be_used(tmp_path: Path) -> None:
     """One by one, and all at once."""
     file = init(PLANAR_2R / "robot", tmp_path).file
@@ -165,6 +168,7 @@ def test_a_robot_that_cannot_move_is_refused(what: str, tmp_path: Path) -> None:
     assert not (tmp_path / "experiment.toml").exists()
 
 
+@pytest.mark.slow
 def test_what_is_doubtful_in_the_files_is_said(tmp_path: Path, cardsflow: CommandLine) -> None:
     """With line and what was done about it; on the start, too, where the files' is no good one."""
     shutil.copytree(PLANAR_2R / "robot", tmp_path / "robot")

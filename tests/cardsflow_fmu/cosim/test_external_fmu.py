@@ -71,6 +71,7 @@ def expected(result: Result, inertia: float) -> tuple[np.ndarray, np.ndarray]:
     return np.array(q), np.array(qd)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", MAPS)
 def test_an_external_plant_in_its_own_units(bodies: dict[str, Path], version: str) -> None:
     plant = body(bodies[version], version, parameters={"inertia": 4.0})
@@ -147,6 +148,7 @@ def test_what_does_not_fit_is_refused_before_the_first_step(
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_unit_that_the_fmu_lacks_is_ours_with_a_warning_or_stated(
     tmp_path: Path, compiler: str
 ) -> None:
@@ -168,6 +170,7 @@ def test_an_fmu_for_model_exchange_is_refused(tmp_path: Path) -> None:
         direct(experiment(str(file)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new"), [('fmiVersion="2.0"', 'fmiVersion="1.0"'), ("<ModelVariables>", "<Models>")]
 )
@@ -213,6 +216,7 @@ def test_a_coupling_is_part_of_the_data_that_travels() -> None:
     assert (data["coupling"], data["order"]) == ("gauss_seidel", list(order))
 
 
+@pytest.mark.slow
 def test_a_start_value_that_is_no_number_is_refused(tmp_path: Path, compiler: str) -> None:
     text = FMI2.replace('start="', 'start="q', 1)
     file = external_fmu(tmp_path / "odd.fmu", compiler, "2.0", text)
@@ -220,6 +224,7 @@ def test_a_start_value_that_is_no_number_is_refused(tmp_path: Path, compiler: st
         simulate(Experiment.load(PLANAR_2R, {"fmus.plant": str(file)}))
 
 
+@pytest.mark.slow
 def test_a_library_that_cannot_be_loaded_leaves_the_current_folder(tmp_path: Path) -> None:
     built = build(Experiment.load(PLANAR_2R), tmp_path / "built")
     file, here = tmp_path / "odd.fmu", Path.cwd()

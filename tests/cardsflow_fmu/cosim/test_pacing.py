@@ -157,6 +157,7 @@ def test_without_permission_priority_is_unchanged(
         assert name == scheduling()
 
 
+@pytest.mark.slow
 def test_garbage_is_not_collected_meanwhile() -> None:
     assert gc.isenabled()
     with without_collections():

@@ -203,6 +203,7 @@ def test_a_motion_from_elsewhere_is_read_if_its_user_names_it(home: Path) -> Non
     assert mine.reference.duration == 6.0
 
 
+@pytest.mark.slow
 def test_an_fmu_from_elsewhere_is_packed_if_its_user_names_it(home: Path) -> None:
     (home / "mine.fmu").write_bytes(b"no FMU")
     settings = {"fmus.plant": "../mine.fmu"}

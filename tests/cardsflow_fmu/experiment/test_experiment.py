@@ -186,6 +186,7 @@ def test_a_setting_may_be_changed_by_its_key() -> None:
     assert experiment.robot.muscle("cable_1").f_max == 50.0
 
 
+@pytest.mark.slow
 def test_a_robot_without_operational_space_travels_in_an_fmu(tmp_path: Path) -> None:
     robot = replace(planar_2r(), task_sets=(), task_set="")
     write_sdf(robot, tmp_path / "arm")

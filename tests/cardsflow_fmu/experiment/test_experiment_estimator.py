@@ -47,6 +47,7 @@ def difference(a: Result, b: Result) -> float:
     return max(float(np.abs(a[n] - b[n]).max()) / (1.0 + np.abs(a[n]).max()) for n in a.names)
 
 
+@pytest.mark.slow
 @pytest.mark.native
 def test_native_and_python_models_agree() -> None:
     """With all kinds of sensors; the estimate is good enough to be followed."""
@@ -104,6 +105,7 @@ def test_commands_ramp_down_where_the_estimate_is_lost(through: str) -> None:
     assert any(warning.startswith(line) for warning in result.summary["warnings"])
 
 
+@pytest.mark.slow
 def test_the_first_pose_is_found_by_the_first_reading() -> None:
     """Without knowing where the arm starts."""
     result = simulate(roboy(0.2, exact=False, search=True, slack=0.5), through="native")
@@ -112,6 +114,7 @@ def test_the_first_pose_is_found_by_the_first_reading() -> None:
     assert np.abs(result["q_hat.joint_1"][0] - result["q.joint_1"][0]) < 5e-3
 
 
+@pytest.mark.slow
 def test_an_estimator_may_only_watch() -> None:
     """The controller has the truth: the run is that without any estimator."""
     watched = simulate(roboy(0.1, feeds=False), through="native")
@@ -155,6 +158,7 @@ def test_what_does_not_fit_is_refused(settings: dict[str, object], message: str)
         Experiment.load(EXAMPLES / "roboy_left_arm", settings)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_observed_is_told_before_a_run() -> None:
     """No lengths of the elbow's muscles: joint_4 is open, at every pose of the reference."""
     found = observed_poses(roboy(0.1))

@@ -26,6 +26,7 @@ pytestmark = pytest.mark.extra("ros2")
 JOINTS = ("joint_1", "joint_2")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mcap", [True, False], ids=["mcap", "sqlite"])
 def test_the_publisher_that_names_all_joints_is_followed(mcap: bool, tmp_path: Path) -> None:
     """Whatever the order of its joints, from a folder or the file in it."""
@@ -61,6 +62,7 @@ def test_a_run_recorded_and_followed_again_is_the_same_motion(
     assert "already" in cardsflow.refused("convert", recorded, "--to", tmp_path / "motion.csv")
 
 
+@pytest.mark.slow
 def test_what_is_no_recording_of_the_robot_is_told_in_a_line(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -83,6 +85,7 @@ def test_what_is_no_recording_of_the_robot_is_told_in_a_line(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_recording_that_ends_too_early_gives_what_it_has(tmp_path: Path) -> None:
     whole = bag(tmp_path / "bag", ("/joint_states", JOINTS)) / "bag_0.mcap"
     file = next(whole.parent.glob("*.mcap"))
@@ -95,6 +98,7 @@ def test_a_recording_that_ends_too_early_gives_what_it_has(tmp_path: Path) -> No
     assert len(read_joint_states(file).time) == COUNT
 
 
+@pytest.mark.slow
 def test_damaged_recordings_are_refused_or_read(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     for mcap in (True, False):
@@ -111,6 +115,7 @@ def test_damaged_recordings_are_refused_or_read(tmp_path: Path) -> None:
                 read_joint_states(damaged)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compression", ["zstd", "lz4"])
 def test_a_chunk_that_unpacks_to_too_much_is_refused(compression: str, tmp_path: Path) -> None:
     """Whether it says so of itself or not."""

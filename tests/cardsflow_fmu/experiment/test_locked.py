@@ -56,6 +56,7 @@ def test_a_locked_joint_is_held_exactly(through: Through, engine: str, tmp_path:
     np.testing.assert_allclose(ends, lengths(np.array([result["q.joint_1"][-1], 0.3])), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_it_is_locked_in_fmus_and_their_experiment(tmp_path: Path) -> None:
     experiment = locked(tmp_path)
     build(experiment, tmp_path)

@@ -144,12 +144,14 @@ def test_the_summary_and_the_figure_show_tensions(pneumatic: Result) -> None:
     assert labels == ["tension [N]", "pressure [Pa]", "joint position [rad]"]
 
 
+@pytest.mark.slow
 def test_motors_that_are_too_slow_are_reported_as_infeasible_ticks() -> None:
     slow = {"muscles.cable_1.model": {**MCKIBBEN, "thread_length": 1.2, "max_pressure": 300.0}}
     result = simulate(arm(DRIVEN, slow, {"run.duration": 0.5}), through="direct")
     assert result.summary["infeasible_ticks"] > 100
 
 
+@pytest.mark.slow
 def test_forces_stay_within_what_can_be_reached() -> None:
     """At every tick: between the tensions that no command at all and the largest lead to."""
     experiment = arm(MIXED, {"run.duration": 0.3})
@@ -346,6 +348,7 @@ def test_the_plants_derivatives_are_those_of_its_steps() -> None:
         assert np.abs(expected).max() > 0.0
 
 
+@pytest.mark.slow
 def test_energy_is_an_output_that_balances() -> None:
     settings = {"plant.energy": True, "plant.integrator": "rk4", "run.duration": 1.0}
     result = simulate(arm(DRIVEN, settings), through="direct")

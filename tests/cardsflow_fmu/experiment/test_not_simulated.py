@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R, planar_2r
 
@@ -14,6 +15,7 @@ from addin_sdfusion.robot import CableModel, Wrap, WrapSurface, write_caspr, wri
 SPRING = CableModel("linear_spring", (("K", 2000.0),))
 
 
+@pytest.mark.slow
 def test_springs_in_cables_are_told_with_their_size(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = planar_2r()
     muscles = [replace(m, model=SPRING) for m in robot.muscles]

@@ -73,6 +73,7 @@ def with_law(folder: Path, name: str, **settings: Any) -> Experiment:
     return Experiment.load(folder, changes)
 
 
+@pytest.mark.slow
 def test_it_controls_as_ours_with_the_same_gains(folder: Path) -> None:
     ours = simulate(Experiment.load(folder, {"run.duration": 0.2}), through="direct")
     own = simulate(with_law(folder, "Stiff"), through="direct")
@@ -86,6 +87,7 @@ def test_forces_alone_are_held_at_the_bounds(folder: Path) -> None:
     assert result.summary["infeasible_ticks"] == result.summary["ticks"]
 
 
+@pytest.mark.slow
 def test_it_travels_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
     experiment = with_law(folder, "Stiff")
     direct = simulate(experiment, through="direct")

@@ -47,6 +47,7 @@ def test_columns_of_a_csv_go_by_their_names(
     np.testing.assert_allclose(followed({"file": str(file)}), Q, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_a_run_can_be_repeated_from_its_results(tmp_path: Path) -> None:
     settings = {"run.duration": 0.5, "run.output": str(tmp_path / "first")}
     first = simulate(Experiment.load(PLANAR_2R, settings), through="direct")
@@ -92,6 +93,7 @@ def test_task_coordinates_are_followed_in_task_space(tmp_path: Path) -> None:
     assert experiment.reference.space == "operational"
 
 
+@pytest.mark.slow
 def test_it_travels_in_fmus_and_runs_in_c(tmp_path: Path) -> None:
     experiment = Experiment.load(
         PLANAR_2R, {"reference": {"samples": np.c_[T, Q]}, "run.duration": 0.2}

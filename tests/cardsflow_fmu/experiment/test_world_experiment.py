@@ -158,6 +158,7 @@ def test_a_ball_falls_and_rests_beside_the_arm_in_fmus_as_without() -> None:
     assert direct["object.ball.qw"][-1] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_a_world_and_its_meshes_travel_in_the_fmus(tmp_path: Path) -> None:
     mesh = write_box_mesh(tmp_path)
     die = DIE | {"file": str(mesh), "position": [4, 0, 0.8]}
@@ -207,6 +208,7 @@ def test_a_state_holds_the_objects() -> None:
     np.testing.assert_array_equal(model.outputs, later)
 
 
+@pytest.mark.slow
 def test_too_fast_a_throw_ends_the_run_with_time_and_names(tmp_path: Path) -> None:
     wall = {"name": "wall", "shape": "box", "size": [0.002, 1, 1], "position": [4, 0, 1]}
     world = {"objects": [BALL | {"velocity": [90, 0, 0]}, wall]}
@@ -240,6 +242,7 @@ def written(folder: Path, data: dict[str, Any]) -> Experiment:
     return Experiment.load(folder / "experiment.json")
 
 
+@pytest.mark.slow
 def test_two_robots_move_in_one_plant_as_each_alone(tmp_path: Path) -> None:
     both = simulate(written(tmp_path, two_arms()))
     assert both.summary["infeasible_ticks"] == 0
@@ -258,6 +261,7 @@ def test_two_robots_move_in_one_plant_as_each_alone(tmp_path: Path) -> None:
         np.testing.assert_allclose(both[f"f.{side}_cable_1"], single["f.cable_1"], atol=1e-4)
 
 
+@pytest.mark.slow
 def test_robots_travel_in_fmus_and_read_back(tmp_path: Path) -> None:
     first = written(tmp_path, two_arms())
     (tmp_path / "again").mkdir()
@@ -368,6 +372,7 @@ def test_a_mesh_that_is_none_is_named_when_the_plant_is_made(tmp_path: Path) -> 
         simulate(load({"objects": [die]}), through="direct")
 
 
+@pytest.mark.slow
 def test_results_have_the_columns(tmp_path: Path) -> None:
     run(load(falling()), tmp_path)
     with (tmp_path / "results.csv").open() as file:

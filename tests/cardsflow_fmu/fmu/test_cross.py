@@ -72,6 +72,7 @@ def test_bad_platforms(tmp_path: Path) -> None:
         cross.libraries_for([], tmp_path)
 
 
+@pytest.mark.slow
 def test_native_libraries_come_with_the_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -131,10 +131,12 @@ def test_a_plant(case: str, native: bool, tmp_path: Path) -> None:
     checked(case, native, tmp_path)
 
 
+@pytest.mark.slow
 def test_a_plant_in_fmi_3(tmp_path: Path) -> None:
     checked("quick", True, tmp_path, "3.0")
 
 
+@pytest.mark.slow
 def test_positions_depend_on_no_input(tmp_path: Path) -> None:
     """The end of the loop that hosts saw between a plant and its controller."""
     for case in ("ideal", "muscles"):
@@ -235,6 +237,7 @@ def a_state(experiment: Experiment, file: Path, far: float) -> dict[str, float]:
     return base
 
 
+@pytest.mark.slow
 def test_a_reference_depends_on_time_alone(tmp_path: Path) -> None:
     for native in (True, False):
         file = build(experiment_of("ideal"), tmp_path / str(native), native=native)["reference"]
@@ -258,6 +261,7 @@ def test_arrays_depend_on_what_their_elements_do(tmp_path: Path) -> None:
             assert arrays == {key: frozenset(value) for key, value in expected.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_derivatives_at_the_start_are_of_what_is_declared(native: bool, tmp_path: Path) -> None:
     """Zero where nothing is declared; what is declared has one, and not zero."""
@@ -278,6 +282,7 @@ def test_derivatives_at_the_start_are_of_what_is_declared(native: bool, tmp_path
         assert shown == at_start[output], output
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("native", [True, False])
 def test_derivatives_over_a_step_answer_for_what_is_declared(native: bool, tmp_path: Path) -> None:
     experiment = experiment_of("quick")
@@ -324,6 +329,7 @@ def has_loop(files: Mapping[str, Path]) -> bool:
     return any(comes_round(signal, frozenset()) for signal in through)
 
 
+@pytest.mark.slow
 def test_hardware_is_moved_in_time(tmp_path: Path) -> None:
     """Only tensions may follow their forces within an exchange."""
     file = build(experiment_of("ideal"), tmp_path)["hardware"]

@@ -77,6 +77,7 @@ def test_fmutool_finds_nothing(files: Mapping[str, Path]) -> None:
         assert "ERROR" not in said
 
 
+@pytest.mark.slow
 def test_terminals_are_valid(files: Mapping[str, Path]) -> None:
     """By the schema of FMI 3.0, which defines the file for FMI 2.0 as well."""
     schema = etree.XMLSchema(etree.parse(str(SCHEMAS / "fmi3TerminalsAndIcons.xsd")))

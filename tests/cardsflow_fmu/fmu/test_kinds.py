@@ -114,6 +114,7 @@ def test_a_script_asks_for_the_same(cardsflow: CommandLine) -> None:
     assert "--python" not in cardsflow("run", PLANAR_2R, "--as-script")[1]
 
 
+@pytest.mark.slow
 def test_both_kinds_have_the_same_trajectories() -> None:
     """Not the same bits: sums are in another order."""
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.2})
@@ -123,6 +124,7 @@ def test_both_kinds_have_the_same_trajectories() -> None:
     np.testing.assert_allclose(native.columns(q), python.columns(q), rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_libraries_of_both_kinds_travel_for_other_platforms(tmp_path: Path) -> None:
     """Asked for by name, this platform's own: each FMU has the library of its kind."""
     from cardsflow_fmu.runtime.library import this_platform

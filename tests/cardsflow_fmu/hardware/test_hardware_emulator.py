@@ -98,6 +98,7 @@ def test_the_remainder_of_a_time_beyond_whole_steps_is_kept() -> None:
     assert emulated.plant.time == pytest.approx(0.7, abs=STEP)
 
 
+@pytest.mark.slow
 @given(
     kind=st.sampled_from(["force", "length", "velocity"]),
     lag=st.sampled_from([0.0, 0.004]),
@@ -276,6 +277,7 @@ def test_velocities_may_be_differences_of_counts() -> None:
     assert np.all(error <= 1 / (counts * STEP) + change + 1e-9)
 
 
+@pytest.mark.slow
 def test_noise_has_its_size_and_its_seed() -> None:
     readings, true = read(SensorSettings(noise=2e-3, seed=5), 1000)
     again, _ = read(SensorSettings(noise=2e-3, seed=5), 1000)

@@ -141,6 +141,7 @@ def test_terminate_leads_to_the_safe_state(bench: Bench) -> None:
     assert has_ended_well(bench)
 
 
+@pytest.mark.slow
 def test_outputs_can_be_read_after_terminate(bench: Bench) -> None:
     bench.host.slave.terminate()
     assert bench.mode() == STOPPED
@@ -202,6 +203,7 @@ def test_terminate_returns_when_the_device_is_gone(bench: Bench) -> None:
     assert bench.mode() == STOPPED
 
 
+@pytest.mark.slow
 def test_the_master_terminates_instances_that_have_not_failed(
     bench: Bench, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -113,6 +113,7 @@ def test_an_outage_takes_all_frames_while_it_lasts() -> None:
     assert missing == [*range(500, 700), *range(2000, 2100)]
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_faults() -> None:
     chances = dict.fromkeys(("loss", "duplicate", "reorder", "corrupt"), 0.1)
     some = {"delay": 1e-3, "jitter": 2e-3, **chances}
@@ -272,6 +273,7 @@ def test_in_real_time_a_run_survives_faults_of_some_steps(
     assert rms(result) < (1e-4 if most_missed == 0 else 2 * rms(late_run))
 
 
+@pytest.mark.slow
 def test_measurements_in_real_time_are_one_step_old(monkeypatch: pytest.MonkeyPatch) -> None:
     """Forces given from t on are those for the state measured at t - h."""
     experiment = load()
@@ -282,6 +284,7 @@ def test_measurements_in_real_time_are_one_step_old(monkeypatch: pytest.MonkeyPa
     np.testing.assert_allclose(result["age"][1:], 0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_device_is_safe_within_its_watchdog_when_the_line_is_dead(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -372,6 +375,7 @@ def test_a_second_sender_is_refused_and_changes_nothing(
     assert intruded.device.counters["busy"] == 10
 
 
+@pytest.mark.slow
 def test_damaged_and_forged_frames_are_dropped() -> None:
     """10,000 of them, at a device that is running; the rest of the test is in `World`."""
     world = World(load(), Faults(corrupt=1.0, seed=1))

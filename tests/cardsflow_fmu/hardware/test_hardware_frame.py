@@ -86,6 +86,7 @@ def test_the_signature_is_the_hmac_of_all_bytes_before() -> None:
     assert data[6] & 1 == 1
 
 
+@pytest.mark.slow
 @given(FRAMED, KEYS)
 def test_unpack_is_the_inverse_of_pack(frame: Frame, key: bytes | None) -> None:
     back = unpack(pack(frame, key), key)

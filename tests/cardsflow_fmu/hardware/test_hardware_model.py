@@ -165,6 +165,7 @@ def test_in_lock_step_so_it_does_with_other_steps_motors_and_sensors(
         )
 
 
+@pytest.mark.slow
 def test_a_step_of_the_master_may_be_several_exchanges(devices: list[Device]) -> None:
     fine, coarse = started(), started()
     stepped(fine, 4)
@@ -183,6 +184,7 @@ def test_without_measured_tensions_there_are_no_such_ports() -> None:
     model.close()
 
 
+@pytest.mark.slow
 def test_nothing_moves_before_the_first_step(devices: list[Device]) -> None:
     model = started()
     assert devices[0].state == "ready"
@@ -221,6 +223,7 @@ def test_every_end_leads_to_the_safe_state(devices: list[Device], how: str) -> N
     np.testing.assert_allclose(first, 10.0 + 31.0 * np.arange(19, -1, -1) / 20)
 
 
+@pytest.mark.slow
 def test_a_reset_connects_again(devices: list[Device]) -> None:
     model = stepped(started({"hardware.ramp_down": 0.0}), 5)
     end = model.outputs[:8].copy()
@@ -231,6 +234,7 @@ def test_a_reset_connects_again(devices: list[Device]) -> None:
     model.close()
 
 
+@pytest.mark.slow
 def test_only_a_reset_is_allowed_after_an_error(devices: list[Device]) -> None:
     model = started()
     with pytest.raises(TripError):
@@ -269,6 +273,7 @@ def test_freeing_the_fmu_leads_to_the_safe_state(devices: list[Device], tmp_path
     assert devices[0].counters["stops"] == 1
 
 
+@pytest.mark.slow
 def test_far_from_the_start_is_refused(devices: list[Device]) -> None:
     model = HardwareModel(experiment())
     model.values[[port.name for port in model.ports].index("q_start.joint_2")] = 0.7
@@ -277,6 +282,7 @@ def test_far_from_the_start_is_refused(devices: list[Device]) -> None:
     assert devices[0].state == "safe"
 
 
+@pytest.mark.slow
 def test_a_limit_that_is_passed_ends_the_run(devices: list[Device]) -> None:
     model = started({"hardware.tension_max": {"cable_1": 40.0}})
     with pytest.raises(TripError, match="'cable_1' pulls with 41 N, above its limit of 40 N"):
@@ -310,6 +316,7 @@ def test_a_missing_device_is_an_error_after_two_seconds() -> None:
         started({"hardware.link": "udp://127.0.0.1:9"})
 
 
+@pytest.mark.slow
 def test_in_real_time_a_step_is_paced(devices: list[Device]) -> None:
     patient = {"hardware.watchdog": 10.0, "hardware.max_missed": 10_000}
     model = started(patient | {"hardware.mode": "realtime", "hardware.ramp_down": 0.02})

@@ -106,6 +106,7 @@ def test_the_command_drives_hardware(tmp_path: Path, cardsflow: CommandLine) -> 
     assert not {"hardware.fmu", "hardware.rec"} & names
 
 
+@pytest.mark.slow
 def test_every_exchange_is_recorded(tmp_path: Path) -> None:
     result = run(load(LOCKSTEP | {"hardware.ramp_down": 0.02}), tmp_path / "out")
     recording = read_recording(tmp_path / "out" / "hardware.rec")
@@ -132,6 +133,7 @@ def test_the_recording_of_a_killed_run_is_replaced(tmp_path: Path) -> None:
     assert mine.read_text() == "my own notes"
 
 
+@pytest.mark.slow
 def test_a_limit_ends_the_run_with_partial_results(tmp_path: Path, cardsflow: CommandLine) -> None:
     out = tmp_path / "out"
     settings = words(LOCKSTEP | {"hardware.tension_max": 20.0})
@@ -146,6 +148,7 @@ def test_a_limit_ends_the_run_with_partial_results(tmp_path: Path, cardsflow: Co
     assert (out / "hardware.rec").exists()
 
 
+@pytest.mark.slow
 def test_missing_devices_and_invalid_addresses_have_different_exit_codes(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -175,6 +178,7 @@ def test_a_paced_run_reports_its_timeliness(tmp_path: Path) -> None:
     np.testing.assert_array_equal(plain.rows, result.rows)
 
 
+@pytest.mark.slow
 def test_a_run_that_cannot_keep_up_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     step = PlantModel.step
 
@@ -256,6 +260,7 @@ def test_the_second_variant_of_the_system_is_the_hardware(
     assert not (out / RECORDING_FILE).exists()
 
 
+@pytest.mark.slow
 def test_a_system_counts_what_its_hardware_missed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -330,6 +335,7 @@ def test_unreachable_hardware_is_bad_input_before_anything_is_built(
     assert message in cardsflow.refused("run", PLANAR_2R, *given, "-o", tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_an_error_with_a_long_trace_is_one_line(tmp_path: Path, cardsflow: CommandLine) -> None:
     """FMI 2.0's messages are cut into pieces; that of a serial line has a chain of causes."""
     gone = "serial:///dev/nowhere-at-all"
@@ -458,6 +464,7 @@ def test_wrong_settings_are_named(settings: dict[str, Any], message: str) -> Non
     assert message in str(caught.value)
 
 
+@pytest.mark.slow
 def test_an_approach_is_refused_with_an_external_reference(tmp_path: Path) -> None:
     reference = build(load(SHORT), tmp_path)["reference"]
     settings = LOCKSTEP | {"hardware.approach": 0.1, "fmus.reference": str(reference)}

@@ -114,6 +114,7 @@ def test_lock_step(built: Path, tmp_path: Path, key: bytes | None, step: float) 
         assert link.stop()
 
 
+@pytest.mark.slow
 def test_in_real_time_tensions_follow_and_silence_leads_to_the_safe_state(
     built: Path, tmp_path: Path
 ) -> None:
@@ -274,6 +275,7 @@ def conversation(uri: str) -> Iterator[Callable[..., Frame | None]]:
         yield say
 
 
+@pytest.mark.slow
 @pytest.mark.native
 @pytest.mark.parametrize("key", [None, KEYS[1]])
 def test_bad_frames_do_no_harm_under_the_sanitizers(

@@ -124,6 +124,7 @@ def commanding(node: BusNode, condition: Callable[[], object]) -> None:
     until(sent)
 
 
+@pytest.mark.slow
 def test_commands_are_followed_and_ramped_down_where_they_stay_away(bus: Bus) -> None:
     inbox, node = bus.node().subscribe(STATES), bus.node()
     with serving(bus) as served:

@@ -47,6 +47,7 @@ def test_a_closed_loop_is_the_same(
     assert_native_agrees(experiment, tmp_path, forces=1e-9, others=1e-12)
 
 
+@pytest.mark.slow
 def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / "planar_2r")
     for file in build(experiment, tmp_path, native=True).values():

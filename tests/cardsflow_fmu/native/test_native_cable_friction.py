@@ -45,12 +45,14 @@ def test_runs_are_the_same(tmp_path: Path) -> None:
     assert native.rows[-1, native.names.index("work.friction")] < 0
 
 
+@pytest.mark.slow
 @pytest.mark.native
 def test_the_bits_are_those_of_the_core_from_python(tmp_path: Path) -> None:
     settings = {"plant.energy": True, "plant.engine": "core", "plant.substeps": 2}
     check_bits(flower(tmp_path, 0.2, 0.3, **settings), tmp_path / "fmus")
 
 
+@pytest.mark.slow
 @pytest.mark.native
 @pytest.mark.parametrize("part", ["plant", "controller"])
 def test_states_are_whole(part: str, tmp_path: Path) -> None:
@@ -59,6 +61,7 @@ def test_states_are_whole(part: str, tmp_path: Path) -> None:
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.native
 @pytest.mark.parametrize(("friction", "most"), [(0.1, 0.3), (0.2, 0.5)])
 @pytest.mark.parametrize("known", [0.7, 1.3])

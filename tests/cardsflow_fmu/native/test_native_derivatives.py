@@ -80,6 +80,7 @@ def test_every_joint(tmp_path: Path) -> None:
     check(every_joint(), tmp_path, 4)
 
 
+@pytest.mark.slow
 @pytest.mark.native
 def test_wraps_over_ellipsoids(tmp_path: Path) -> None:
     check(over_ellipsoids(), tmp_path, 3)
@@ -199,6 +200,7 @@ def test_closed_forms(example: str, tmp_path: Path) -> None:
     assert qd.any()
 
 
+@pytest.mark.slow
 def test_at_the_start(tmp_path: Path) -> None:
     """dl/dq_start = L, dy/dq_start = J."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
@@ -213,6 +215,7 @@ def test_at_the_start(tmp_path: Path) -> None:
     assert not slave.derivative(slave.references("f")[:1], np.ones(1)).any()
 
 
+@pytest.mark.slow
 def test_the_instance_stays_as_it_is(tmp_path: Path) -> None:
     """A run with questions in between is the same bit for bit; what is no known is refused."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
@@ -239,6 +242,7 @@ def test_random_trees(seed: int, tmp_path: Path) -> None:
     check(random_tree(seed, damping=0.1), tmp_path, seed)
 
 
+@pytest.mark.slow
 def test_a_joint_that_has_left_its_limit(tmp_path: Path) -> None:
     """No step remembers the stops of another: as from an instance that starts where it is."""
     robot = random_robot(7)

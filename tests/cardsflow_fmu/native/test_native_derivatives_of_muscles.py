@@ -117,6 +117,7 @@ def test_laws_over_wraps_at_a_limit(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", ["pneumatic_elbow", "hill_arm"])
 def test_examples_say_that_they_have_them(example: str, tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / example, {"plant.energy": False})

@@ -87,6 +87,7 @@ def test_a_run_that_fails_keeps_what_it_had(tmp_path: Path) -> None:
     assert len(found["native"].rows) == len(found["direct"].rows) == 51
 
 
+@pytest.mark.slow
 def test_the_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
     experiment = load("planar_2r")
     result = run(experiment, tmp_path / "out", through="native")
@@ -132,6 +133,7 @@ def test_an_engine_is_named_rightly(key: str) -> None:
     assert experiment_data(experiment)[part]["engine"] == "dart"
 
 
+@pytest.mark.slow
 def test_engines_give_the_same_run() -> None:
     """All four pairs of engines, in one closed loop."""
     rows = []

@@ -102,6 +102,7 @@ def test_variables_are_the_same(case: str, tmp_path: Path) -> None:
         assert ports[0] == ports[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", ["plant", "controller"])
 @pytest.mark.parametrize("case", ["hill", "around"])
 @pytest.mark.native

@@ -73,12 +73,14 @@ def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) 
         assert all(f"w.{link}.tz" in names for link in plant.wrenches)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", few(CASES))
 @pytest.mark.native
 def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -> None:
     check_bits(experiment_of(case, **{"plant.engine": "core"}), tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", few(["rk4", "energy", "wrenches", "all"], 2))
 def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: Path) -> None:
     file = build(experiment_of(case), tmp_path, native=True)["plant"]
@@ -95,6 +97,7 @@ def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: 
             refused(ask)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ["rk4", "all", "hill rk4"])
 @pytest.mark.native
 def test_states_repeat_bit_for_bit(case: str, tmp_path: Path) -> None:
@@ -160,6 +163,7 @@ def rough_experiment(folder: Path, **more: Any) -> Experiment:
     return Experiment.load(folder, changes | more)
 
 
+@pytest.mark.slow
 @pytest.mark.native
 def test_friction_in_joints_is_the_same(tmp_path: Path) -> None:
     """In C, as Python objects on the core, and on DART, which softens its impulses."""
@@ -183,6 +187,7 @@ def test_friction_and_the_fourth_order_rule_are_refused(tmp_path: Path) -> None:
         rough_experiment(tmp_path, **{"plant.integrator": "rk4"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["w.tip.fx", "w.link_1.tz"])
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 @pytest.mark.native

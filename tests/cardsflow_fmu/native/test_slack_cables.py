@@ -71,6 +71,7 @@ def closed_form(experiment: Experiment) -> FloatArray:
     return rates
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", few(["3.0", "2.0"]))
 @pytest.mark.parametrize("native", KINDS)
 @pytest.mark.parametrize("pull", few(PULLS, 2))
@@ -87,6 +88,7 @@ def test_a_cable_at_no_force_pulls(
     np.testing.assert_allclose(mixed, expected @ directions(commands.size), atol=1e-7 * size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", few(["planar_2r", "hill_arm", "roboy_left_arm"]))
 def test_commands_start_as_those_before_the_first_tick(example: str, tmp_path: Path) -> None:
     """f_min of cables, what holds the robot of muscles with laws; both kinds alike."""

@@ -35,6 +35,7 @@ def many(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_the_ten_largest_are_drawn_and_the_others_counted(
     many: Path, cardsflow: CommandLine, tmp_path: Path
 ) -> None:
@@ -52,6 +53,7 @@ def test_positions_count_by_their_change_and_keep_their_references(many: Path) -
     assert drawn.left_out == 51
 
 
+@pytest.mark.slow
 def test_the_plot_keeps_most_of_the_width(many: Path) -> None:
     figure = figure_of_panels(panels_of(read_results(many)))
     figure.draw_without_rendering()

@@ -259,6 +259,7 @@ def test_places_that_cannot_be_written_are_reported(
     assert [file.name for file in tmp_path.iterdir()] == ["file"]
 
 
+@pytest.mark.slow
 def test_a_results_file_is_never_written_over(results: Path, cardsflow: CommandLine) -> None:
     before = {file.name: file.read_bytes() for file in results.iterdir()}
     for name in ("results.csv", "summary.json", "experiment.zip"):

@@ -118,6 +118,7 @@ def test_a_frame_of_pandas(finished: tuple[Path, Result], monkeypatch: pytest.Mo
         result.to_pandas()
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_summary_and_figure(finished: tuple[Path, Result]) -> None:
     html = finished[1]._repr_html_()
     assert html.count("<svg") == 1
@@ -269,6 +270,7 @@ def test_columns_stand_by_unit(finished: tuple[Path, Result]) -> None:
         panels_of(table(np.empty((0, 2)), "x"))
 
 
+@pytest.mark.slow
 def test_a_table_alone_is_drawn(tmp_path: Path) -> None:
     (tmp_path / "x.csv").write_text("time,a.b,c\n0.0,1.0,2.0\n0.1,1.0,2.0\n")
     assert plot(read_results(tmp_path / "x.csv"), tmp_path / "x.png").stat().st_size > 1000

@@ -36,6 +36,7 @@ def test_the_worst_five_and_all_when_asked() -> None:
     assert re.findall(r"^  (f\.\w+)", full, re.M) == list(peaks)
 
 
+@pytest.mark.slow
 def test_files_are_one_line_and_the_next_command_follows(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

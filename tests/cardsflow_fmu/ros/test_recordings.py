@@ -183,6 +183,7 @@ def chain(by_child: dict[str, Any], link: str) -> np.ndarray:
     return T
 
 
+@pytest.mark.slow
 def test_efforts_and_rates_are_those_of_the_muscle_jacobian(tmp_path: Path) -> None:
     """By the principle of virtual work, with L by central differences of the lengths."""
     robot = random_robot(3)
@@ -199,6 +200,7 @@ def test_efforts_and_rates_are_those_of_the_muscle_jacobian(tmp_path: Path) -> N
     np.testing.assert_allclose(column(messages, "/tendon_states", "velocity")[k], L @ qd, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_cables_are_where_their_points_are_and_coloured_by_tension(tmp_path: Path) -> None:
     robot = planar_2r()
     run = run_of(robot, tmp_path)
@@ -249,6 +251,7 @@ def test_the_hash_of_joint_states_is_the_published_one() -> None:
     assert types.type_hash(types.JOINT_STATE) == published
 
 
+@pytest.mark.slow
 def test_mcap_reads_what_rosbag2_keeps_beside_topics(tmp_path: Path) -> None:
     """By the package mcap: schemas, qualities of service, hashes, meshes, checksums."""
     from mcap.reader import make_reader

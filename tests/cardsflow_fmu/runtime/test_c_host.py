@@ -63,6 +63,7 @@ def outputs_of(c_host: Path, folder: Path, number: int, references: list[int]) -
     return np.array(bits, np.uint64).view(float)
 
 
+@pytest.mark.slow
 @pytest.mark.native
 def test_steps_the_toy(c_host: Path, toy_fmu: Path) -> None:
     found = outputs_of(c_host, toy_fmu, REFERENCES["u"], OUTPUTS)

@@ -76,11 +76,13 @@ def test_where_the_model_runs(mode: str, stubborn_fmu: Path) -> None:
         assert (host.value("process") == os.getpid()) == (mode == "in-process")
 
 
+@pytest.mark.slow
 def test_a_run_is_the_plain_class(instance: Host) -> None:
     instance.start(stiffness=55.5, gain=0.7)
     assert (instance.drive(0, 300) == plain_run(300, stiffness=55.5, gain=0.7)).all()
 
 
+@pytest.mark.slow
 def test_two_classes(mode: str, toy_fmu: Path, tmp_path: Path) -> None:
     other = unpack(tmp_path / "other", OtherToyModel, "other", 0.5)
     with opened(toy_fmu, other) as (one, two):
@@ -90,6 +92,7 @@ def test_two_classes(mode: str, toy_fmu: Path, tmp_path: Path) -> None:
         assert (two.drive(0, 50) == plain_run(50, OtherToyModel(0.5))).all()
 
 
+@pytest.mark.slow
 def test_two_modules_of_one_name(
     mode: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -150,6 +153,7 @@ def test_twenty_instances(mode: str, stubborn_fmu: Path) -> None:
         host.slave.freeInstance()
 
 
+@pytest.mark.slow
 def test_freed_at_any_time(mode: str, stubborn_fmu: Path) -> None:
     for stage in range(5):
         host = load(stubborn_fmu)
@@ -167,6 +171,7 @@ def test_freed_at_any_time(mode: str, stubborn_fmu: Path) -> None:
         host.slave.freeInstance()
 
 
+@pytest.mark.slow
 def test_failed_asked_reset_and_freed_again_and_again(mode: str, stubborn_fmu: Path) -> None:
     """`CARDSFLOW_TEST_REPEATS=200` is the full number."""
     for _ in range(REPEATS):
@@ -192,6 +197,7 @@ def test_states_of_any_size(mode: str, stubborn_fmu: Path, size: int) -> None:
         assert len(host.save()) > size
 
 
+@pytest.mark.slow
 def test_a_state_goes_to_the_other_mode(
     mode: str, toy_fmu: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

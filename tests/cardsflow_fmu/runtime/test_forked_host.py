@@ -55,6 +55,7 @@ def test_a_copy_frees_the_instance(
         check(host, host.slave.freeInstance)
 
 
+@pytest.mark.slow
 def test_a_copy_calls_the_instance(stubborn_fmu: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker")
     with opened_stubborn(stubborn_fmu) as host:

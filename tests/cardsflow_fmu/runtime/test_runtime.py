@@ -126,6 +126,7 @@ def test_terminated_outputs_can_be_read(started: Host) -> None:
     refused(lambda: started.set(u=1.0))
 
 
+@pytest.mark.slow
 def test_free_instance_frees_the_model(toy_fmu: Path) -> None:
     gc.collect()
     before = len(ToyModel.alive)

@@ -51,6 +51,7 @@ def test_mutated(damaged: Path, table: Path) -> None:
     host.slave.freeLibrary()
 
 
+@pytest.mark.slow
 def test_mutated_with_a_true_checksum(damaged: Path, table: Path) -> None:
     host = load(damaged)
     content = table.read_bytes()

@@ -69,6 +69,7 @@ def test_killed_in_mid_step(stubborn_fmu: Path) -> None:
             assert sums(host, 0, 5) == expected
 
 
+@pytest.mark.slow
 def test_killed_between_steps(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         for call in ("doStep", "reset"):
@@ -80,6 +81,7 @@ def test_killed_between_steps(stubborn_fmu: Path) -> None:
         assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("action", "message"),
     [(EXIT, "the worker process has ended with exit code 7"), (CRASH, "the worker process ")],
@@ -94,6 +96,7 @@ def test_ends_by_itself(stubborn_fmu: Path, action: int, message: str) -> None:
         assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", [SLEEP, HOLD])
 @pytest.mark.parametrize("told_by", few(["environment", "parameter"]))
 def test_hangs(
@@ -114,6 +117,7 @@ def test_hangs(
         assert sums(host, 0, 3) == [0.0, 1.0, 3.0]
 
 
+@pytest.mark.slow
 def test_a_state_leads_out_of_its_death(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         state = host.slave.getFMUstate()
@@ -125,6 +129,7 @@ def test_a_state_leads_out_of_its_death(stubborn_fmu: Path) -> None:
         host.slave.doStep(0.0, STEP)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("action", few([WELL, SLEEP, HOLD]))
 def test_host_is_killed(stubborn_fmu: Path, action: int) -> None:
     with lonely_host(stubborn_fmu, action) as host:
@@ -143,6 +148,7 @@ def test_host_ends_without_freeing(stubborn_fmu: Path) -> None:
     assert eventually(lambda: not is_running(process))
 
 
+@pytest.mark.slow
 def test_interrupt_of_the_terminal(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         os.kill(int(host.value("process")), signal.SIGINT)
@@ -161,6 +167,7 @@ def test_host_that_ignores_its_children(stubborn_fmu: Path) -> None:
         signal.signal(signal.SIGCHLD, before)
 
 
+@pytest.mark.slow
 def test_free_leaves_nothing(stubborn_fmu: Path) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         process = host.value("process")

@@ -48,6 +48,7 @@ def test_the_builder_is_recorded(toy_fmu: Path) -> None:
     assert (toy_fmu / "resources/python.txt").read_text() == f"{sys.executable}\n"
 
 
+@pytest.mark.slow
 def test_environment_variable_comes_first(
     toy_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -57,6 +58,7 @@ def test_environment_variable_comes_first(
     assert record.read_text() == "started\n"
 
 
+@pytest.mark.slow
 def test_virtual_environment(
     damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -68,6 +70,7 @@ def test_virtual_environment(
     assert record.read_text() == "started\n"
 
 
+@pytest.mark.slow
 def test_python_of_the_path(damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     record = tmp_path / "record"
     (damaged / "resources/python.txt").unlink()
@@ -77,6 +80,7 @@ def test_python_of_the_path(damaged: Path, tmp_path: Path, monkeypatch: pytest.M
     assert record.read_text() == "started\n"
 
 
+@pytest.mark.slow
 def test_a_python_without_the_package_is_passed_over(
     damaged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -135,6 +139,7 @@ def test_a_python_that_never_answers(
     assert cannot_open(toy_fmu).endswith("no answer from the worker process within 0.3 s")
 
 
+@pytest.mark.slow
 def test_nothing_is_imported_from_the_current_folder(
     toy_fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -66,6 +66,7 @@ def replaced(name: str, old: str, new: str) -> Change:
 SSD = "SystemStructure.ssd"
 
 
+@pytest.mark.slow
 def test_what_is_written_satisfies_the_schemas_of_ssp(system: Path) -> None:
     files = contents(system)
     assert [name for name in files if name.endswith(".fmu")] == [
@@ -110,6 +111,7 @@ def test_a_system_runs_as_its_experiment(system: Path, scheme: str) -> None:
         assert result.summary[key] == ours.summary[key]
 
 
+@pytest.mark.slow
 def test_a_slower_controller_gives_its_period_to_the_system(tmp_path: Path) -> None:
     settings = SETTINGS | {"controller.period": 0.005, "plant.step": 0.001, "run.step": 0.001}
     path = built(Experiment.load(PLANAR_2R, settings), tmp_path)
@@ -119,6 +121,7 @@ def test_a_slower_controller_gives_its_period_to_the_system(tmp_path: Path) -> N
     np.testing.assert_array_equal(result["q.joint_1"], ours["q.joint_1"][::5])
 
 
+@pytest.mark.slow
 def test_parameter_sets_and_settings_change_start_values(system: Path, tmp_path: Path) -> None:
     value = '<ssv:Real value="-0.5" unit="rad" />'
     degrees = f'<ssv:Real value="{math.degrees(-0.4)!r}" unit="deg" />'
@@ -144,6 +147,7 @@ def test_the_command_runs_a_system(
     assert main(["run", str(tmp_path / "none.ssp")]) == 2
 
 
+@pytest.mark.slow
 def test_a_second_variant_with_the_hardware(tmp_path: Path) -> None:
     """Any FMU with the plant's ports may be the hardware: here, another plant."""
     folder = tmp_path / "other"
@@ -157,6 +161,7 @@ def test_a_second_variant_with_the_hardware(tmp_path: Path) -> None:
         simulate_system(path, {"variant": "hardwear"})
 
 
+@pytest.mark.slow
 def test_a_external_fmu_travels_with_its_units(tmp_path: Path, compiler: str) -> None:
     file = external_fmu(tmp_path / "body.fmu", compiler, "2.0")
     plant = {
@@ -177,6 +182,7 @@ def test_a_external_fmu_travels_with_its_units(tmp_path: Path, compiler: str) ->
     assert result.units["angle_1"] == "deg"
 
 
+@pytest.mark.slow
 def test_arrays_cannot_be_connectors(tmp_path: Path, compiler: str) -> None:
     file = external_fmu(tmp_path / "body.fmu", compiler, "3.0")
     plant = {"path": str(file), "inputs": {"f": "pulls"}, "outputs": {"q": "angles"}}

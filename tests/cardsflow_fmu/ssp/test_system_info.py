@@ -26,6 +26,7 @@ def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "system.ssp"
 
 
+@pytest.mark.slow
 def test_a_system_lists_its_participants(system: Path) -> None:
     info = system_info(system)
     assert info["name"] == "planar_2r"

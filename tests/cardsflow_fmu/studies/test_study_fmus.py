@@ -85,6 +85,7 @@ def test_muscles_with_laws_run_through_fmus(tmp_path: Path) -> None:
     assert rows[0][0] != rows[0][1]
 
 
+@pytest.mark.slow
 def test_parameters_need_no_other_fmus(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     built: list[Any] = []
     build = fmu_store.build

@@ -54,12 +54,14 @@ def test_an_emulated_robot_does_the_same_every_time() -> None:
     assert not np.array_equal(one.rows, other.rows, equal_nan=True)
 
 
+@pytest.mark.slow
 def test_emulated_hardware_runs_in_virtual_time() -> None:
     summary = emulated().summary
     assert "real_time" not in summary
     assert summary["hardware"]["missed"] == 0
 
 
+@pytest.mark.slow
 def test_the_loss_of_a_study_is_the_share_of_missed_exchanges() -> None:
     """Of 500 exchanges the part (1 - p)² comes back, and none is late without a delay."""
     loss = 0.1
@@ -68,17 +70,20 @@ def test_the_loss_of_a_study_is_the_share_of_missed_exchanges() -> None:
     assert abs(missed - expected) < 4.0 * np.sqrt(expected)
 
 
+@pytest.mark.slow
 def test_a_delay_is_seen_twice_in_the_round_trip() -> None:
     report = emulated(delay=2e-4).summary["hardware"]
     assert report["round_trip"]["median"] == pytest.approx(4e-4, abs=1e-8)
     assert report["missed"] == 0
 
 
+@pytest.mark.slow
 def test_encoders_quantise() -> None:
     q = emulated(joint_counts=1000.0)["q.joint_1"]
     assert np.allclose(q * 1000.0, np.round(q * 1000.0), rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_an_outage_loses_the_hardware() -> None:
     with pytest.raises(Exception, match="the hardware is lost"):
         emulated(outages=[[0.2, 0.1]])
@@ -98,6 +103,7 @@ def test_faults_are_varied_the_same_through_fmus(tmp_path: Path) -> None:
     assert {round(row["force.low"]) for row in rows["direct"]} == {5, 20}
 
 
+@pytest.mark.slow
 def test_a_study_drives_no_robot(tmp_path: Path) -> None:
     driven = "[settings]\nhardware.use = true\nhardware.link = 'udp://127.0.0.1:5005'\n"
     with pytest.raises(InputError, match="drives no robot"):

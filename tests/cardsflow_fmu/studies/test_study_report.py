@@ -45,6 +45,7 @@ def test_the_best_run_is_that_of_the_smallest_error(swept: StudyResult) -> None:
     assert f"--only {best['hash'][:8]}" in page
 
 
+@pytest.mark.slow
 def test_a_sweep_of_two_parameters_has_a_map_for_each_metric(swept: StudyResult) -> None:
     page = swept.files["report.html"].read_text()
     start = page.index("<h2>Over kp and kd</h2>")

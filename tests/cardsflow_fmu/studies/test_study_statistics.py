@@ -127,6 +127,7 @@ def test_infinities_are_null_in_the_summary() -> None:
     assert json.loads(text) == {"history": [None, 1.0], "worst": [{"value": None}]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("values", [[1.0, 1.0 + 2e-16], [0.0, 5e-324], [-1e90, 1e90], [3.0, 3.0]])
 def test_histograms_of_anything_finite(values: list[float]) -> None:
     """Also of values that differ by no more than rounding."""

@@ -116,6 +116,7 @@ def test_without_viser_the_message_names_it(monkeypatch: pytest.MonkeyPatch) -> 
         pass
 
 
+@pytest.mark.slow
 def test_a_run_is_followed_and_comes_out_the_same(opened: Any) -> None:
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 1.0})
     seen: list[int] = []
@@ -261,6 +262,7 @@ def test_the_live_view_draws_plays_and_asks_nobody_else(results: Path, tmp_path:
     assert process.returncode == 0
 
 
+@pytest.mark.slow
 def test_the_cable_set_of_a_run_is_not_to_be_chosen(results: Path, cardsflow: CommandLine) -> None:
     words = "view", results, "--cable-set", "basic", "--html", "page.html"
     assert "--cable-set: is for a robot" in cardsflow.refused(*words)

@@ -65,6 +65,7 @@ def at(act: Act, k: int) -> dict[str, Any]:
     return {shape.name: shape for shape in act.stage.scene(k)}
 
 
+@pytest.mark.slow
 def test_objects_are_drawn_where_they_fall(act: Act) -> None:
     """By Galilei: z = 1 - g t² / 2."""
     times = act.stage.motion.time

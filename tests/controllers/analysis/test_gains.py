@@ -141,6 +141,7 @@ def test_continuous_lqr_is_the_closed_form() -> None:
     np.testing.assert_allclose(gains.lqr([1.0, 1e-3], 1e-6, 1e-6), [kp, kd, 0.0], rtol=1e-3)
 
 
+@pytest.mark.slow
 @given(st.floats(1e-6, 1e2), st.floats(0.0, 1.0), st.floats(1e-3, 0.1))
 def test_sampled_lqr_is_stable_where_the_continuous_one_may_not_be(
     r: float, velocity: float, period: float
@@ -196,6 +197,7 @@ def test_the_warning_names_the_worst_coordinate_and_its_limit() -> None:
     assert gains.sampling_warning([0, 400], [0, 40], 0.01) is None
 
 
+@pytest.mark.slow
 def test_the_warning_does_not_import_python_control() -> None:
     code = (
         "import sys; from controllers.analysis.gains import sampling_warning;"

@@ -80,6 +80,7 @@ def test_statistics_are_those_of_the_solved_points(arm: DartDynamics) -> None:
     assert (down[good] >= 0).all()
 
 
+@pytest.mark.slow
 def test_a_motion_without_any_solution_has_no_statistics(arm: DartDynamics) -> None:
     none = motion_terms(arm, swing()).with_bounds(10.0, 10.0).distribute()
     assert (none.distribution.status == "infeasible").all()

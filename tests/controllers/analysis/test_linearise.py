@@ -131,6 +131,7 @@ def test_python_control_finds_the_same_poles() -> None:
         assert abs(poles).max() == pytest.approx(abs(expected).max(), abs=1e-5)
 
 
+@pytest.mark.slow
 def test_python_control_simulates_the_loop() -> None:
     """Plant and controller joined by python-control against the loop written out."""
     case, T, ticks = Case(), 0.005, 40

@@ -37,6 +37,7 @@ def test_one_coordinate_has_two_facets() -> None:
     assert (down[0], up[0]) == (pytest.approx(19.0), np.inf)
 
 
+@pytest.mark.slow
 def test_sets_of_torques_are_in_if_all_their_corners_are() -> None:
     L, tau = stacked(62, 40, 2, 5, 8.0)
     W = np.array([[2.0, 0.0, 0.7], [0.0, 1.0, -0.5]])
@@ -49,6 +50,7 @@ def test_sets_of_torques_are_in_if_all_their_corners_are() -> None:
     assert 5 < sum(inside) < 35
 
 
+@pytest.mark.slow
 def test_torque_margins_are_those_of_linear_programmes() -> None:
     L, tau = stacked(63, 15, 3, 5, 2.0)
     down, up = torque_margins(L, tau, LOW, HIGH)

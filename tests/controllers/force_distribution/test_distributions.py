@@ -106,6 +106,7 @@ def test_least_squares_equal_brute_force(n: int) -> None:
         np.testing.assert_allclose(answer.forces, best, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_linear_programmes_equal_scipys() -> None:
     L, tau = stacked(5, 25, 3, 6, 4.0)
     for one, desired in zip(L, tau, strict=True):

@@ -159,6 +159,7 @@ def test_without_feedforward_it_is_kindyn_s_and_late() -> None:
     np.testing.assert_allclose(led - rates, L @ (QD + ed), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_integrated_rates_lift_the_weight_off_the_springs() -> None:
     """Springs with a plain pretension sag by their softness; winding on ends at q_d."""
     dynamics = DartDynamics(planar_2r())

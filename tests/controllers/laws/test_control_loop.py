@@ -50,6 +50,7 @@ def test_the_observer_finds_a_constant_load_like_a_first_order_filter() -> None:
         np.testing.assert_allclose(control.disturbance, expected, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_observer_takes_away_the_error_that_a_load_makes() -> None:
     load = np.array([3.0, -2.0, 5.0])
     sagging, held = simulate(loop(), 600, load)[-1], simulate(loop(observer=30.0), 600, load)[-1]
@@ -63,6 +64,7 @@ def test_a_known_load_needs_no_observer() -> None:
     np.testing.assert_allclose(control.disturbance, 0.0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_integral_action_takes_away_the_error_of_a_wrong_mass() -> None:
     sagging = simulate(loop(), 1500, mass=2.4)[-1]
     held = simulate(loop(ki=100.0), 1500, mass=2.4)[-1]
@@ -117,6 +119,7 @@ def test_the_law_is_evaluated_where_the_forces_will_act() -> None:
     np.testing.assert_allclose(seen[0], expected, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_prediction_keeps_a_loop_stable_that_a_delay_would_upset() -> None:
     """Kp 4000, Kd 126 at 10 ms: the delay alone makes it diverge."""
 

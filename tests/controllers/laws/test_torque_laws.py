@@ -97,6 +97,7 @@ def test_integral_action_lifts_the_weight() -> None:
     assert np.abs(plant.q - q_d).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_the_full_mass_matrix_keeps_a_step_of_one_joint_from_the_other() -> None:
     """With M_jj alone, as in kindyn, the elbow is thrown off by the shoulder's step."""
     dynamics, target = DartDynamics(planar_2r()), np.array([0.05, 0.0])
@@ -122,6 +123,7 @@ def test_the_full_mass_matrix_keeps_a_step_of_one_joint_from_the_other() -> None
     assert largest_elbow(diagonal) > 20 * largest_elbow(full)
 
 
+@pytest.mark.slow
 def test_energy_only_falls_and_the_robot_comes_to_rest_at_the_reference() -> None:
     """V = 1/2 qd'M qd + 1/2 e'Kp e, V' = -qd'(Kd + D) qd, though M is in no equation of the law."""
     dynamics, plant = DartDynamics(planar_2r()), Plant(planar_2r())

@@ -118,6 +118,7 @@ def test_numbers_of_an_inertia_go_both_ways() -> None:
     assert np.linalg.eigvalsh(pseudo_inertia(point))[0] > 0
 
 
+@pytest.mark.slow
 def test_inertias_that_no_body_has_are_infinitely_far() -> None:
     """And the gradient and Hessian of the distance are those of differences, exact ones at 0."""
     numbers, rng = inertia_numbers(BODY), np.random.default_rng(0)

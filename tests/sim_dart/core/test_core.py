@@ -24,6 +24,7 @@ def test_every_truncation_is_refused() -> None:
             Core(blob[:size])
 
 
+@pytest.mark.slow
 def test_mutations_are_refused_or_give_a_robot_that_can_be_moved() -> None:
     rng = np.random.default_rng(3)
     robots = [random_robot(0), *(wrapped_tree(random_robot(seed), seed) for seed in range(1, 4))]

@@ -106,6 +106,7 @@ def test_errors_stay_within_the_last_places(
     assert code.units([own(v) for v in x], np.asarray(true(x.astype(code.exact)))) <= most
 
 
+@pytest.mark.slow
 def test_multiples_of_a_quarter_turn_keep_their_digits(double: Compiled) -> None:
     """Where sine or cosine is nearly zero, a careless reduction leaves none."""
     x = np.arange(1, 3000) * np.pi / 2

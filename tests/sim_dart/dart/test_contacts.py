@@ -115,6 +115,7 @@ def test_a_stack_stays_where_it_is_with_friction_cones() -> None:
     assert np.abs(poses[-1, :, :3] - poses[0, :, :3]).max() < 3e-5
 
 
+@pytest.mark.slow
 def test_a_sliding_body_stops_at_the_distance_of_coulombs_law_and_stays() -> None:
     mu, speed = 0.5, 1.5
     body = SceneObject("body", Box((0.2, 0.2, 0.1)), Pose((0.0, 0.0, 0.05)), MASS, (speed, 0, 0))
@@ -160,6 +161,7 @@ def test_a_body_bounces_to_the_square_of_its_restitution(
     assert reached == pytest.approx(restitution**2 * drop, rel=5e-3, abs=facet)
 
 
+@pytest.mark.slow
 def test_of_two_restitutions_the_geometric_mean_counts() -> None:
     ball = SceneObject("ball", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.55)), MASS, restitution=0.5)
     plant = world_of(Scene(Ground(restitution=0.72), (ball,)), 2e-4)

@@ -121,6 +121,7 @@ def test_a_meshs_frame_goes_round_its_centre_of_mass(tmp_path: Path) -> None:
     np.testing.assert_allclose(centre, [0.2, 0.0], atol=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["pyramid", "cone"])
 def test_a_run_goes_on_from_a_saved_state_bit_by_bit(law: str) -> None:
     scene = replace(thrown(), friction_law=law, reported=("box_0",))  # type: ignore[arg-type]
@@ -162,6 +163,7 @@ def raised(robot: Robot, q: list[float]) -> Robot:
     return replace(robot, joints=joints)
 
 
+@pytest.mark.slow
 def test_an_arm_lies_down_on_the_ground() -> None:
     """It cannot hang freely: its tip comes to lie on the ground."""
     robot = raised(two_link_arm(), [1.2, 0.2])
@@ -242,6 +244,7 @@ def three_arms(distance: float) -> Robot:
     return Robot("arms", tuple(links), tuple(joints))
 
 
+@pytest.mark.slow
 def test_robots_collide_with_one_another() -> None:
     """An arm that swings sets its neighbour in motion: momentum goes over."""
     robot = three_arms(0.25)
@@ -257,6 +260,7 @@ def test_robots_collide_with_one_another() -> None:
     assert np.abs(plant.q[2:4]).max() > 0.05
 
 
+@pytest.mark.slow
 def test_twenty_robots_in_a_world_move_as_each_alone() -> None:
     """Lying on the ground beside one another, out of reach: to the last bit."""
     arm = raised(two_link_arm(), [1.2, 0.2])
@@ -402,6 +406,7 @@ def test_wrenches_reach_the_right_one_of_several_robots() -> None:
     np.testing.assert_array_equal(moved, [False, False, True, True, False, False])
 
 
+@pytest.mark.slow
 def test_a_long_scene_keeps_its_height() -> None:
     """Boxes on one another stay where they are."""
     tower = tuple(
@@ -414,6 +419,7 @@ def test_a_long_scene_keeps_its_height() -> None:
     np.testing.assert_allclose(poses[-1, :, :2], 0.0, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_ball_rolls_down_a_slope_as_a_solid_ball_does() -> None:
     """5/7 g sin(angle), without slipping."""
     angle = np.radians(10.0)

@@ -76,6 +76,7 @@ def test_opensim(shared: Path, model: str) -> None:
     assert bias < TOLERANCE
 
 
+@pytest.mark.slow
 def test_opensim_where_three_rotations_follow_one_coordinate(shared: Path) -> None:
     dynamics, M, bias = opensim(shared, "subject_walk_scaled")
     assert M < TOLERANCE

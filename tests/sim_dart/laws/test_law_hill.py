@@ -70,6 +70,7 @@ ODD += [{f"{curve}_curviness": c for curve in BENT} for c in (0.0, 0.3, 1.0)]
 ODD += [{"passive_stiffness": 40.0, "tendon_stiffness": 200.0, "passive_zero_strain": -0.2}]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("extra", ODD)
 def test_bezier_curves_are_their_control_polygons(extra: dict[str, float]) -> None:
     """De Casteljau's rule at any parameter gives a point of the curve, to 1e-10.

@@ -113,6 +113,7 @@ def test_any_motion_equals_that_of_an_adaptive_rule(preset: str) -> None:
         assert off.max() < 2e-3, k
 
 
+@pytest.mark.slow
 def test_energy_is_accounted_for() -> None:
     """Electrical work = heat + stored energy + what the gear keeps; Ke = Kt in this set."""
     p = _parameters("roboy_myo_muscle", rest_length=0.3)

@@ -34,6 +34,7 @@ def _numbers(values: Any) -> str:
     return " ".join(repr(float(x)) for x in values)
 
 
+@pytest.mark.slow
 def test_forces_and_rates_are_mujocos() -> None:
     """Random parameters, with a width of the switch or none, states and commands."""
     rng = np.random.default_rng(2)

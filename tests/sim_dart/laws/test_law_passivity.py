@@ -84,6 +84,7 @@ CABLES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "parameters"), few(CABLES, 2))
 def test_a_passive_cable_gives_no_energy_over_a_closed_path(
     kind: str, parameters: dict[str, float]

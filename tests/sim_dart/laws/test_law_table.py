@@ -241,6 +241,7 @@ def test_wrong_input_is_named() -> None:
         laws.curve("m0", "force_velocity", 0.0)
 
 
+@pytest.mark.slow
 def test_mutated_laws_are_refused_or_can_be_computed() -> None:
     """Any byte may be another: nothing is read out of bounds, and every tension is a number."""
     rng = np.random.default_rng(2)

@@ -65,6 +65,7 @@ def test_a_drum_swings_on_its_cable() -> None:
             assert bench.tension(length, 0.0, 1.0) == pytest.approx(at_rest, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["winch", "winch_position"])
 def test_any_motion_equals_that_of_an_adaptive_rule(kind: str) -> None:
     """Slack and taut, braking and driven back, a drive at its limit; dissipation in the cable."""
@@ -127,6 +128,7 @@ def test_friction_only_takes_energy() -> None:
     assert lost > 0.05 * scale
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dissipation", [0.0, 3e-3])
 def test_motor_and_link_exchange_energy_over_drum_and_cable(dissipation: float) -> None:
     """Work N u theta' + f l' makes J w^2 / 2 + EA (l - l_u)^2 / 2 (l_u + l_lead), and heat."""

@@ -43,6 +43,7 @@ def _case(rng: np.random.Generator, ratio: float) -> tuple[FloatArray, FloatArra
     return r, ends[0], ends[1]
 
 
+@pytest.mark.slow
 def test_equal_half_axes_are_a_sphere() -> None:
     rng = np.random.default_rng(0)
     for _ in range(40):
@@ -134,6 +135,7 @@ def _shortest(r: FloatArray, a: FloatArray, b: FloatArray) -> float:
     return fine + (fine - coarse) / 3.0
 
 
+@pytest.mark.slow
 def test_shortest_paths_of_many_parts() -> None:
     rng = np.random.default_rng(3)
     touched = 0

@@ -35,6 +35,7 @@ def straight(robot: Robot, q: FloatArray) -> FloatArray:
     return np.array([np.linalg.norm(b + q - a) for a, b in ends])
 
 
+@pytest.mark.slow
 def test_lengths_and_jacobian_equal_mujocos_inside_wraps() -> None:
     """10,000 configurations, ends inside the surfaces included: a side site at the centre."""
     rng = np.random.default_rng(31)
@@ -191,6 +192,7 @@ def test_action_is_reaction_and_the_power_is_that_of_the_tensions(seed: int) -> 
         check_jacobian(paths, q, STEP)
 
 
+@pytest.mark.slow
 def test_degenerate_places_have_finite_lengths_and_jacobians() -> None:
     """Ends on the surface, at its centre, at one place, opposite, on one ray, on the axis."""
     for shape in ("sphere", "cylinder"):

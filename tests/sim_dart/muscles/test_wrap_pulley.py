@@ -68,6 +68,7 @@ def numbers(muscle: Muscle) -> tuple[FloatArray, FloatArray, FloatArray]:
     return F, v / np.linalg.norm(v), B
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["rotating", "screw"])
 def test_lengths_are_casprs_and_jacobians_their_derivatives(
     kind: Literal["rotating", "screw"],

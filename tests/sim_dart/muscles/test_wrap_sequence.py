@@ -168,6 +168,7 @@ def test_the_cable_is_taut_between_the_surfaces(options: dict[str, object], coun
     assert bad == 0
 
 
+@pytest.mark.slow
 def test_the_length_does_not_jump_along_a_way() -> None:
     """Over cylinders without chosen sides, in fine steps: it changes by no more than the way."""
     rng = np.random.default_rng(14)

@@ -51,6 +51,7 @@ def centre_side(robot: Robot, rng: np.random.Generator) -> list[FloatArray]:
     return [1e3 * s.radius * d for s, d in zip(robot.wrap_surfaces, directions, strict=True)]
 
 
+@pytest.mark.slow
 def test_the_shorter_way_equals_mujocos() -> None:
     """10,000 configurations; both ends outside, as MuJoCo needs it."""
     rng = np.random.default_rng(1)
@@ -347,6 +348,7 @@ def test_the_same_pose_has_the_same_length() -> None:
     np.testing.assert_array_equal(paths.evaluate(q).lengths, lengths)
 
 
+@pytest.mark.slow
 def test_degenerate_places_have_finite_lengths_and_jacobians() -> None:
     """Ends on the surface, at its centre, at the same place, opposite each other, on the axis."""
     places = [(0.0, 0.0), (0.1, 0.1), (0.1, 0.0), (0.0, 0.3), (0.3, 0.3), (0.1, 0.3)]

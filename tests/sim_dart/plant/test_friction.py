@@ -73,6 +73,7 @@ def assert_law(
         assert least - near * scale[j] <= p[j] <= most + near * scale[j]
 
 
+@pytest.mark.slow
 @pytest.mark.native
 def test_steps_keep_the_law_of_friction_and_limits() -> None:
     """Random trees at random velocities: some slide, some are stopped, some are held."""
@@ -95,6 +96,7 @@ def test_steps_keep_the_law_of_friction_and_limits() -> None:
     assert len(ways) == 6  # down, at rest, up; with friction and without
 
 
+@pytest.mark.slow
 def test_chains_of_twenty_joints_keep_the_law_of_friction() -> None:
     """No state of two thousand needs more exchanges than there may be."""
     robot = changed(chain(20, 0), np.random.default_rng(0), 5.0)
@@ -174,6 +176,7 @@ def test_friction_acts_at_a_stop_too() -> None:
     assert plant.qd[0] == pytest.approx(-STEP * 1.0 / MASS, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_mass_on_a_spring_loses_the_same_at_every_turn() -> None:
     """Its swings become shorter by 2 F/k each, until the spring no longer moves it."""
     stiffness, force, h = 50.0, 1.0, 5e-5

@@ -204,6 +204,7 @@ def test_rk4_beats_euler_at_the_same_step(name: str, gain: float) -> None:
     assert gain * worst(name, 1e-3, "rk4") < worst(name, 1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["driven, damped", "Roboy's arm, damped"])
 def test_mujoco_makes_the_same_errors(name: str) -> None:
     """Its semi-implicit rule with implicit damping is DART's: both go the same way."""

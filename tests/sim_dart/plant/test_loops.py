@@ -104,6 +104,7 @@ def fallen(robot: Robot, step: float, end: float, rule: str = "euler") -> tuple[
     return plant, worst
 
 
+@pytest.mark.slow
 @mechanisms
 def test_eulers_gap_is_of_second_order(name: str) -> None:
     robot, *_ = MECHANISMS[name]
@@ -153,6 +154,7 @@ def test_a_parallelogram_passes_its_flat_poses_on_its_branch() -> None:
     assert plant.q[0] - robot.coordinates[0].initial > 30.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", [four_bar(BARS), slider_crank()], ids=["four-bar", "slider"])
 def test_a_crank_is_closed_at_any_angle(robot: Robot) -> None:
     drawn = np.array([c.initial for c in robot.coordinates])
@@ -165,6 +167,7 @@ def test_a_crank_is_closed_at_any_angle(robot: Robot) -> None:
             assert (close_loops(robot, pose) == pose).all()
 
 
+@pytest.mark.slow
 def test_loops_close_from_anywhere() -> None:
     robot, rng = four_bar(BARS), np.random.default_rng(0)
     for _ in range(100):
@@ -255,6 +258,7 @@ def least_constraint(
     return np.asarray(solution.x[:n])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 60, 20))
 def test_friction_stops_and_loops_are_one_problem(first: int) -> None:
     moved = 0

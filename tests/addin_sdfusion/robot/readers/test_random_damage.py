@@ -141,18 +141,21 @@ def caspr_with_everything(folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mutate", [damaged, cut])
 def test_a_broken_caspr_robot_is_read_or_refused(tmp_path, mutate):
     sources = [caspr_with_everything(tmp_path / "example")]
     try_all(MUTATIONS // 5, sources, mutate, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mutate", [damaged, cut])
 def test_a_broken_published_caspr_model_is_read_or_refused(shared, tmp_path, mutate):
     sources = [shared / "robots/caspr" / model for model in MODELS]
     try_all(MUTATIONS // 5, sources, mutate, tmp_path)
 
 
+@pytest.mark.slow
 def test_a_broken_sdf_robot_is_read_or_refused(tmp_path):
     write_sdf(read_robot(EXAMPLE), tmp_path / "example")
     try_all(MUTATIONS // 5, [tmp_path / "example"], damaged, tmp_path)

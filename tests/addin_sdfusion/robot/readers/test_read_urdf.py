@@ -59,6 +59,7 @@ def test_our_robots_come_back_the_same_with_their_muscles(robot: Robot, tmp_path
     assert read_robot(tmp_path) == joint_frames(robot)
 
 
+@pytest.mark.slow
 @given(robots())
 def test_any_robot_comes_back_the_same(robot: Robot) -> None:
     with tempfile.TemporaryDirectory() as folder:

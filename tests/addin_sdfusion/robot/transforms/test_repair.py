@@ -101,6 +101,7 @@ def test_sound_inertias_are_never_taken_for_broken_ones(parts, far):
     assert diagnose(links, [Pose(r) for _, r in parts]) is None
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(body, arms), min_size=2, max_size=6))
 def test_a_file_about_the_origin_is_repaired_link_by_link(parts):
     links = [Link(f"l{k}", about_origin(i, r, False)) for k, (i, r) in enumerate(parts)]

@@ -149,6 +149,7 @@ WITHIN = {"CableModel.kind": "Muscle.model", "BasePulley.kind": "Muscle.pulley",
 """What is changed with all that belongs to it."""
 
 
+@pytest.mark.slow
 def test_every_field_is_changed() -> None:
     """A field that is added to the description must be one that the variants change."""
     robot = robot_of_every_field(1)

@@ -84,6 +84,7 @@ def trajectories(draw):
     return Trajectory("t", spline, tuple(points), time_step, space)
 
 
+@pytest.mark.slow
 @given(trajectories())
 def test_trajectories_read_back_to_the_last_bit(trajectory):
     with tempfile.TemporaryDirectory() as folder:

@@ -60,6 +60,7 @@ def test_nothing_is_written_that_the_newest_sdf_does_not_have(tmp_path):
     assert not list(undeclared(etree.parse(tmp_path / "model.sdf").getroot(), newest))
 
 
+@pytest.mark.slow
 def test_numbers_that_readers_in_cpp_refuse_are_written_as_zero(tmp_path):
     robot = one_link(friction=5e-324, initial=0.5)
     write_sdf(robot, tmp_path)
@@ -83,6 +84,7 @@ def test_models_of_caspr_are_valid_as_sdf(shared, tmp_path, name):
     assert "Valid." in verdict(tmp_path), verdict(tmp_path)
 
 
+@pytest.mark.slow
 def test_an_inertia_that_the_checker_refuses_is_reported_before(shared, tmp_path):
     robot = read_robot(shared / "robots/cardsflow/msj_platform")
     write_sdf(robot, tmp_path)

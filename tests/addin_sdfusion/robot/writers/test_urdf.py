@@ -74,6 +74,7 @@ def test_dart_reads_the_published_robots_with_the_same_mass_matrix(shared, name,
     assert_equal_mass_matrices(read_robot(shared / "robots/caspr" / name), tmp_path)
 
 
+@pytest.mark.slow
 @given(robots())
 def test_any_sound_robot_is_written(robot):
     with tempfile.TemporaryDirectory() as folder:
