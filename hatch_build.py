@@ -91,7 +91,7 @@ def platform_flags(is_small: bool) -> list[str]:
 
 def compile_library(library: Any, output: Path, extra: list[str]) -> Path:
     """Compile one library below `output`; returns its path."""
-    sources = [str(ROOT / name) for name in library.sources(ROOT)]
+    sources = library.sources(ROOT)  # relative to where compilers run: caches hold for every clone
     is_small = library is _SOURCES.NATIVE and not extra
     of_user = shlex.split(os.environ.get("CARDSFLOW_CFLAGS", ""))
     flags = [*FLAGS, *library.flags, *(_SOURCES.SMALL if is_small else ()), *of_user, *extra]

@@ -13,6 +13,7 @@ from support.cases import LONG, few
 from support.robots.every_field import Variant, robot_of_every_field, variants
 
 from addin_sdfusion.robot import CableSet, Finding, Robot, RobotError, TaskSet, check
+from addin_sdfusion.robot.writers import wrap_ends
 from addin_sdfusion.robot.writers.convert import FORMATS, convert
 
 WITHOUT_MEANING = {"Robot.links order", "Robot.wrap_surfaces order", "Robot.cable_sets order",
@@ -178,8 +179,11 @@ CASES = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "each", "format_"), CASES)
-def test_nothing_is_lost_in_silence(seed: int, each: int, format_: str) -> None:
+def test_nothing_is_lost_in_silence(
+    seed: int, each: int, format_: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """So many changes of each field, of random parts of the robot."""
+    monkeypatch.setattr(wrap_ends, "POSES", 2)  # what they tell is tested by test_wrap_ends
     robot = robot_of_every_field(seed)
     before, rng = _written(robot, format_), np.random.default_rng(seed)
     assert before.files
