@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.cases import few
 from support.command_line import CommandLine
 from support.fmu.bare_environment import BareEnvironment
 from support.robots.robots import EXAMPLES, PLANAR_2R
@@ -68,13 +69,16 @@ def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "settings"),
-    [
-        ("planar_2r", {}),
-        ("planar_2r", {"controller.period": 0.01}),
-        ("roboy_left_arm", {}),
-        ("hill_arm", {}),
-        pytest.param("pick_up", {}, marks=pytest.mark.slow),
-    ],
+    few(
+        [
+            ("roboy_left_arm", {}),
+            ("planar_2r", {"controller.period": 0.01}),
+            ("pick_up", {}),
+            ("hill_arm", {}),
+            ("planar_2r", {}),
+        ],
+        slow=2,
+    ),
     ids=str,
 )
 def test_the_script_steps_as_run_does(

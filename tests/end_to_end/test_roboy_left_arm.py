@@ -90,6 +90,7 @@ def test_a_heavier_arm_with_integral_action() -> None:
     assert rms(errors(flower({"plant.mass_scale": 1.1}))) > 2.0
 
 
+@LONG
 @pytest.mark.slow
 def test_a_known_load_at_the_hand() -> None:
     load = {"force": {"hand": [0.0, 0.0, -10.0]}, "known": True}
@@ -156,6 +157,7 @@ def test_30_000_ticks_of_the_flower_without_a_false_alarm() -> None:
     assert rms(errors(result)) < 0.06
 
 
+@LONG
 @pytest.mark.slow
 def test_the_literal_eq_4_lets_the_arm_drift_to_its_stops() -> None:
     """What the paper prints leaves the self-motion undamped; why a posture is the default."""
@@ -166,6 +168,7 @@ def test_the_literal_eq_4_lets_the_arm_drift_to_its_stops() -> None:
     assert errors(literal).max() > 1.0
 
 
+@LONG
 @pytest.mark.slow
 def test_the_joint_limits_of_the_controller_keep_even_the_literal_form_from_the_stops() -> None:
     result = flower({"controller.posture": False})

@@ -122,6 +122,7 @@ def test_the_controller_of_an_example_fits(example: str, processor: str, tmp_pat
     assert said["stack"] < STACK
 
 
+@LONG
 def test_the_check_sees_doubles(tmp_path: Path) -> None:
     """A firmware of double precision on a processor without is full of them."""
     write_example(tmp_path / "example.h", Experiment.load(EXAMPLES / "planar_2r"))

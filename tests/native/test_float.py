@@ -114,6 +114,7 @@ def evaluate(handle: Handle, q: np.ndarray, qd: np.ndarray, share: np.ndarray) -
     handle.call("accelerate", number(qd), handle.array("torques").copy(), number(none))
 
 
+@LONG
 @pytest.mark.slow
 def test_terms_are_off_by_rounding_errors_only(single: Precision, double: Precision) -> None:
     """The largest error of each kind is printed."""

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from support.cases import LONG
 from support.native.damaged import MUTATIONS, SANITIZED, count_refused
 from support.native.targets import DERIVATIVES, ROOT, TRANSITION, build_program
 from support.robots.every_joint import every_joint
@@ -35,6 +36,7 @@ PLANT_OPTIONS: dict[str, dict[str, object]] = {
 }
 
 
+@LONG
 @pytest.mark.fuzz
 def test_damaged_blobs(tmp_path: Path) -> None:
     robots = [

@@ -6,6 +6,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from support.cases import LONG
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError
@@ -38,6 +39,7 @@ def test_splines_reproduce_polynomials_and_are_their_own_derivatives() -> None:
     np.testing.assert_allclose(after[-1] @ d[:-1], after[0] @ d[1:], atol=1e-12)
 
 
+@LONG
 @pytest.mark.slow
 def test_a_designed_motion_tells_more_than_sines() -> None:
     """By log det of the information with the prior, within the same limits, speeds and forces."""

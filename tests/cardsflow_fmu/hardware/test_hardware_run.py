@@ -543,6 +543,7 @@ def test_ctrl_c_during_the_handshake(tmp_path: Path, host: str, times: int) -> N
             ("worker", signal.SIGKILL),
         ],
         2,
+        slow=1,
     ),
 )
 def test_every_end_of_a_run_leads_to_the_safe_state(

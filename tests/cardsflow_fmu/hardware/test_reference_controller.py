@@ -188,7 +188,7 @@ def test_is_short() -> None:
 
 @pytest.mark.parametrize(
     ("folder", "settings"),
-    [(PLANAR_2R, SHORT), (ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25})],
+    few([(ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25}), (PLANAR_2R, SHORT)], slow=0),
 )
 def test_a_law_of_single_precision_does_nearly_the_same(
     folder: Path, settings: dict[str, Any], tmp_path: Path
@@ -207,7 +207,7 @@ def test_a_law_of_single_precision_does_nearly_the_same(
     np.testing.assert_allclose(found[:, 1 + n :].T, f, rtol=0, atol=1e-4 * f.max())
 
 
-@pytest.mark.parametrize("with_key", few([False, True]))
+@pytest.mark.parametrize("with_key", few([False, True], slow=0))
 @pytest.mark.parametrize(
     ("folder", "settings"),
     few(
@@ -247,7 +247,7 @@ def test_in_lock_step_it_does_what_the_experiments_controller_does(
     np.testing.assert_allclose(found[:, 1 + n :].T, forces, rtol=0, atol=1e-6 * forces.max())
 
 
-@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("single", few([True, False], slow=0))
 def test_without_joint_encoders_the_pose_is_estimated(
     single: bool, compiler: str, libraries: list[str], tmp_path: Path
 ) -> None:

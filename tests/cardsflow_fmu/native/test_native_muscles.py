@@ -78,7 +78,7 @@ def experiment_of(case: str, duration: float = 0.2) -> Experiment:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", few(CASES, 2))
+@pytest.mark.parametrize("case", few(CASES, 2, 3))
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """The same ports, and the same numbers."""
     experiment = experiment_of(case)

@@ -43,7 +43,7 @@ def experiment_of(case: str, duration: float = 0.1, **more: Any) -> Experiment:
     return Experiment.load(EXAMPLES / example, {"run.duration": duration, **settings, **more})
 
 
-@pytest.mark.parametrize("case", few(CASES))
+@pytest.mark.parametrize("case", few(CASES, slow=3))
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """Over FMUs with a plant in Python on DART, and over native ones, to rounding."""
     native, on_dart = experiment_of(case), experiment_of(case, **{"plant.engine": "dart"})
@@ -52,7 +52,7 @@ def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", get_args(FmiVersion))
-@pytest.mark.parametrize("case", few(CASES))
+@pytest.mark.parametrize("case", few(CASES, slow=3))
 def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) -> None:
     python, native = (
         build(experiment_of(case), tmp_path / str(n), native=n, fmi=version)["plant"]
@@ -74,7 +74,7 @@ def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", few(CASES))
+@pytest.mark.parametrize("case", few(CASES, slow=3))
 @pytest.mark.native
 def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -> None:
     check_bits(experiment_of(case, **{"plant.engine": "core"}), tmp_path)
