@@ -127,6 +127,9 @@ def _of_mesh(
     solid = meshes.solid(part)
     if solid is None:
         return None
+    if shape_of(part.node) != "mesh":
+        problem = "a shape fitted to a mesh has the inertia of the mesh here, not that of the shape"
+        part.node.warning("fitted-shape", problem)
     T: Transform = place_of(part, compiler)
     mass = density * solid.volume if given is None else given
     factor = mass / solid.volume

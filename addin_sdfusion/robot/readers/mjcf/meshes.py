@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator
 from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
@@ -18,6 +19,8 @@ from .compiler import Compiler
 from .document import MAIN, Document
 from .shapes import place_of, shape_of, sizes_of
 
+LEGACY = "legacy"
+"""How MuJoCo fills meshes unless they say otherwise."""
 COLLISION_GROUP = 4
 """What our own files put collision meshes in."""
 
@@ -127,11 +130,20 @@ class MeshAssets:
             data = mesh_bytes(file, [self._folder])
         except InputError:
             return None
-        return _solid_of(data, file.suffix, self.scale(name))
+        return _solid_of(data, file.suffix, self.scale(name), node.attribute("inertia", LEGACY))
 
 
-def _solid_of(data: bytes, suffix: str, scale: Vector3) -> Solid | None:
-    """The solid of a mesh that is closed; None without trimesh, and for what is open."""
+def _solid_of(data: bytes, suffix: str, scale: Vector3, way: str) -> Solid | None:
+    """The solid of a mesh, as MuJoCo fills it; None without trimesh, and for what is not filled.
+
+    Args:
+        data: Its file.
+        suffix: Of the file's name.
+        scale: By what it is scaled.
+        way: `legacy` for tetrahedra that all count as positive, `exact`, or `convex` for its hull.
+    """
+    if way not in (LEGACY, "exact", "convex"):
+        return None
     try:
         import trimesh  # of the extra `viewer`
     except ImportError:
@@ -139,16 +151,46 @@ def _solid_of(data: bytes, suffix: str, scale: Vector3) -> Solid | None:
     import io
 
     try:
-        mesh: Any = trimesh.load(io.BytesIO(data), file_type=suffix[1:].lower(), force="mesh")
+        kind = suffix[1:].lower()
+        mesh: Any = trimesh.load(io.BytesIO(data), file_type=kind, force="mesh", process=False)
         mesh.apply_scale(scale)
-        if not mesh.is_watertight or not mesh.volume > 0.0:
-            return None
-        values: Sequence[float] = [float(x) for x in mesh.center_mass]
-        rows = [[float(x) for x in row] for row in mesh.moment_inertia]
+        corners = (mesh.convex_hull if way == "convex" else mesh).triangles
+        doubled = trimesh.triangles.cross(corners)  # the normals, twice the areas long
+        return _fill(corners, doubled, way == LEGACY)
     except Exception:  # trimesh raises what its parsers raise
         return None
-    return Solid(
-        float(mesh.volume),
-        (values[0], values[1], values[2]),
-        tuple((row[0], row[1], row[2]) for row in rows),  # type: ignore[arg-type]
-    )
+
+
+def _fill(corners: Any, doubled: Any, is_legacy: bool) -> Solid | None:
+    """Tetrahedra from triangles to a point: first the mean of the surface, then their centre.
+
+    Args:
+        corners: Of the triangles, shape (n, 3, 3).
+        doubled: Their normals, as long as twice their areas, shape (n, 3).
+        is_legacy: Whether a tetrahedron counts the same whichever way its triangle looks.
+    """
+    middles = corners.mean(axis=1)
+    areas = (doubled * doubled).sum(axis=1) ** 0.5
+
+    def volumes(point: Any) -> Any:
+        signed = ((middles - point) * doubled).sum(axis=1) / 6.0
+        return abs(signed) if is_legacy else signed
+
+    mean = (areas[:, None] * middles).sum(axis=0) / areas.sum()
+    parts = volumes(mean)
+    centre = (parts[:, None] * (0.75 * middles + 0.25 * mean)).sum(axis=0) / parts.sum()
+    parts, arms = volumes(centre), corners - centre
+    sums = arms.sum(axis=1)
+    second = (parts[:, None] * sums).T @ sums
+    for k in range(3):
+        second = second + (parts[:, None] * arms[:, k]).T @ arms[:, k]
+    second = second / 20.0
+    volume, trace = float(parts.sum()), float(second.trace())
+    inertia = [
+        [(trace if i == j else 0.0) - float(second[i, j]) for j in range(3)] for i in range(3)
+    ]
+    if not (volume > 0.0 and math.isfinite(volume + trace)):
+        return None
+    x, y, z = (float(entry) for entry in centre)
+    rows: Any = tuple((row[0], row[1], row[2]) for row in inertia)
+    return Solid(volume, (x, y, z), rows)

@@ -177,9 +177,7 @@ def _note_meshes(bodies: Sequence[Body], joints: Sequence[Joint], meshes: MeshAs
         if not files:
             continue
         listed = ", ".join(map(repr, dict.fromkeys(files[:5])))
-        problem = (
-            f"its mass comes from meshes that are not there, not closed, or not read: {listed}"
-        )
+        problem = f"its mass comes from meshes that are not there, or not read: {listed}"
         if moving[body.name]:
             more = "put them there (and install the extra `viewer`), or give it an <inertial>"
             body.node.error("mass-from-mesh", f"{problem}; {more}")

@@ -136,6 +136,14 @@ def _note_approximations(model: Node, muscles: list[Muscle]) -> None:
             "arms are not always the derivative of its lengths"
         )
         model.warning("wraps-exact", problem)
+    several = [repr(muscle.name) for muscle in muscles if len(muscle.wraps) > 1]
+    if several:
+        problem = (
+            f"{len(several)} muscles have several wraps: where a path is over two of them at once, "
+            "OpenSim's length is up to 1 cm less than that of its own path, whose points are as "
+            f"here; forces differ then: {', '.join(several[:10])}"
+        )
+        model.warning("wraps-in-a-row", problem)
     if any(muscle.model.kind.startswith("hill") for muscle in muscles):
         problem = "default activations and fibre lengths are left out; an experiment sets the start"
         model.warning("start-left-out", problem)

@@ -162,3 +162,26 @@ def test_what_is_replicated_is_where_mujoco_has_it(tmp_path: Path) -> None:
     assert len(robot.task_sets[0].frames) == model.nsite == 20
     (tmp_path / "fan.xml").write_text(COPIES.replace('"10"', '"9000"'))
     assert "too-many-copies" in {finding.code for finding in read(tmp_path / "fan.xml").findings}
+
+
+@pytest.mark.parametrize("way", ["", "legacy", "exact", "convex"])
+def test_a_mesh_is_filled_as_by_mujoco(tmp_path: Path, way: str) -> None:
+    """One that is hollow and open, of which each way makes another body."""
+    trimesh = pytest.importorskip("trimesh", reason="needs the extra viewer")
+    ring = trimesh.creation.annulus(r_min=0.05, r_max=0.1, height=0.08, sections=12)
+    ring.apply_translation([0.02, 0.01, 0.0])
+    cut = trimesh.Trimesh(ring.vertices, ring.faces[:-3], process=False)
+    (tmp_path / "ring.stl").write_bytes(cut.export(file_type="stl"))
+    given = f'inertia="{way}"' if way else ""
+    (tmp_path / "m.xml").write_text(
+        f'<mujoco><asset><mesh file="ring.stl" scale="1 2 1" {given}/></asset><worldbody>'
+        '<body name="b"><joint axis="1 2 3"/><geom type="mesh" mesh="ring" density="800"/></body>'
+        "</worldbody></mujoco>"
+    )
+    robot = read(tmp_path / "m.xml").require()
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "m.xml"))
+    inertia = robot.link("b").inertia
+    assert inertia.mass == pytest.approx(model.body_mass[1], rel=1e-9)
+    np.testing.assert_allclose(inertia.com, model.body_ipos[1], atol=1e-9)
+    moments = np.linalg.eigvalsh(np.array(inertia.matrix))
+    np.testing.assert_allclose(moments, np.sort(model.body_inertia[1]), rtol=1e-7)
