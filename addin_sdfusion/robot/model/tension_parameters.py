@@ -245,8 +245,8 @@ SCHUTTE = _hill(0.1 / 9.126854, 0.1 / 1.459854, 0.0, (
 MUJOCO = (
     Parameter("force", "N", None, -math.inf, math.inf, "F: largest active force; negative: scale / "
               "acc0"),
-    _natural("length_low", "m", None, "path length where L is range_low"),
-    _natural("length_high", "m", None, "path length where L is range_high"),
+    Parameter("length_low", "m", None, -math.inf, math.inf, "path length where L is range_low"),
+    Parameter("length_high", "m", None, -math.inf, math.inf, "path length where L is range_high"),
     _positive("range_low", "1", 0.75, "L of the shortest path, over the optimum"),
     _positive("range_high", "1", 1.05, "L of the longest path"),
     Parameter("lmin", "1", 0.5, -math.inf, 1.0, "where active force begins"),

@@ -54,11 +54,11 @@ static const char *mujoco_refusal(const void *parameters)
     const real positive[] = {p->range_low, p->vmax, p->activation_time_constant, p->deactivation_time_constant};
     for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
         if (!(value_of(positive[i]) > 0)) return "range_low, vmax and the time constants must be positive";
-    const real natural[] = {p->length_low, p->fpmax, p->scale, p->acc0, p->passive_range_low,
+    const real natural[] = {p->fpmax, p->scale, p->acc0, p->passive_range_low,
                             p->passive_range_high, p->passive_lmax, p->activation_width, p->control_low,
                             1 - p->control_high};
     for (size_t i = 0; i < sizeof natural / sizeof *natural; i++)
-        if (value_of(natural[i]) < 0) return "a length, force, part or width is negative, or control_high above 1";
+        if (value_of(natural[i]) < 0) return "a force, part or width is negative, or control_high above 1";
     return value_of(p->control_low) > value_of(p->control_high) ? "control_low must not be above control_high" : NULL;
 }
 

@@ -173,8 +173,8 @@ def _range_of(
     """The least and the largest length over the ranges of the joints that move it."""
     free = _movers(robot, muscle, surfaces)
     due = 2 * (2 * SWEEPS * max(len(free), 1) * GRID)
-    ranged = all(math.isfinite(c.lower) and math.isfinite(c.upper) for c in free)
-    if not ranged or left < due:
+    ends_of = {c.name: _ends_of(c, bool(muscle.terms)) for c in free}
+    if left < due or not all(math.isfinite(end) for ends in ends_of.values() for end in ends):
         return None, left
     start = {c.name: c.initial for c in robot.coordinates}
 
@@ -188,17 +188,25 @@ def _range_of(
         best = sign * length(q)
         for sweep in range(2 * SWEEPS):
             for c in free:
-                width = (c.upper - c.lower) / (GRID - 1) / (1.0 if sweep < SWEEPS else GRID)
-                middle = 0.5 * (c.lower + c.upper) if sweep < SWEEPS else q[c.name]
+                lower, upper = ends_of[c.name]
+                width = (upper - lower) / (GRID - 1) / (1.0 if sweep < SWEEPS else GRID)
+                middle = 0.5 * (lower + upper) if sweep < SWEEPS else q[c.name]
                 for k in range(GRID):
                     at = middle + (k - (GRID - 1) / 2.0) * width
-                    trial = q | {c.name: min(max(at, c.lower), c.upper)}
+                    trial = q | {c.name: min(max(at, lower), upper)}
                     value = sign * length(trial)
                     if value < best:
                         best, q = value, trial
         ends.append(sign * best)
     low, high = ends
     return ((low, high) if low < high else None), left - due
+
+
+def _ends_of(c: Coordinate, is_sum: bool) -> tuple[float, float]:
+    """The ends of a coordinate's range; a whole turn, which has all lengths, of a hinge without."""
+    if c.unit == "rad" and math.isinf(c.lower) and math.isinf(c.upper) and not is_sum:
+        return c.initial - math.pi, c.initial + math.pi
+    return c.lower, c.upper
 
 
 def _movers(robot: Robot, muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Coordinate]:

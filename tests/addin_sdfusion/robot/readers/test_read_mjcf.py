@@ -185,3 +185,20 @@ def test_a_mesh_is_filled_as_by_mujoco(tmp_path: Path, way: str) -> None:
     np.testing.assert_allclose(inertia.com, model.body_ipos[1], atol=1e-9)
     moments = np.linalg.eigvalsh(np.array(inertia.matrix))
     np.testing.assert_allclose(moments, np.sort(model.body_inertia[1]), rtol=1e-7)
+
+
+def test_muscles_on_joints_and_of_joints_without_ends_have_lengths(tmp_path: Path) -> None:
+    """Sums of angles may be negative; a hinge without ends goes round once."""
+    (tmp_path / "m.xml").write_text(
+        '<mujoco><worldbody><site name="o" pos="0.3 0 0"/><body name="b"><joint name="h" '
+        'axis="0 0 1"/><geom size="0.1"/><site name="t" pos="0.1 0 0"/><body name="c">'
+        '<joint name="k" range="-60 30"/><geom size="0.1" pos="0.1 0 0"/></body></body></worldbody>'
+        '<tendon><spatial name="s"><site site="o"/><site site="t"/></spatial>'
+        '<fixed name="f"><joint joint="k" coef="2"/></fixed></tendon>'
+        '<actuator><muscle tendon="s" force="9"/><muscle tendon="f" force="9"/></actuator></mujoco>'
+    )
+    spatial, fixed = (law_parameters(m.model) for m in read(tmp_path / "m.xml").require().muscles)
+    ends = (spatial["length_low"], spatial["length_high"])
+    assert ends == pytest.approx((0.2, 0.4), rel=1e-2)
+    ends = (fixed["length_low"], fixed["length_high"])
+    assert ends == pytest.approx((-2.0 * np.pi / 3.0, np.pi / 3.0))
