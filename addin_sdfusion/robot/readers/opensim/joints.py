@@ -11,10 +11,10 @@ from ...model.joint import Coordinate, Joint, Motion, MotionKind
 from ...model.pose import Vector3
 from ...model.robot import WORLD
 from ...model.rotations import normalized
+from ...transforms.ellipsoid_joints import OverEllipsoid
 from ..xml import Node
 from .coordinates import read_coordinate
 from .document import text
-from .ellipsoid_joints import ellipsoid_joint, scapulothoracic_joint
 from .frames import Frames, pose_of
 from .functions import read_terms
 
@@ -41,9 +41,23 @@ CLASSES: dict[str, Moves] = {
     ),
 }
 """Kind, axis and coordinate of each motion; translations are in the parent's frame."""
+
+
+def _ellipsoid(node: Node) -> tuple[Motion, ...]:
+    return OverEllipsoid(node.vector("radii_x_y_z")).motions()
+
+
+def _scapulothoracic(node: Node) -> tuple[Motion, ...]:
+    given = node.optional("scapula_winging_axis_origin")
+    x, y = (0.0, 0.0) if given is None else given.numbers(2)
+    direction = node.number("scapula_winging_axis_direction", 0.0)
+    radii = node.vector("thoracic_ellipsoid_radii_x_y_z")
+    return OverEllipsoid(radii, (x, y, direction)).motions()
+
+
 GLIDING: dict[str, Callable[[Node], tuple[Motion, ...]]] = {
-    "EllipsoidJoint": ellipsoid_joint,
-    "ScapulothoracicJoint": scapulothoracic_joint,
+    "EllipsoidJoint": _ellipsoid,
+    "ScapulothoracicJoint": _scapulothoracic,
 }
 """Joints over an ellipsoid."""
 OF_ANGULAR_VELOCITY = ("BallJoint", "FreeJoint", *GLIDING)

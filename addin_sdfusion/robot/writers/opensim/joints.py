@@ -19,6 +19,7 @@ from ...model.joint import Coordinate, Joint, Motion
 from ...model.pose import Pose, Vector3
 from ...model.robot import Robot
 from ...model.rotations import rotation
+from ...transforms.ellipsoid_joints import OverEllipsoid, over_ellipsoid
 from ...transforms.joint_chains import Names, single_joints
 from ..common_losses import chained_joint
 from ..xml_text import element, numbers
@@ -61,10 +62,15 @@ def custom_axes(joint: Joint) -> dict[str, Axis] | None:
     return axes
 
 
+def is_one_joint(joint: Joint) -> bool:
+    """Whether OpenSim has it as one joint."""
+    return custom_axes(joint) is not None or over_ellipsoid(joint.motions) is not None
+
+
 def joint_losses(robot: Robot) -> Iterator[Finding]:
     """Joints that become chains, and what cannot be written of joints and couplings."""
     for joint in robot.joints:
-        if custom_axes(joint) is None:
+        if not is_one_joint(joint):
             yield _chained(joint)
         for c in joint.coordinates:
             yield from _coupling(c)
@@ -111,7 +117,7 @@ def add_joints(
         robot: What to write.
         ranges: Of coordinates without limits that move points within a range.
     """
-    chained = {joint.name: custom_axes(joint) is None for joint in robot.joints}
+    chained = {joint.name: not is_one_joint(joint) for joint in robot.joints}
     names = Names(name for name, split in chained.items() if not split)
     links = {link.name for link in robot.links}
     singles = iter(single_joints(robot))
@@ -182,8 +188,10 @@ def _apart(a: Vector3, b: Vector3) -> bool:
 
 
 def _add_joint(joints: ElementTree.Element, joint: Joint, ranges: Ranges) -> None:
-    pin = _pin(joint)
-    kind = "WeldJoint" if not joint.motions else pin or "CustomJoint"
+    gliding = over_ellipsoid(joint.motions)
+    kind = "WeldJoint" if not joint.motions else _pin(joint) or "CustomJoint"
+    if gliding is not None:
+        kind = "EllipsoidJoint" if gliding.winging is None else "ScapulothoracicJoint"
     node = element(joints, kind, name=joint.name)
     element(node, "socket_parent_frame", "parent_offset")
     element(node, "socket_child_frame", "child_offset")
@@ -196,6 +204,18 @@ def _add_joint(joints: ElementTree.Element, joint: Joint, ranges: Ranges) -> Non
     _add_frame(frames, "child_offset", joint.child, joint.T_child_joint)
     if kind == "CustomJoint":
         _add_axes(element(node, "SpatialTransform"), joint)
+    if gliding is not None:
+        _add_ellipsoid(node, gliding)
+
+
+def _add_ellipsoid(node: ElementTree.Element, gliding: OverEllipsoid) -> None:
+    if gliding.winging is None:
+        element(node, "radii_x_y_z", numbers(gliding.radii))
+        return
+    *origin, direction = gliding.winging
+    element(node, "thoracic_ellipsoid_radii_x_y_z", numbers(gliding.radii))
+    element(node, "scapula_winging_axis_origin", numbers(origin))
+    element(node, "scapula_winging_axis_direction", direction)
 
 
 def _pin(joint: Joint) -> str | None:

@@ -40,7 +40,7 @@ from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
 from .bodies import LEAST_MASS, add_body, frame_path, objects, standing_links
 from .forces import add_joint_forces, add_muscle
-from .joints import add_couplers, add_joints, coordinate_paths, custom_axes, joint_losses
+from .joints import add_couplers, add_joints, coordinate_paths, is_one_joint, joint_losses
 from .loops import CONSTRAINTS, add_loop
 from .muscles import CLASSES, law_losses
 from .names import GROUND, renamed, with_legal_names
@@ -94,7 +94,7 @@ def osim_losses(robot: Robot) -> list[Finding]:
         *tasks,
         *link_ends(robot, "OpenSim"),
         *other_sets(robot, "OpenSim"),
-        *names(robot, "OpenSim", (joint for joint in robot.joints if custom_axes(joint) is None)),
+        *names(robot, "OpenSim", (joint for joint in robot.joints if not is_one_joint(joint))),
     ]
 
 

@@ -9,6 +9,7 @@ import pytest
 from support.oracles.moving_links import MovingLinks
 
 from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.writers.convert import convert
 from sim_dart.core.arrays import FloatArray
 
 SPHERE, SPHEROID, ELLIPSOID = "0.07 0.07 0.07", "0.05 0.08 0.08", "0.05 0.08 0.11"
@@ -50,6 +51,7 @@ def test_a_body_glides_over_an_ellipsoid(tmp_path: Path, radii: str) -> None:
         place = at.poses["shank"]
         np.testing.assert_allclose(place[:3, :3], R, atol=1e-14)
         np.testing.assert_allclose(place[:3, 3], sizes * R[:, 2], atol=1e-15)
+    assert read(convert(robot, "osim", tmp_path / "again").files[0]).require() == robot
 
 
 def test_a_scapula_glides_over_the_thorax_and_wings(tmp_path: Path) -> None:
@@ -72,3 +74,4 @@ def test_a_scapula_glides_over_the_thorax_and_wings(tmp_path: Path) -> None:
         np.testing.assert_allclose(place[:3, :3], R @ winged, atol=1e-14)
         expected = p + R @ (origin - winged @ origin)
         np.testing.assert_allclose(place[:3, 3], expected, atol=1e-15)
+    assert read(convert(robot, "osim", tmp_path / "again").files[0]).require() == robot
