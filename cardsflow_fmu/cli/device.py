@@ -19,16 +19,23 @@ from addin_sdfusion.robot.json_text import json_text
 from .common import FAILED, GOOD, Commands, add_settings, settings_of
 
 if TYPE_CHECKING:
-    from cardsflow_fmu.experiment.settings.hardware import HardwareSettings, SensorSettings
+    from cardsflow_fmu.experiment.settings.hardware import (
+        EmulatorSettings,
+        Faults,
+        HardwareSettings,
+    )
     from cardsflow_fmu.hardware.device.device import Device
     from cardsflow_fmu.hardware.device.server import DeviceServer
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
-    from cardsflow_fmu.hardware.emulator.faults import FaultyLine
     from cardsflow_fmu.middleware.address import NodeAddress
     from cardsflow_fmu.ros.device_node import DeviceNode
     from cardsflow_fmu.ros.scene_topics import Shown
 
 DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
+
+_AS_GIVEN = ("noise", "differences", "loss", "duplicate", "reorder", "corrupt", "seed")
+_MILLISECONDS = ("motor_lag", "delay", "jitter")
+"""Options that are settings of an emulator."""
 
 
 def add_device(commands: Commands) -> None:
@@ -75,23 +82,24 @@ def add_replay(commands: Commands) -> None:
 
 
 def _add_imperfections(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("motors and sensors")
+    said = "motors and sensors; where silent, as [hardware.emulator] of the experiment says"
+    group = parser.add_argument_group(said)
     group.add_argument(
         "--encoder",
         type=float,
-        default=math.inf,
         metavar="COUNTS",
         help="counts of the encoders per rad or m; velocities are then differences of counts",
     )
     group.add_argument(
-        "--noise", type=float, default=0.0, metavar="X", help="of positions, in rad or m (1 sigma)"
+        "--noise", type=float, metavar="X", help="of positions, in rad or m (1 sigma)"
     )
     group.add_argument(
-        "--differences", action="store_true", help="velocities are differences of positions"
+        "--differences",
+        action="store_true",
+        default=None,
+        help="velocities are differences of positions",
     )
-    group.add_argument(
-        "--motor-lag", type=float, default=0.0, metavar="MS", help="motors' time constant"
-    )
+    group.add_argument("--motor-lag", type=float, metavar="MS", help="motors' time constant")
 
 
 def _add_serving(parser: argparse.ArgumentParser) -> None:
@@ -120,7 +128,8 @@ def _add_serving(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_faults(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("faults of the link, in each direction")
+    said = "faults of the link, in each direction; where silent, as the experiment says"
+    group = parser.add_argument_group(said)
     for name, what in (
         ("loss", "are lost"),
         ("duplicate", "come twice"),
@@ -128,11 +137,9 @@ def _add_faults(parser: argparse.ArgumentParser) -> None:
         ("corrupt", "are damaged"),
     ):
         text = f"part of the frames that {what}, 0 to 1"
-        group.add_argument(f"--{name}", type=float, default=0.0, metavar="P", help=text)
-    group.add_argument("--delay", type=float, default=0.0, metavar="MS", help="delay of frames")
-    group.add_argument(
-        "--jitter", type=float, default=0.0, metavar="MS", help="largest additional delay"
-    )
+        group.add_argument(f"--{name}", type=float, metavar="P", help=text)
+    group.add_argument("--delay", type=float, metavar="MS", help="delay of frames")
+    group.add_argument("--jitter", type=float, metavar="MS", help="largest additional delay")
     group.add_argument(
         "--outage",
         action="append",
@@ -140,7 +147,7 @@ def _add_faults(parser: argparse.ArgumentParser) -> None:
         metavar="START:LENGTH",
         help="no frame gets through, in s from the first frame on; may be repeated",
     )
-    group.add_argument("--seed", type=int, default=0, metavar="N", help="of noise and faults; 0")
+    group.add_argument("--seed", type=int, metavar="N", help="of noise and faults; 0")
 
 
 def _device(options: argparse.Namespace) -> int:
@@ -168,7 +175,7 @@ def _device(options: argparse.Namespace) -> int:
         report(node.description)
         return node
 
-    _serve(device, options, beside=beside)
+    _serve(device, options, settings.emulator, beside=beside)
     return FAILED if device.counters["faults"] else GOOD
 
 
@@ -198,42 +205,53 @@ def _emulated(
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
     from cardsflow_fmu.ros.scene_topics import Shown
 
-    thing, lag, sensors = options.thing, options.motor_lag * 1e-3, _sensors(options)
+    thing = options.thing
     if (thing / "experiment.toml").is_file() or thing.suffix in (".toml", ".json"):
         for option, key in (("cable_set", "robot.cable_set"), ("step", "plant.step")):
             if getattr(options, option) is not None:
                 what = f"of an experiment is changed by --set {key}=..."
                 raise InputError(what, key=f"--{option.replace('_', '-')}")
         experiment = Experiment.load(thing, settings_of(options.set))
-        emulated = EmulatedRobot.of_experiment(experiment, motor_lag=lag, sensors=sensors)
-        return emulated, experiment.hardware, Shown.of(experiment)
+        settings = _with_imperfections(options, experiment.hardware)
+        own = settings.emulator
+        emulated = EmulatedRobot.of_experiment(
+            experiment, motor_lag=own.motor_lag, sensors=own.sensors
+        )
+        return emulated, settings, Shown.of(experiment)
     from addin_sdfusion.robot.readers import read
     from cardsflow_fmu.experiment.carried_files import mesh_roots
 
     if options.set:
         raise InputError("changes an experiment, and this is a robot", key="--set")
+    settings = _with_imperfections(options, HardwareSettings())
+    own = settings.emulator
     robot = read(thing, options.cable_set).require()
     step = 1e-3 if options.step is None else options.step
-    emulated = EmulatedRobot(robot, step, motor_lag=lag, sensors=sensors)
-    return emulated, HardwareSettings(), Shown(robot, thing.parent, mesh_roots(thing, [thing], ()))
+    emulated = EmulatedRobot(robot, step, motor_lag=own.motor_lag, sensors=own.sensors)
+    return emulated, settings, Shown(robot, thing.parent, mesh_roots(thing, [thing], ()))
 
 
-def _sensors(options: argparse.Namespace) -> SensorSettings:
-    from cardsflow_fmu.experiment.settings.hardware import SensorSettings
+def _with_imperfections(options: argparse.Namespace, own: HardwareSettings) -> HardwareSettings:
+    """The settings with those imperfections of robot and line that options name."""
+    return own.replaced(emulator=_imperfections(options, own.emulator))
 
-    counts = options.encoder
-    if not counts > 0:
-        raise InputError(f"must be above 0 counts, not {counts!r}", key="--encoder")
-    keys = ("joint_counts", "length_counts") if math.isfinite(counts) else ()
-    return SensorSettings(
-        **dict.fromkeys(keys, counts),
-        noise=options.noise,
-        differences=options.differences or not math.isinf(counts),
-        seed=options.seed,
-    )
+
+def _imperfections(options: argparse.Namespace, own: EmulatorSettings) -> EmulatorSettings:
+    words = {key: value for key, value in vars(options).items() if value is not None}
+    given: dict[str, Any] = {key: words[key] for key in _AS_GIVEN if key in words}
+    given |= {key: words[key] * 1e-3 for key in _MILLISECONDS if key in words}
+    if options.outage:
+        given["outages"] = tuple(map(_outage, options.outage))
+    counts = words.get("encoder")
+    if counts is not None:
+        if not counts > 0:
+            raise InputError(f"must be above 0 counts, not {counts!r}", key="--encoder")
+        given |= {"joint_counts": counts, "length_counts": counts, "differences": True}
+    return type(own)(**{**own.data(), **given})
 
 
 def _replay(options: argparse.Namespace) -> int:
+    from cardsflow_fmu.experiment.settings.hardware import EmulatorSettings
     from cardsflow_fmu.hardware.device.device import Device
     from cardsflow_fmu.hardware.emulator.replay import ReplayedRobot
     from cardsflow_fmu.hardware.protocol.recording import read_recording
@@ -253,7 +271,8 @@ def _replay(options: argparse.Namespace) -> int:
         f_min=-math.inf,
         f_max=math.inf,
     )
-    _serve(device, options, lambda: {"largest change of a command": robot.deviation})
+    faults = _imperfections(options, EmulatorSettings())
+    _serve(device, options, faults, lambda: {"largest change of a command": robot.deviation})
     return GOOD
 
 
@@ -273,6 +292,7 @@ def _key(options: argparse.Namespace, own: Path | None) -> bytes | None:
 def _serve(
     device: Device,
     options: argparse.Namespace,
+    faults: Faults,
     report: Callable[[], dict[str, Any]] = dict,
     beside: Callable[[DeviceServer, Callable[[str], object]], DeviceNode | None] = lambda *_: None,
 ) -> None:
@@ -280,9 +300,10 @@ def _serve(
     from cardsflow_fmu.cosim.pacing import real_time_priority
     from cardsflow_fmu.hardware.device.server import DeviceServer
     from cardsflow_fmu.hardware.device.status import Event, StatusReporter
+    from cardsflow_fmu.hardware.emulator.faults import FaultyLine
     from cardsflow_fmu.utils.interrupts import interruptible
 
-    line = _faulty_line(device, options)
+    line = FaultyLine(device, faults) if faults.any else None
     duration = _duration(options)
 
     def say(text: str, **data: Any) -> None:
@@ -327,24 +348,6 @@ def _lines(totals: Mapping[str, Any], prefix: str = "") -> list[str]:
     for name, group in groups.items():
         lines += _lines(group, f"{prefix} {name}".strip())
     return lines
-
-
-def _faulty_line(device: Device, options: argparse.Namespace) -> FaultyLine | None:
-    """The line to the device; None without faults."""
-    from cardsflow_fmu.experiment.settings.hardware import Faults
-    from cardsflow_fmu.hardware.emulator.faults import FaultyLine
-
-    faults = Faults(
-        loss=options.loss,
-        delay=options.delay * 1e-3,
-        jitter=options.jitter * 1e-3,
-        duplicate=options.duplicate,
-        reorder=options.reorder,
-        corrupt=options.corrupt,
-        outages=tuple(map(_outage, options.outage)),
-        seed=options.seed,
-    )
-    return FaultyLine(device, faults) if faults.any else None
 
 
 def _outage(text: str) -> tuple[float, float]:

@@ -123,7 +123,8 @@ def experiment_settings(
         world = _world(tables, robot, mains[0].parent, roots, context)
     plant = _plant(data.get("plant", {}), context, robot, run, has_world=bool(world))
     hardware = read_hardware(data.get("hardware", {}), context, run.step)
-    estimator = _estimator(data.get("estimator"), tables, context, robot, run)
+    folder = mains[0].parent if tables.robots is None else None
+    estimator = _estimator(data.get("estimator"), tables, context, robot, folder, run)
     wiring = complete_wiring(tables.wiring, robot, disturbance, plant)
     if estimator is not None:
         wiring = _estimation(robot, estimator, hardware) | wiring
@@ -147,10 +148,15 @@ def experiment_settings(
 
 
 def _estimator(
-    data: Any, tables: ExperimentTables, context: Context, robot: Robot, run: RunSettings
+    data: Any,
+    tables: ExperimentTables,
+    context: Context,
+    robot: Robot,
+    folder: Path | None,
+    run: RunSettings,
 ) -> EstimatorTable | None:
     """The estimator where there is one in use."""
-    settings = None if data is None else read_estimator(data, context, robot, run.step)
+    settings = None if data is None else read_estimator(data, context, robot, folder, run.step)
     if settings is not None and settings.use:
         return settings
     if tables.fmus.estimator is not None:

@@ -58,6 +58,7 @@ class EstimatorModel(ExperimentModel):
         """The variables for an experiment in named groups."""
         settings = experiment.estimator
         assert settings is not None
+        assert settings.offset is not None  # numbers, once an experiment is read
         return estimator_groups(
             experiment.robot,
             settings.encoded,

@@ -14,6 +14,7 @@ from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.writers.convert import convert
+from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
 from sim_dart.calibration.calibrate import Calibration, Errors, calibrate
 from sim_dart.calibration.identifiability import (
     Knowledge,
@@ -25,7 +26,7 @@ from sim_dart.calibration.inertia import NUMBERS, inertia_numbers
 
 from .readings import read_readings
 
-REPORT, TABLE = "calibration.txt", "calibration.json"
+REPORT = "calibration.txt"
 
 _OPEN = 8
 
@@ -74,7 +75,7 @@ def calibrate_files(
     text, table = describe(result), _table(result)
     place = reading.files[0].parent
     files, lost = convert(result.robot, "sdf", folder, mesh_folder=place)
-    files += write_files(folder, {REPORT: text + "\n", TABLE: json_text(table, indent=1) + "\n"})
+    files += write_files(folder, {REPORT: text + "\n", CALIBRATION_FILE: json_text(table, indent=1) + "\n"})
     return Calibrated(files, text, [*reading.findings, *lost])
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
-from addin_sdfusion.robot import Pose, Robot
+from addin_sdfusion.robot import InputError, Pose, Robot
+from cardsflow_fmu.config.file import read_settings
 from cardsflow_fmu.config.names import each
 from cardsflow_fmu.config.table import (
     AS_WHOLE,
@@ -25,6 +27,12 @@ from cardsflow_fmu.signals.port import signal_names
 from cardsflow_fmu.utils.multiples import whole_steps
 from sim_dart.estimation.sensors import MOST_DELAY, SensorSettings
 from sim_dart.estimation.settings import EstimatorSettings, InertialUnit
+
+CALIBRATED = "calibrated"
+"""Word for offsets that the calibration of the robot has found."""
+
+CALIBRATION_FILE = "calibration.json"
+"""Where it has written them, beside the robot."""
 
 _ORIGIN = (0.0, 0.0, 0.0)
 _AS_BELIEVED = "as the estimator believes when left out"
@@ -80,7 +88,12 @@ class EstimatorTable(Table):
     )
     gyroscope_noise: FromZero = setting("standard deviation, in rad/s", 0.005)
     accelerometer_noise: FromZero = setting("standard deviation, in m/s²", 0.2)
-    offset: tuple[float, ...] = each("muscle", "known offset of a length, in m", 0.0)
+    offset: tuple[float, ...] | None = each(
+        "muscle",
+        f"known offset of a length, in m; those that {CALIBRATION_FILE} beside the robot has",
+        0.0,
+        word=CALIBRATED,
+    )
     slack: FromZero = setting("muscles with less tension are left out, in N", 1.0)
     gate: Positive = setting("readings that are farther off are left out, in deviations", 5.0)
     acceleration_noise: tuple[FromZero, ...] = each(
@@ -189,15 +202,20 @@ class EstimatorTable(Table):
         )
 
 
-def read_estimator(data: object, context: Context, robot: Robot, step: float) -> EstimatorTable:
+def read_estimator(
+    data: object, context: Context, robot: Robot, folder: Path | None, step: float
+) -> EstimatorTable:
     """What an experiment says of its estimator.
 
     Args:
         data: The table.
         context: What it is read with.
         robot: The robot.
+        folder: That of its files; None where it is several.
         step: run.step, in [s].
     """
+    if isinstance(data, Mapping) and data.get("offset") == CALIBRATED:
+        data = {**data, "offset": _calibrated_offsets(folder, context)}
     settings = EstimatorTable.read(data, context, "estimator")
     for loop in robot.loops:
         what = f"joint {loop.name!r} closes a loop, which the estimator does not know of"
@@ -211,3 +229,23 @@ def read_estimator(data: object, context: Context, robot: Robot, step: float) ->
         if settings.sensors.delay:
             whole_steps(settings.sensors.delay, step, "run.step", most=MOST_DELAY)
     return settings
+
+
+def _calibrated_offsets(folder: Path | None, context: Context) -> dict[str, Any]:
+    """The offsets that `cardsflow calibrate` has found, by muscle.
+
+    Raises:
+        InputError: There are none.
+    """
+    key = "estimator.offset"
+    if folder is None:
+        raise context.error(key, f"several robots have no {CALIBRATION_FILE}; give numbers")
+    file = folder / CALIBRATION_FILE
+    if not file.is_file():
+        what = f"there is no {file}, which `cardsflow calibrate` writes beside the robot"
+        raise context.error(key, what)
+    offsets = read_settings(file).get("offsets")
+    if not isinstance(offsets, dict) or not offsets:
+        what = "has no offsets: `cardsflow calibrate` finds them where muscles.*.offset are free"
+        raise InputError(what, file=file)
+    return offsets

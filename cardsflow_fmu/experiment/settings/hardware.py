@@ -107,8 +107,14 @@ class SensorSettings(Table):
     noise: FromZero = setting(
         "standard deviation of readings: positions and lengths, in rad or m, and velocities", 0.0
     )
+    length_offset: tuple[float, ...] = each("muscle", "of a length, in m", 0.0)
     differences: bool = setting("whether velocities are differences of positions", False)
     seed: _Seed = setting("of noise and faults", 0)
+
+    def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
+        """As of any table; offsets where there are any."""
+        without = () if any(self.length_offset) else ("length_offset",)
+        return super().data([*leave_out, *without])
 
 
 class EmulatorSettings(Faults, SensorSettings):
@@ -238,5 +244,5 @@ def hardware_data(settings: HardwareSettings, robot: Robot) -> dict[str, Any]:
         limits = zip(names, getattr(settings, key), strict=False)
         # no number is infinity in JSON
         data[key] = {name: limit for name, limit in limits if math.isfinite(limit)}
-    is_perfect = settings.emulator == EmulatorSettings()
-    return data if is_perfect else data | {"emulator": settings.emulator.data()}
+    emulator = settings.emulator.data()
+    return data if emulator == EmulatorSettings().data() else data | {"emulator": emulator}

@@ -1,4 +1,4 @@
-"""The sensors of an emulated robot: noise, encoder counts, finite differences."""
+"""The sensors of an emulated robot: noise, offsets, encoder counts, finite differences."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.settings.hardware import SensorSettings
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -13,14 +14,20 @@ from cardsflow_fmu.utils.arrays import FloatArray
 class Sensors:
     """Sensors of n joints and m muscles, read together.
 
+    Raises:
+        InputError: There is not an offset for each muscle.
+
     Attributes:
         q: Positions as read, shape (n,), in [rad] or [m].
         qd: Velocities, shape (n,), in [rad/s] or [m/s].
-        lengths: Path lengths, shape (m,), in [m].
+        lengths: Path lengths and offsets, shape (m,), in [m].
     """
 
     def __init__(self, settings: SensorSettings, joints: int, muscles: int) -> None:
         self._settings = settings
+        self._offset = np.array(settings.length_offset or (0.0,) * muscles)
+        if len(self._offset) != muscles:
+            raise InputError(f"length_offset must be {muscles} numbers, not {len(self._offset)}")
         self._random = np.random.default_rng(settings.seed)
         self.q, self.qd = np.zeros(joints), np.zeros(joints)
         self.lengths = np.zeros(muscles)
@@ -56,7 +63,7 @@ class Sensors:
         settings = self._settings
         self.q = _quantised(self._noisy(q), settings.joint_counts)
         self.qd = self._noisy(qd)
-        self.lengths = _quantised(self._noisy(lengths), settings.length_counts)
+        self.lengths = _quantised(self._noisy(lengths) + self._offset, settings.length_counts)
 
     def _noisy(self, values: FloatArray) -> FloatArray:
         """Values with noise; a copy in any case."""

@@ -32,6 +32,7 @@ from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader, read_recording
 from cardsflow_fmu.signals.ports import muscle_signals
 from cardsflow_fmu.simulation.run import RunError, run, simulate
+from sim_dart import MusclePaths
 
 FREE = ["--listen", "udp://127.0.0.1:0"]
 ARM, ROBOT = str(PLANAR_2R), str(PLANAR_2R / "robot")
@@ -262,6 +263,19 @@ def test_a_robot_without_an_experiment_with_motors_and_sensors_as_they_are(
     assert refused == ["it is in use by another; end that run first"]
 
 
+@pytest.mark.slow
+def test_a_device_is_as_imperfect_as_its_experiment_says(recorded: Path) -> None:
+    """Where no option says otherwise."""
+    words = ["hardware.emulator.length_offset.cable_2=0.25", "hardware.emulator.noise=0.5"]
+    words = ["--set", words[0], "--set", words[1], "--noise", "0", "--watchdog", "10000"]
+    with served("device", ARM, *words) as device:
+        with Line(device.uri, recorded) as line:
+            line.exchange(2)
+        assert device.end() == 0
+    lengths = MusclePaths(experiment().robot).evaluate(line.state[:2]).lengths
+    np.testing.assert_allclose(line.state[4:8] - lengths, [0, 0.25, 0, 0], atol=1e-12)
+
+
 def test_a_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
     code, out, _ = cardsflow("device", PLANAR_2R, *FREE, "--duration", 0.05)
     assert code == 0
@@ -297,7 +311,7 @@ def test_a_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
         (["device", ARM, "--watchdog", "0"], 2, "watchdog must be a positive"),
         (["device", ARM, "--encoder", "0"], 2, "--encoder: must be above 0 counts"),
         (["device", ARM, "--noise", "-1"], 2, "noise: must not be negative: -1.0"),
-        (["device", ARM, "--motor-lag", "nan"], 2, "time constant"),
+        (["device", ARM, "--motor-lag", "nan"], 2, "motor_lag: must be a finite number"),
         (["device", ARM, "--seed", "-1"], 2, "seed: must not be negative: -1"),
         (["device", ARM, "--duration", "0"], 2, "must be above 0 s"),
         (["device", ARM, "--key-file", "nowhere.key"], 2, "nowhere.key"),

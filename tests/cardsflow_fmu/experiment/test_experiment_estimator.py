@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -136,6 +138,33 @@ def test_it_reads_back_as_the_same(tmp_path: Path) -> None:
     assert again.wiring == experiment.wiring
     unused = Experiment.load(EXAMPLES / "roboy_left_arm", {"estimator.use": False})
     assert unused.estimator is None
+
+
+def test_offsets_are_those_of_the_robots_calibration(tmp_path: Path) -> None:
+    """Numbers from then on, also in the files that FMUs carry."""
+    shutil.copytree(EXAMPLES / "roboy_left_arm" / "robot", tmp_path / "new")
+    settings = {"robot.path": str(tmp_path / "new"), "estimator": {"offset": "calibrated"}}
+
+    def refused() -> str:
+        with pytest.raises(InputError) as error:
+            Experiment.load(EXAMPLES / "roboy_left_arm", settings)
+        return str(error.value)
+
+    assert "estimator.offset: there is no" in refused()
+    file = tmp_path / "new" / "calibration.json"
+    for content, message in (
+        ("{", "calibration.json: "),
+        ('{"offsets": {}}', "has no offsets: .*muscles.\\*.offset"),
+        ('{"offsets": {"biceps": 1e-3}}', "estimator.offset.*no muscle 'biceps'"),
+        ('{"offsets": {"motor1": "a"}}', "estimator.offset.motor1: must be a number"),
+    ):
+        file.write_text(content)
+        assert re.search(message, refused())
+    file.write_text('{"offsets": {"motor1": 1e-3}}')
+    experiment = Experiment.load(EXAMPLES / "roboy_left_arm", settings)
+    assert experiment.estimator is not None
+    assert experiment.estimator.offset == (0.0, 1e-3, *(0.0,) * 9)
+    assert experiment_data(experiment)["estimator"]["offset"][1] == 1e-3
 
 
 @pytest.mark.parametrize(

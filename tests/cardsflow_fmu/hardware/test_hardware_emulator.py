@@ -265,6 +265,16 @@ def test_encoders_quantise() -> None:
     np.testing.assert_array_equal(readings[:, N : 2 * N], true[:, N : 2 * N])
 
 
+def test_lengths_have_offsets() -> None:
+    """And nothing else has."""
+    offsets = (1e-3, 0.0, -2e-3, 5e-4)
+    readings, true = read(SensorSettings(length_offset=offsets))
+    np.testing.assert_allclose((readings - true)[:, 2 * N :], [offsets] * len(true), atol=1e-15)
+    np.testing.assert_array_equal(readings[:, : 2 * N], true[:, : 2 * N])
+    with pytest.raises(InputError, match="length_offset must be 4 numbers, not 1"):
+        EmulatedRobot(planar_2r(), STEP, sensors=SensorSettings(length_offset=(1e-3,)))
+
+
 def test_velocities_may_be_differences_of_counts() -> None:
     """Off by at most one count over the step, besides half a step of acceleration."""
     counts = 1e5
