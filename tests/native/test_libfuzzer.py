@@ -62,7 +62,7 @@ def fuzz(program: list[str], folder: Path, **variables: object) -> None:
     own = (
         resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
     )  # a child's peak begins with it
-    limits = [f"-rss_limit_mb={own + 1000}", "-timeout=120", "-max_len=65536"]
+    limits = [f"-rss_limit_mb={own + 1000}", "-timeout=1200", "-max_len=65536"]
     options = [f"-max_total_time={SECONDS}", *limits]
     done = subprocess.run(
         [*program, *options, f"-artifact_prefix={folder}/found-", "-print_final_stats=1", "corpus"],

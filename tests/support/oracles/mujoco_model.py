@@ -14,6 +14,15 @@ from addin_sdfusion.robot import WORLD, Pose, Robot, Vector3
 from sim_dart.core.arrays import FloatArray
 
 
+def dense_tendon_jacobian(model: Any, data: Any) -> FloatArray:
+    """The tendons' Jacobian, shape (tendons, nv), of a model that stores it sparsely."""
+    J = np.zeros((model.ntendon, model.nv))
+    for k in range(model.ntendon):
+        row = slice(model.ten_J_rowadr[k], model.ten_J_rowadr[k] + model.ten_J_rownnz[k])
+        J[k, model.ten_J_colind[row]] = data.ten_J[row]
+    return J
+
+
 class MujocoRobot:
     """Muscle paths and dynamics of a robot by MuJoCo, with steps in [s] for `run`.
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from hypothesis import assume, given
+from support.oracles.mujoco_model import dense_tendon_jacobian
 from support.robots.every_joint import every_joint
 from support.robots.one_link import CASPR_ROBOTS, cable, one_link, round_a_circle
 from support.robots.random_robots import random_robot, robots
@@ -38,14 +39,6 @@ from sim_dart import DartDynamics, Plant
 def load(robot, folder, **options):
     (file,) = write_mjcf(robot, folder, "robot", **options)
     return mujoco.MjModel.from_xml_path(str(file))
-
-
-def dense_tendon_jacobian(model, data):
-    J = np.zeros((model.ntendon, model.nv))
-    for k in range(model.ntendon):
-        row = slice(model.ten_J_rowadr[k], model.ten_J_rowadr[k] + model.ten_J_rownnz[k])
-        J[k, model.ten_J_colind[row]] = data.ten_J[row]
-    return J
 
 
 def assert_equal_terms(robot, folder, states=5):
