@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import CardsflowError, Muscle, PointMotion, Polynomial, Robot, Wrap
-from addin_sdfusion.robot.model.function import Cubic, cubics
+from addin_sdfusion.robot import (
+    CardsflowError,
+    Muscle,
+    PointCondition,
+    PointMotion,
+    Polynomial,
+    Robot,
+    Wrap,
+)
+from addin_sdfusion.robot.model.coupling import all_values
+from addin_sdfusion.robot.model.function import Cubic, cubics, value
 from addin_sdfusion.robot.model.rotations import rotation
 
 from .frames import Place
@@ -34,9 +44,9 @@ def route_counts(robot: Robot) -> dict[str, int]:
     moves = [move for point in points for move in point.moves]
     return {
         "guides": len(_guided(robot)),
-        "conditions": sum(point.when is not None for point in points),
+        "conditions": sum(p.when is not None and not _is_met(robot, p.when) for p in points),
         "moves": len(moves),
-        "pieces": sum(len(_pieces(move)) for move in moves),
+        "pieces": sum(len(_pieces(robot, move)) for move in moves),
         "branches": sum(len(muscle.branches) for muscle in robot.muscles),
         "path_terms": sum(len(muscle.terms) for muscle in robot.muscles),
     }
@@ -118,15 +128,16 @@ def _condition_fields(robot: Robot, routes: list[_Route]) -> dict[str, ArrayLike
         (r, r.first + k, point.when)
         for r in routes
         for k, point in enumerate(r.muscle.via_points)
-        if point.when is not None
+        if point.when is not None and not _is_met(robot, point.when)
     ]
+    ends = [_ends(robot, r.muscle, when) for r, _, when in conditions]
     return {
         "condition_point": [k for _, k, _ in conditions],
         "condition_coordinate": [
-            _coordinate(robot, r.muscle, w.coordinate) for r, _, w in conditions
+            _coordinate(robot, r.muscle, w.coordinate, is_constant=True) for r, _, w in conditions
         ],
-        "condition_low": [when.low for _, _, when in conditions],
-        "condition_high": [when.high for _, _, when in conditions],
+        "condition_low": [low for low, _ in ends],
+        "condition_high": [high for _, high in ends],
         "condition_smoothing": [when.smoothing for _, _, when in conditions],
     }
 
@@ -140,11 +151,13 @@ def _move_fields(
         for k, point in enumerate(r.muscle.via_points)
         for move in point.moves
     ]
-    pieces = [_pieces(move) for _, _, _, move in moves]
+    pieces = [_pieces(robot, move) for _, _, _, move in moves]
     counts = [len(each) for each in pieces]
     return {
         "move_point": [k for _, k, _, _ in moves],
-        "move_coordinate": [_coordinate(robot, r.muscle, m.coordinate) for r, _, _, m in moves],
+        "move_coordinate": [
+            _coordinate(robot, r.muscle, m.coordinate, is_constant=True) for r, _, _, m in moves
+        ],
         "move_axis": [place.T_frame_link[:3, :3] @ np.array(m.axis) for _, _, place, m in moves],
         "move_low": [move.low for _, _, _, move in moves],
         "move_high": [move.high for _, _, _, move in moves],
@@ -154,8 +167,34 @@ def _move_fields(
     }
 
 
-def _pieces(move: PointMotion) -> tuple[Cubic, ...]:
+def _held_value(robot: Robot, name: str) -> float | None:
+    """Where a coordinate stands still; None for one that moves."""
+    if name in robot_variables(robot).index:
+        return None
+    return all_values(robot, {c.name: c.initial for c in robot.coordinates})[name]
+
+
+def _is_met(robot: Robot, when: PointCondition) -> bool:
+    """Whether a point is always in use, as the coordinate of its condition is held."""
+    at = _held_value(robot, when.coordinate)
+    return at is not None and when.low <= at <= when.high
+
+
+def _ends(robot: Robot, muscle: Muscle, when: PointCondition) -> tuple[float, float]:
+    """The range of a condition; one that no value is in where the coordinate is held outside."""
+    at = _held_value(robot, when.coordinate)
+    if at is None:
+        return when.low, when.high
+    if max(when.low - at, at - when.high) < when.smoothing:
+        raise _held(muscle, when.coordinate)
+    return math.inf, math.inf
+
+
+def _pieces(robot: Robot, move: PointMotion) -> tuple[Cubic, ...]:
     function = move.function
+    at = _held_value(robot, move.coordinate)
+    if at is not None:
+        return ((0.0, value(function, min(max(at, move.low), move.high)), 0.0, 0.0, 0.0),)
     if not isinstance(function, Polynomial):
         return cubics(function)
     if len(function.coefficients) > _MOST_COEFFICIENTS:
@@ -165,10 +204,16 @@ def _pieces(move: PointMotion) -> tuple[Cubic, ...]:
     return ((0.0, a, b, c, d),)
 
 
-def _coordinate(robot: Robot, muscle: Muscle, name: str) -> int:
-    """The variable of a coordinate."""
+def _coordinate(robot: Robot, muscle: Muscle, name: str, *, is_constant: bool = False) -> int:
+    """The variable of a coordinate; any, for what is constant where the coordinate is held."""
     index = robot_variables(robot).index
-    if name not in index:
-        problem = f"its path depends on coordinate {name!r}, which is held"
-        raise CardsflowError(f"muscle {muscle.name!r}: {problem}; this cannot be simulated yet")
-    return index[name]
+    if name in index:
+        return index[name]
+    if not (is_constant and index):
+        raise _held(muscle, name)
+    return 0
+
+
+def _held(muscle: Muscle, name: str) -> CardsflowError:
+    problem = f"its path depends on coordinate {name!r}, which is held"
+    return CardsflowError(f"muscle {muscle.name!r}: {problem}; this cannot be simulated yet")

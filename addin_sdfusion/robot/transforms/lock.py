@@ -21,7 +21,8 @@ from ..model.transform import IDENTITY, Transform
 def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
     """The robot without some coordinates; a joint that keeps none becomes a fixed one.
 
-    In a robot with functions or couplings they stay in its joints, and are locked there.
+    In a robot with functions or couplings, or with points of muscles that depend on them, they stay
+    in its joints, and are locked there.
 
     Args:
         robot: The robot.
@@ -29,20 +30,22 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
 
     Raises:
         UnknownNameError: There is no such coordinate.
-        InputError: A muscle's path depends on one, or a translation between two rotations of one
+        InputError: A muscle's length counts one, or a translation between two rotations of one
             joint would be held elsewhere than at 0, which no joint can express.
     """
     for name in positions:
         find("coordinate", name, robot.coordinates)
-    if robot.driven_joints:  # what follows a coordinate is to follow it where it is held
-        return replace(robot, joints=tuple(_held(joint, positions) for joint in robot.joints))
+    named: set[str] = set()
     for _, muscle in all_muscles(robot):
-        named = [point.when.coordinate for point in muscle.via_points if point.when is not None]
-        named += [move.coordinate for point in muscle.via_points for move in point.moves]
-        for name in (*named, *(term.coordinate for term in muscle.terms)):
-            if name in positions:
-                problem = f"muscle {muscle.name!r} depends on coordinate {name!r}: do not hold it"
-                raise InputError(problem)
+        named |= {point.when.coordinate for point in muscle.via_points if point.when is not None}
+        named |= {move.coordinate for point in muscle.via_points for move in point.moves}
+        for term in muscle.terms:
+            if term.coordinate in positions:
+                problem = f"length of muscle {muscle.name!r} counts coordinate {term.coordinate!r}"
+                raise InputError(f"{problem}: do not hold it")
+    if robot.driven_joints or named & set(positions):
+        # what follows a coordinate is to follow it where it is held
+        return replace(robot, joints=tuple(_held(joint, positions) for joint in robot.joints))
     return replace(robot, joints=tuple(_locked(joint, positions) for joint in robot.joints))
 
 

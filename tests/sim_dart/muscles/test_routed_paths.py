@@ -63,6 +63,26 @@ def _point(robot: Robot, q: FloatArray, via: ViaPoint) -> FloatArray:
     return np.array(via.position) + np.array([*q[:moved], *[0.0] * (3 - moved)])
 
 
+@pytest.mark.parametrize("at", [-0.7, -0.2, 0.4])
+def test_points_that_depend_on_a_held_coordinate(at: float) -> None:
+    """They are where they are, and in use or not, as if it moved and were there."""
+    when, motion = (
+        PointCondition("joint_0", -0.5, 0.25),
+        PointMotion((0.0, 0.0, 1.0), "joint_0", SPLINE),
+    )
+    moved = replace(MIDDLE, position=(0.3, 0.5, 0.1), moves=(replace(motion, low=-0.5, high=0.3),))
+    free = carriage([Muscle("m", (A, replace(MIDDLE, when=when), moved, B), f_max=1.0)], [])
+    joint, *others = free.joints
+    (c,) = joint.coordinates
+    stays = replace(joint, coordinates=(replace(c, locked=True, initial=at),))
+    held = MusclePaths(replace(free, joints=(stays, *others)))
+    q = np.array([0.2, -0.3])
+    there = MusclePaths(free).evaluate([at, *q])
+    expected, L = there.lengths.copy(), there.jacobian.copy()
+    np.testing.assert_allclose(held.evaluate(q).lengths, expected, rtol=1e-15)
+    np.testing.assert_allclose(held.evaluate(q).jacobian, L[:, 1:], atol=1e-15)
+
+
 def test_points_in_use_at_times() -> None:
     """A jump at the ends of the range; or the share's mean of both lengths, and its gradient."""
     when = PointCondition("joint_0", -0.5, 0.25)
