@@ -29,6 +29,7 @@ from controllers.analysis.stiffness import stiffness
 from controllers.force_distribution.one_way import one_way
 from controllers.force_distribution.quadratic import least_squares
 from sim_dart import control_dynamics, dependent_coordinates
+from sim_dart.muscles.friction import rubs
 
 EXPERIMENT_TOML = "experiment.toml"
 
@@ -36,6 +37,8 @@ _GAINS = (400.0, 40.0)  # kp in [1/s²], kd in [1/s]: critically damped at 20 ra
 _SLOW_GAINS = (150.0, 25.0)  # for muscles that take their time
 _STIFF_GAINS, _OBSERVER = (2000.0, 90.0), 0.2
 """Against the friction of joints: gains, and the bandwidth of the observer times the period."""
+_OBSERVER_OF_CABLES = 0.5
+"""The same against what is not known of the friction of cables: 100 rad/s at a period of 5 ms."""
 _PERIODS = ((0.005, 0.001), (0.002, 0.001), (0.001, 0.001), (0.0005, 0.0005), (0.0002, 0.0002))
 """Of the controller and of the simulation, in [s], the longest first."""
 _OWN_RATE = 20.0  # in [rad/s], of what springs hold; half of critical damping
@@ -125,7 +128,11 @@ def init(
     _require_new(file)
     found, findings = read_movable(robot, cable_set)
     path = path_from(file.parent, Path(robot))
-    beginning, trial = Search(found, Path(robot), cable_set).best()
+    try:
+        beginning, trial = Search(found, Path(robot), cable_set).best()
+    except InputError as error:
+        error.file = error.file or Path(robot)
+        raise
     _write_new(file, experiment_text(found, path, beginning, cable_set))
     return Starter(file, beginning.remarks, findings, trial)
 
@@ -220,6 +227,10 @@ class Search:
             c.name for c, d in zip(motion.robot.coordinates, chosen, strict=True) if d
         )
         observed, slow = bool(_rubbing(motion.robot)), bool(modelled_muscles(self.robot))
+        bandwidth = max(
+            _OBSERVER if observed else 0.0,
+            _OBSERVER_OF_CABLES if rubs(motion.robot) else 0.0,
+        )
         kp, kd = _SLOW_GAINS if slow else _STIFF_GAINS if observed else _GAINS
         rate = _growth(motion)
         for period, step in _PERIODS:
@@ -233,7 +244,7 @@ class Search:
                 dependent,
                 kp=kp,
                 kd=kd,
-                observer=float(f"{_OBSERVER / period:.3g}") if observed and not slow else 0.0,
+                observer=0.0 if slow else float(f"{bandwidth / period:.3g}"),
                 period=period,
                 step=step,
             )
@@ -278,7 +289,8 @@ class Search:
             if a == b
         ]
         if beginning.observer:
-            names = ", ".join(_rubbing(motion.robot)[:_SOME_LINES])
+            cables = ["cables"] if rubs(motion.robot) else []
+            names = ", ".join([*_rubbing(motion.robot)[:_SOME_LINES], *cables])
             remarks.append(
                 f"against the friction of {names}: kp {beginning.kp:g}, kd {beginning.kd:g}, and a "
                 f"disturbance observer of {beginning.observer:g} rad/s"

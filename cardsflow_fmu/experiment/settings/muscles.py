@@ -21,8 +21,8 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from addin_sdfusion.robot import InputError, Muscle, Robot, UnknownNameError
-from addin_sdfusion.robot.checks.check import require_valid
+from addin_sdfusion.robot import InputError, Muscle, Robot, RobotError, UnknownNameError
+from addin_sdfusion.robot.checks.check import check
 from addin_sdfusion.robot.checks.muscles import MOST_FRICTION, MOST_PRESLIDING
 from addin_sdfusion.robot.model.muscle import CableKind, CableModel, OwnTension
 from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS
@@ -191,7 +191,11 @@ def with_muscle_settings(
             error.file, error.key = error.file or context.file, joined(keys[name], error.key)
             raise
     changed = robot.with_muscles(list(muscles.values()))
-    require_valid(changed)
+    wrong = next((finding for finding in check(changed) if finding.is_error), None)
+    if wrong is not None:
+        error = RobotError([wrong], file=context.file)
+        error.key = keys.get(wrong.subject.name, "muscles")
+        raise error
     return changed
 
 

@@ -29,7 +29,7 @@ typedef struct {
     int shared_from;
     int driven; /* has a command */
     int moves_along; /* its command is a position, which moves along with the path: see core_invert */
-    int is_long; /* its state after a time comes of many substeps, and so has their rounding */
+    int is_rough; /* its tension is rounded by more than a few sums: of many substeps, or at a root */
     int pushes; /* its tension may be negative */
     int is_hill; /* its constants and states are those of hill.h */
     /* What is wrong with finite parameters, or NULL; NULL if nothing can be. */
@@ -46,8 +46,9 @@ typedef struct {
        pulls its two points down beside its tension, which is that along the chord.                     */
     void (*place)(real *k, const real chord[3], const real gravity[3]);
     void (*weigh)(const real *k, real l, real u, real down[2]);
-    /* A command near that which gives f, from where the smallest one is the other end of a chord; or NULL. */
-    real (*guess)(const real *k, real l, real f);
+    /* A command near that which gives f, and a step from there within which the tension, which falls with
+       the command, changes smoothly; or NULL.                                                          */
+    real (*guess)(const real *k, const real *x, real l, real f, real *step);
     /* See core_curve; NULL for a law without curves. */
     real (*curve)(const real *k, const char *name, real x, real *slope);
 } tension_law;

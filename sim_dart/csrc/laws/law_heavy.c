@@ -137,8 +137,10 @@ static void heavy_weigh(const real *k, real l, real u, real down[2])
 }
 
 /* The length of the parabola, without its stretch. */
-static real heavy_guess(const real *k, real l, real f)
+static real heavy_guess(const real *k, const real *state, real l, real f, real *step)
 {
+    (void)state;
+    *step = l / 1000;
     const real x = k[HEAVY_WEIGHT] * k[HEAVY_RUN] * l / (2 * larger(f, LEAST_WEIGHT));
     return l * (1 + x * x / 6) / (1 + f / k[HEAVY_STIFFNESS]);
 }
@@ -147,6 +149,7 @@ TENSION_LAW(HEAVY_CABLE) = {
     .parameters = PARAMETER_COUNT(heavy_parameters),
     .constants = HEAVY_CONSTANTS,
     .driven = 1,
+    .is_rough = 1,
     .refusal = WHEN_OPENED(heavy_refusal),
     .prepare = WHEN_OPENED(heavy_prepare),
     .tension = heavy_tension,

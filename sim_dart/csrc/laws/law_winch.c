@@ -60,6 +60,8 @@ static const real LARGEST_WINCH_TURN = 0.05;
 #define MOST_WINCH_STEPS 2000
 #define MOST_WINCH_ITERATIONS 20
 #define MOST_DRIVE_ITERATIONS 60
+/* Of Newton's last step, relative; what is left is about its square, derivatives want one more. */
+static const real ENOUGH_OF_SPEED = HAS_TANGENT ? 1e-14 : PRECISE(1e-8, 1e-4);
 
 static const char *winch_refusal(const void *parameters)
 {
@@ -223,6 +225,15 @@ static void winch_start(const real *k, real l, real u, real *x)
     x[WINCH_SPEED] = 0, x[WINCH_ANGLE] = (k[WINCH_REST_LENGTH] - paid) / rho;
 }
 
+/* A drive that holds f where the drum is, from where it is within its limits for a way. */
+static real winch_guess(const real *k, const real *x, real l, real f, real *step)
+{
+    const real rho = k[WINCH_RADIUS], Kp = k[WINCH_PROPORTIONAL];
+    (void)l;
+    *step = rho * k[WINCH_MOST] / (10 * Kp);
+    return paid_out(k, x[WINCH_ANGLE]) - rho * (rho * f + k[WINCH_DERIVATIVE] * x[WINCH_SPEED]) / Kp;
+}
+
 /* What a substep of time t begins with. */
 typedef struct {
     real l, v, u, t, length;
@@ -248,12 +259,13 @@ static real speed_after(const real *k, const winch_substep *s)
     real slope, w = 0;
     const real pushed = heavy * w0 + drum_torque(k, s, w, &slope);
     if (value_of(fabs(pushed)) <= value_of(k[WINCH_DRY])) return 0;
-    const real way = value_of(pushed) > 0 ? 1 : -1;
+    const real braked = value_of(pushed) > 0 ? -k[WINCH_DRY] : k[WINCH_DRY];
+    real left = pushed + braked;
     for (int i = 0; i < MOST_WINCH_ITERATIONS; i++) {
-        const real left = heavy * (w0 - w) + drum_torque(k, s, w, &slope) - way * k[WINCH_DRY];
         const real step = left / (heavy - slope);
         w += step;
-        if (value_of(fabs(step)) <= PRECISE(1e-14, 1e-6) * value_of(fabs(w) + fabs(w0))) break;
+        if (value_of(fabs(step)) <= value_of(ENOUGH_OF_SPEED * (fabs(w) + fabs(w0)))) break;
+        left = heavy * (w0 - w) + drum_torque(k, s, w, &slope) + braked;
     }
     return w;
 }
@@ -281,7 +293,7 @@ TENSION_LAW(WINCH) = {
     .parameters = PARAMETER_COUNT(winch_parameters),
     .constants = WINCH_CONSTANTS,
     .driven = 1,
-    .is_long = 1,
+    .is_rough = 1,
     .refusal = WHEN_OPENED(winch_refusal),
     .prepare = WHEN_OPENED(winch_prepare),
     .tension = winch_tension,
@@ -295,7 +307,7 @@ TENSION_LAW(WINCH_POSITION) = {
     .parameters = PARAMETER_COUNT(winch_position_parameters),
     .constants = WINCH_CONSTANTS,
     .driven = 1,
-    .is_long = 1,
+    .is_rough = 1,
     .moves_along = 1,
     .refusal = WHEN_OPENED(winch_position_refusal),
     .prepare = WHEN_OPENED(winch_position_prepare),
@@ -304,4 +316,5 @@ TENSION_LAW(WINCH_POSITION) = {
     .rates = winch_rates,
     .start = winch_start,
     .advance = winch_advance,
+    .guess = winch_guess,
 };

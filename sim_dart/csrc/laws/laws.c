@@ -304,7 +304,8 @@ void core_reach(core *c, real h)
 
 #define MOST_INVERSIONS 60
 #define ENOUGH PRECISE(1e-14, 5e-6) /* of a force, relative to those about it */
-#define ENOUGH_OF_LONG PRECISE(1e-11, 2e-5) /* the same where rounding of substeps is beyond that */
+#define ROUGH PRECISE(1e-11, 2e-5) /* of a force: rounding of laws that are rough */
+#define NEAR_INVERSIONS 6
 
 /* What the tension lacks or is beyond f at commands about the one that is looked for. */
 typedef struct {
@@ -327,26 +328,49 @@ static int is_between(const attempt *a, const attempt *b, real u)
     return value_of(u) > value_of(smaller(a->u, b->u)) && value_of(u) < value_of(larger(a->u, b->u));
 }
 
+static real enough_of(const muscle_law *at, real f, const attempt *a, const attempt *b)
+{
+    const real enough = ENOUGH * (fabs(f) + fabs(a->off - b->off));
+    return at->law->is_rough ? enough + ROUGH * fabs(f) : enough;
+}
+
+/* The secant rule from a law's guess; whether it has come to a command within range. */
+static int found_near(const core *c, const muscle_law *at, real f, real h, real held, real *u)
+{
+    real step;
+    *u = at->law->guess(at->k, at->x, c->lengths[at->m], f, &step);
+    attempt before = attempted(c, at, *u, f, h, held), last = before;
+    *u += value_of(last.off) > 0 ? step : -step;
+    for (int i = 0; i < NEAR_INVERSIONS; i++) {
+        if (!(value_of(*u) >= value_of(at->k[LAW_LOW]) && value_of(*u) <= value_of(at->k[LAW_HIGH]))) return 0;
+        before = last, last = attempted(c, at, *u, f, h, held);
+        if (value_of(fabs(last.off)) <= value_of(enough_of(at, f, &before, &last))) return 1;
+        *u = zero_of_chord(&before, &last);
+    }
+    return 0;
+}
+
 /* The secant rule on a bracket, which it halves where it would leave it, and at times. The command at which
    an activation stays as it is comes first: it rises by another time constant than it falls by.           */
 static real inverted(const core *c, const muscle_law *at, real f, real h, real held)
 {
+    real near;
+    if (at->law->guess && found_near(c, at, f, h, held, &near)) return near;
     attempt low = attempted(c, at, at->k[LAW_LOW], f, h, held);
     if (low.off == 0) return low.u;
     attempt high = attempted(c, at, at->k[LAW_HIGH], f, h, held);
     if ((value_of(low.off) > 0) == (value_of(high.off) > 0))
         return value_of(fabs(low.off)) <= value_of(fabs(high.off)) ? low.u : high.u;
-    const real enough = (at->law->is_long ? ENOUGH_OF_LONG : ENOUGH) * (fabs(f) + fabs(high.off - low.off));
+    const real enough = enough_of(at, f, &high, &low);
     attempt before = low, last = high;
-    const tension_law *law = at->law;
-    real u = law->guess ? law->guess(at->k, c->lengths[at->m], f) : law->is_hill ? at->x[0] : zero_of_chord(&low, &high);
+    real u = at->law->is_hill ? at->x[0] : zero_of_chord(&low, &high);
     for (int i = 0; i < MOST_INVERSIONS; i++) {
         if (!is_between(&low, &high, u) || i % 8 == 7) u = (low.u + high.u) / 2;
         before = last, last = attempted(c, at, u, f, h, held);
         if (value_of(fabs(last.off)) <= value_of(enough)) break;
         const int is_high = (value_of(last.off) > 0) == (value_of(high.off) > 0);
         *(is_high ? &high : &low) = last;
-        if (!i) before = is_high || law->guess ? low : high; /* the end on the other side of the bend */
+        if (!i) before = is_high ? low : high; /* the end on the other side of the bend */
         u = zero_of_chord(&before, &last);
     }
     return last.u;

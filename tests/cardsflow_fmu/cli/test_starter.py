@@ -14,9 +14,10 @@ import pytest
 from jsonschema import Draft202012Validator
 from support.cases import few
 from support.command_line import CommandLine
+from support.robots.bent import bent
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
-from addin_sdfusion.robot import InputError, RobotError, write_caspr, write_sdf
+from addin_sdfusion.robot import InputError, RobotError, read_robot, write_caspr, write_sdf
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cli.init import schema
@@ -42,6 +43,19 @@ def test_a_first_experiment_runs_as_it_is(robot: Path, tmp_path: Path) -> None:
     assert result.summary["tracking"]["max"] < 1e-3
     names = [f"q.{c.name}" for c in experiment.robot.coordinates]
     assert max(abs(result[name] - result[name][0]).max() for name in names) > 0.005
+
+
+@pytest.mark.slow
+def test_friction_of_cables_gets_an_observer(tmp_path: Path) -> None:
+    """As fast as what the arm needs where its coefficients are known to 30 %."""
+    robot = read_robot(EXAMPLES / "roboy_left_arm/robot/model.sdf")
+    write_sdf(bent(robot, 0.2, [c.initial for c in robot.coordinates]), tmp_path)
+    starter = init(tmp_path, tmp_path / "experiment.toml")
+    assert starter.trial is not None
+    assert starter.trial.is_good
+    assert any("against the friction of cables" in note for note in starter.notes)
+    settings = Experiment.load(starter.file).controller
+    assert settings.observer * settings.period == 0.5
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ import subprocess
 import threading
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ import pytest
 from support.cases import few
 from support.fmu.worker_host import eventually
 from support.hardware.hardware_fuzz import bad_frames, with_checksum
+from support.robots.bent import bent
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
@@ -417,3 +419,17 @@ def test_what_it_cannot_do_is_refused(
 ) -> None:
     with pytest.raises(InputError, match=re.escape(message)):
         make_controller.write_controller(Experiment.load(PLANAR_2R, settings), tmp_path)
+
+
+def test_robots_that_it_does_not_know_are_refused(tmp_path: Path) -> None:
+    """Closed loops, and cables that rub round corners."""
+    settings = {"run.step": 0.005, "controller.period": 0.005}
+    arm = Experiment.load(ARM, settings)
+    rough = replace(arm, robot=bent(arm.robot, 0.1, arm.start.q))
+    for made, message in (
+        (Experiment.load(EXAMPLES / "bicycle", settings), "no closed loops"),
+        (rough, "no friction of cables"),
+    ):
+        with pytest.raises(InputError, match=message):
+            make_controller.write_controller(made, tmp_path)
+    assert not list(tmp_path.iterdir())

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.robots.bent import bent
 from support.robots.estimated import STEP, Truth, draw_flower
 from support.robots.inertial import UnitReadings
 from support.robots.robots import EXAMPLES, one_joint
@@ -95,6 +96,26 @@ def test_errors_with_inertial_units_are_as_large_as_their_deviations_say(arm: Ro
         squares.append(error @ np.linalg.solve(estimator.covariance, error))
     size = len(error) * SEEDS
     assert abs(sum(squares) - size) < 1.96 * np.sqrt(2 * size)
+
+
+def test_friction_of_cables_is_no_load_to_it(arm: Robot) -> None:
+    """What cables round corners lose is known; to an estimator without it it is a load."""
+    rough = bent(arm, 0.15, START)
+    smooth = rough.with_muscles(replace(m, friction=0.0) for m in rough.muscles)
+    settings = EstimatorSettings(acceleration_noise=0.05, load_drift=0.5)
+    quiet = replace(settings, start_load_sd=0.0, load_drift=0.0)
+    truth, f = Truth(rough, quiet, START, 3), holding(rough, START)
+    f[::2] *= 1.1  # it moves
+    knows, lacks = (PoseEstimator(robot, settings, START) for robot in (rough, smooth))
+    for _ in range(300):
+        truth.step(f)
+        for estimator in (knows, lacks):
+            truth.measure(estimator, f)
+            estimator.tick(STEP)
+    assert knows.valid
+    assert np.abs(truth.qd).max() > 0.1
+    assert np.abs(knows.q - truth.q).max() < 1e-3
+    assert np.abs(knows.w).max() < 0.2 * np.abs(lacks.w).max()
 
 
 def test_readings_of_units_are_those_of_moving_links(arm: Robot) -> None:
