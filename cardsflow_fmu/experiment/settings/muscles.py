@@ -193,9 +193,9 @@ def with_muscle_settings(
     changed = robot.with_muscles(list(muscles.values()))
     wrong = next((finding for finding in check(changed) if finding.is_error), None)
     if wrong is not None:
-        error = RobotError([wrong], file=context.file)
-        error.key = keys.get(wrong.subject.name, "muscles")
-        raise error
+        refusal = RobotError([wrong], file=context.file)
+        refusal.key = keys.get(wrong.subject.name, "muscles")
+        raise refusal
     return changed
 
 
