@@ -238,16 +238,15 @@ def _require_this_robot(robot: Robot, paths: MusclePaths, readings: Readings) ->
     """
     rows = np.flatnonzero(~np.isnan(readings.q).any(axis=1))
     rows = rows[:: max(1, len(rows) // 200)]
-    model = np.array([paths.evaluate(readings.q[row]).lengths.copy() for row in rows])
-    off = readings.lengths[rows] - model
-    off = off - np.nanmedian(off, axis=0) if len(rows) else off
+    lengths = [paths.evaluate(readings.q[row]).lengths.copy() for row in rows]
+    off = readings.lengths[rows] - np.reshape(lengths, (len(rows), len(robot.muscles)))
     for muscle, differences in zip(robot.muscles, off.T, strict=True):
-        differences = differences[~np.isnan(differences)]
-        if len(differences) and np.abs(differences).max() > _OTHER_ROBOT:
-            most = 1e3 * float(np.abs(differences).max())
+        known = differences[~np.isnan(differences)]
+        most = float(np.abs(known - np.median(known)).max()) if len(known) else 0.0
+        if most > _OTHER_ROBOT:
             raise InputError(
                 f"{readings.name}: the length of {muscle.name!r} differs from this robot's by up "
-                f"to {most:.0f} mm, besides a constant: it is another robot's"
+                f"to {1e3 * most:.0f} mm, besides a constant: it is another robot's"
             )
 
 

@@ -176,12 +176,16 @@ def test_what_is_not_identifiable_is_refused(arm: Robot) -> None:
     with pytest.raises(InputError, match=r"tensions of .* are missing"):
         calibrate(arm, [replace(whole, tensions=np.full_like(whole.tensions, np.nan))], FREE)
     with pytest.raises(InputError, match="another robot's"):
-        calibrate(arm, [replace(whole, lengths=whole.lengths * [1, 1, 2, 1])], FREE)
+        calibrate(arm, [replace(whole, lengths=whole.lengths * [1, np.nan, 2, 1])], FREE)
     with pytest.raises(InputError, match="is nothing of this robot"):
         calibrate(arm, [whole], ["muscles.*.ofset"])
     short = replace(whole, **{k: getattr(whole, k)[:40] for k in ("q", "lengths", "tensions")})
     with pytest.raises(InputError, match="record for longer"):
         calibrate(arm, [replace(short, torques=whole.torques[:40])], FREE)
+    scattered = short.q.copy()  # never all joints at once
+    scattered[::2, 0] = scattered[1::2, 1] = np.nan
+    with pytest.raises(InputError, match="no reading of all positions"):
+        calibrate(arm, [replace(short, q=scattered, torques=whole.torques[:40])], FREE)
 
 
 def test_windows_have_no_gap(arm: Robot) -> None:
