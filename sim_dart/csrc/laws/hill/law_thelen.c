@@ -28,7 +28,7 @@ enum {
 
 static const real TOE_FORCE = 0.33, TOE_SHAPE = 3;
 /* In optimal lengths: OpenSim bounds fibres by their pennation only. Above 0, as it is divided by. */
-static const real SHORTEST = 1e-6;
+static const real SHORTEST = PRECISE(1e-12, 1e-6);
 
 static real thelen_active(const real *k, real x, real *slope)
 {
