@@ -220,6 +220,10 @@ def read_estimator(
     for loop in robot.loops:
         what = f"joint {loop.name!r} closes a loop, which the estimator does not know of"
         raise context.error("estimator", what)
+    for muscle in robot.muscles:
+        if muscle.model.kind == "heavy_cable":
+            what = f"muscle {muscle.name!r} sags, and lengths tell the estimator of straight paths"
+            raise context.error("estimator", what)
     links = [link.name for link in robot.links]
     for k, unit in enumerate(settings.units):
         context.require(f"estimator.units[{k}].link", "link", unit.link, links)

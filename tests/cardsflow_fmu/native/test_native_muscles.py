@@ -14,6 +14,7 @@ from support.fmu.fmu_host import refused, running
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
 
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build
 
@@ -119,3 +120,15 @@ def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
     with running(file, tmp_path / "unpacked") as host:
         refused(lambda: host.set(**{"u.cable_3": math.nan}) or host.slave.doStep(0.0, 1e-3))
         assert "u.cable_3" in host.last
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"estimator.feeds": True}, r"estimator: muscle 'cable_1' sags"),
+        ({"muscles.cable_2.friction": 0.1}, r"muscles\.cable_2: .* it cannot have friction"),
+    ],
+)
+def test_what_heavy_cables_are_not_for_is_named(more: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Experiment.load(EXAMPLES / "planar_2r", SAGGING | more)
