@@ -75,7 +75,9 @@ def calibrate_files(
     text, table = describe(result), _table(result)
     place = reading.files[0].parent
     files, lost = convert(result.robot, "sdf", folder, mesh_folder=place)
-    files += write_files(folder, {REPORT: text + "\n", CALIBRATION_FILE: json_text(table, indent=1) + "\n"})
+    files += write_files(
+        folder, {REPORT: text + "\n", CALIBRATION_FILE: json_text(table, indent=1) + "\n"}
+    )
     return Calibrated(files, text, [*reading.findings, *lost])
 
 
