@@ -23,7 +23,7 @@ from ..xml import ZERO, Node
 from .bodies import Body, Part
 from .compiler import Compiler, numbers
 from .meshes import MeshAssets
-from .shapes import SIZES, WITHOUT_MASS, moments, place_of, shape_of, sizes_of, volume
+from .shapes import SIZES, WITHOUT_MASS, moments, place_of, shape_of, shell, sizes_of, volume
 
 DENSITY = 1000.0
 """Of a geom that says neither its density nor its mass, in [kg/m³]."""
@@ -112,12 +112,18 @@ def _lump(part: Part, compiler: Compiler, meshes: MeshAssets) -> _Lump | None:
         return None
     if kind == "mesh" or node.has("mesh") or kind not in SIZES:
         return _of_mesh(part, compiler, meshes, given, density)
-    if node.attribute("shellinertia", "false") == "true":
-        node.error("unsupported-shell", "a geom whose mass is in its surface is not supported")
     size = sizes_of(node)
     T = place_of(part, compiler)
-    mass = density * volume(kind, size) if given is None else given
-    a, b, c = moments(kind, size, mass)
+    hollow = shell(kind, size) if node.attribute("shellinertia", "false") == "true" else None
+    if hollow is not None and hollow[0] > 0.0:
+        area, own = hollow
+        mass = density * area if given is None else given
+        a, b, c = (mass / area * moment for moment in own)
+    else:
+        if node.attribute("shellinertia", "false") == "true":
+            node.error("unsupported-shell", f"the mass of a {kind} in its surface is not supported")
+        mass = density * volume(kind, size) if given is None else given
+        a, b, c = moments(kind, size, mass)
     return _Lump(mass, T.p, rotate_inertia(T.R, ((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c))))
 
 

@@ -76,6 +76,39 @@ def moments(kind: str, size: tuple[float, ...], mass: float) -> Vector3:
     return y + z, x + z, x + y
 
 
+def shell(kind: str, size: tuple[float, ...]) -> tuple[float, Vector3] | None:
+    """The area of a shape's surface, and its moments for a mass of 1 kg/m² on it.
+
+    None for an ellipsoid, whose area has no closed form.
+    """
+    if kind == "sphere":
+        area = 4.0 * math.pi * size[0] ** 2
+        return area, (2.0 / 3.0 * area * size[0] ** 2,) * 3
+    if kind == "box":
+        a, b, c = (edge * edge for edge in size)
+        x, y, z = (8.0 * size[j] * size[k] for j, k in ((1, 2), (0, 2), (0, 1)))
+        own = (
+            x * (b + c) / 3.0 + y * (b + c / 3.0) + z * (c + b / 3.0),
+            y * (a + c) / 3.0 + x * (a + c / 3.0) + z * (c + a / 3.0),
+            z * (a + b) / 3.0 + x * (a + b / 3.0) + y * (b + a / 3.0),
+        )
+        return x + y + z, own
+    if kind not in ("capsule", "cylinder"):
+        return None
+    r, h = size[0], 2.0 * size[1]
+    side = 2.0 * math.pi * r * h
+    across, along = side * (r * r / 2.0 + h * h / 12.0), side * r * r
+    if kind == "capsule":
+        ends = 4.0 * math.pi * r * r
+        across += ends * (5.0 / 12.0 * r * r + (h + r) ** 2 / 4.0)
+        along += ends * 2.0 / 3.0 * r * r
+    else:
+        ends = 2.0 * math.pi * r * r
+        across += ends * (r * r + h * h) / 4.0
+        along += ends * r * r / 2.0
+    return side + ends, (across, across, along)
+
+
 def _of_capsule(r: float, h: float, mass: float) -> Vector3:
     """A cylinder, and two half balls at its ends."""
     if r <= 0.0:

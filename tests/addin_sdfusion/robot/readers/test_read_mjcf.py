@@ -202,3 +202,17 @@ def test_muscles_on_joints_and_of_joints_without_ends_have_lengths(tmp_path: Pat
     assert ends == pytest.approx((0.2, 0.4), rel=1e-2)
     ends = (fixed["length_low"], fixed["length_high"])
     assert ends == pytest.approx((-2.0 * np.pi / 3.0, np.pi / 3.0))
+
+
+@pytest.mark.parametrize("kind", ["sphere", "capsule", "cylinder", "box"])
+@pytest.mark.parametrize("given", ["", 'mass="3"', 'density="7"'])
+def test_shells_weigh_what_they_do_in_mujoco(tmp_path: Path, kind: str, given: str) -> None:
+    (tmp_path / "m.xml").write_text(
+        f'<mujoco><worldbody><body name="b"><joint axis="1 2 3"/><geom type="{kind}" '
+        f'size="0.1 0.2 0.3" shellinertia="true" {given}/></body></worldbody></mujoco>'
+    )
+    inertia = read(tmp_path / "m.xml").require().link("b").inertia
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "m.xml"))
+    assert inertia.mass == pytest.approx(model.body_mass[1], rel=1e-12)
+    moments = np.sort([inertia.ixx, inertia.iyy, inertia.izz])
+    np.testing.assert_allclose(moments, np.sort(model.body_inertia[1]), rtol=1e-12)
