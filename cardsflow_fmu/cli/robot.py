@@ -198,7 +198,22 @@ def add_calibrate(commands: Commands) -> None:
     )  # fmt: skip
     parser.add_argument("--robot", type=Path, required=True, help=ROBOT_FILE)
     add_cable_set(parser)
-    add_words(parser, "--free", "PATTERN", _FREE)
+    add_words(parser, "--free", "PATTERN", f"{_FREE}; markers.*.position")
+    parser.add_argument(
+        "--markers",
+        type=Path,
+        metavar="FILE",
+        help="markers of motion capture on the robot, a table for each, in TOML: link, position",
+    )
+    parser.add_argument(
+        "--capture",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="CSV",
+        help="where they were seen: time, MARKER.x, .y, .z, in m in the robot's world; once for "
+        "each recording that has no such columns itself",
+    )
     add_output(parser, "folder for the new robot and the report; new, or empty", required=True)
     add_json(parser, "the files")
     add_verbose(parser, _EVERY)
@@ -416,7 +431,13 @@ def _calibrate(options: argparse.Namespace) -> int:
     if not free:
         raise InputError('missing: what may change, such as "muscles.*.offset"', key="--free")
     done = calibrate_files(
-        options.recordings, options.robot, free, options.output, options.cable_set
+        options.recordings,
+        options.robot,
+        free,
+        options.output,
+        options.cable_set,
+        options.markers,
+        options.capture,
     )
     if not options.json:
         print_findings(done.findings, options.verbose)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from sim_dart.calibration.identifiability import (
 )
 from sim_dart.calibration.inertia import NUMBERS, inertia_numbers
 
+from .markers import read_markers
 from .readings import read_readings
 
 REPORT = "calibration.txt"
@@ -52,6 +54,8 @@ def calibrate_files(
     free: Sequence[str],
     folder: Path,
     cable_set: str | None = None,
+    markers: Path | None = None,
+    captures: Sequence[Path] = (),
 ) -> Calibrated:
     """Calibrate a robot from recordings and write it anew, as SDF with CARDSFlow's muscles.
 
@@ -61,6 +65,8 @@ def calibrate_files(
         free: What may change; see `sim_dart.calibration.parameters.GROUPS`.
         folder: For the robot and the report; new, or empty.
         cable_set: The cable set; the file's own when None.
+        markers: The table of markers on the robot; see `read_markers`. None without any.
+        captures: Where they were seen, one for each recording that has no columns of them.
 
     Raises:
         InputError: The recordings or the robot cannot be read, or do not identify what is asked;
@@ -71,7 +77,15 @@ def calibrate_files(
         raise InputError("is there already; choose a new folder", file=folder)
     reading = read(robot, cable_set)
     believed = reading.require()
-    result = calibrate(believed, [read_readings(path, believed) for path in recordings], free)
+    worn = () if markers is None else read_markers(markers)
+    if captures and not worn:
+        raise InputError("shows markers: say by --markers where they are", key="--capture")
+    if captures and len(captures) != len(recordings):
+        what = f"must be one for each of the {len(recordings)} recordings, not {len(captures)}"
+        raise InputError(what, key="--capture")
+    pairs = zip_longest(recordings, captures)
+    readings = [read_readings(path, believed, worn, capture) for path, capture in pairs]
+    result = calibrate(believed, readings, free, markers=worn)
     text, table = describe(result), _table(result)
     place = reading.files[0].parent
     files, lost = convert(result.robot, "sdf", folder, mesh_folder=place)
@@ -140,7 +154,9 @@ def _error_lines(what: str, before: Errors, after: Errors) -> list[str]:
         for name, b, a in (
             ("positions, mrad or mm", before.q, after.q),
             ("lengths, mm", before.lengths, after.lengths),
+            ("markers, mm", before.markers, after.markers),
         )
+        if len(b)
     ]
 
 
@@ -151,7 +167,7 @@ def _table(result: Calibration) -> dict[str, Any]:
         "windows": result.windows,
         "windows_kept_out": result.kept,
         "errors": {
-            name: {"q": getattr(result, name).q.tolist(), "lengths": _lengths(result, name)}
+            name: {kind: _rms(result, name, kind) for kind in ("q", "lengths", "markers")}
             for name in ("before", "after", "kept_before", "kept_after")
         },
         "parameters": [
@@ -182,7 +198,7 @@ def _table(result: Calibration) -> dict[str, Any]:
     }
 
 
-def _lengths(result: Calibration, name: str) -> list[float | None]:
-    """RMS of what is left of lengths, in [m]; None where there was no sensor."""
-    errors: Errors = getattr(result, name)
-    return [None if np.isnan(one) else float(one) for one in errors.lengths]
+def _rms(result: Calibration, name: str, kind: str) -> list[float | None]:
+    """RMS of what is left of readings of a kind, in SI units; None where there was no sensor."""
+    errors = getattr(getattr(result, name), kind)
+    return [None if np.isnan(one) else float(one) for one in errors]

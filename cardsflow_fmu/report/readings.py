@@ -19,8 +19,11 @@ from cardsflow_fmu.results.saved_run import read_results
 from cardsflow_fmu.signals.muscles import driven_muscles, tension_signals
 from cardsflow_fmu.signals.port import coordinate_signals, motor_signals, muscle_signals
 from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart.calibration.markers import Marker
 from sim_dart.calibration.readings import Readings
 from sim_dart.estimation.estimated_robot import passive_muscles
+
+from .markers import marker_columns, read_capture, seen_at
 
 _JITTER = 0.25
 """Of a step: times farther from equal steps are a gap, or no equal steps at all."""
@@ -28,13 +31,19 @@ _JITTER = 0.25
 _MOST_ROWS = 10_000_000
 
 
-def read_readings(path: Path, robot: Robot) -> Readings:
+def read_readings(
+    path: Path, robot: Robot, markers: Sequence[Marker] = (), capture: Path | None = None
+) -> Readings:
     """The readings of a recording: positions, lengths and tensions, or commanded forces.
+
+    With markers, they are taken when these were seen.
 
     Args:
         path: A hardware.rec; a run's folder, its hardware.rec first, or its table; or any .csv or
             .parquet with `time`, `q.<joint>`, `l.<muscle>` and `f.<muscle>`, or `tension.<muscle>`.
         robot: The robot that it should be of.
+        markers: Markers on it, whose `<marker>.x`, `.y` and `.z` are columns as well.
+        capture: Another table that has these, with `time` by the same clock.
 
     Raises:
         InputError: It is none, was cut short, or is of another robot.
@@ -71,7 +80,20 @@ def read_readings(path: Path, robot: Robot) -> Readings:
     if motors:
         torques[:, driven] = block(motors, 0.0)
     q = block(coordinate_signals("q", robot))
-    return Readings(path.name, step, q, lengths, tensions, torques)
+    readings = Readings(path.name, step, q, lengths, tensions, torques)
+    if not markers:
+        return readings
+    if capture is not None:
+        path, columns = capture, read_capture(capture)
+    seen = marker_columns(path, columns, markers)
+    shown = ~np.isnan(seen).all(axis=1)
+    if shown.sum() < 3:
+        raise InputError(f"shows markers {shown.sum()} times: record for longer", file=path)
+    times, seen = columns["time"][shown], seen[shown]
+    at, step = _equal_steps(path, times)
+    filled = np.full((int(at[-1]) + 1, seen.shape[1]), np.nan)
+    filled[at] = seen
+    return seen_at(readings, float(t[0]), times[0] + step * np.arange(len(filled)), filled)
 
 
 def _tension_names(robot: Robot) -> list[tuple[str, ...]]:

@@ -48,6 +48,7 @@ def read_csv(
     complete: bool = True,
     what: str = "table of results",
     most: int = limits.VALUES,
+    blanks: bool = False,
 ) -> tuple[tuple[str, ...], FloatArray]:
     """The names and the rows of a table, shape (rows, len(names)).
 
@@ -58,6 +59,7 @@ def read_csv(
         what: What it should be, for messages.
         complete: Whether the last line has been written whole; otherwise it counts only if it ends.
         most: So many numbers are taken; more are refused.
+        blanks: Whether fields may be empty, and are then NaN.
 
     Raises:
         InputError: It is no table of numbers.
@@ -72,7 +74,8 @@ def read_csv(
             lines = stream if complete else (line for line in stream if line.endswith("\n"))
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # about a table without rows
-                rows = np.loadtxt(lines, delimiter=delimiter, ndmin=2)
+                read = _or_blank if blanks else None
+                rows = np.loadtxt(lines, delimiter=delimiter, ndmin=2, converters=read)
     except ValueError as error:
         raise InputError(reason(error, what), file=file) from None
     if not rows.size:
@@ -82,6 +85,10 @@ def read_csv(
         raise InputError(f"is no {what}: {found}", file=file)
     require_table(names, rows, file, what=what)
     return names, rows
+
+
+def _or_blank(text: str) -> float:
+    return float(text) if text.strip() else np.nan
 
 
 def require_bounded(stream: BinaryIO, file: Path, most: int, between: bytes = b",;\t\n\r") -> None:

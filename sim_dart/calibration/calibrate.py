@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from sim_dart.muscles.paths import MusclePaths
 
 from .fit import CalibrationProblem, Fit, fit
 from .inertia import inertia_numbers
+from .markers import Marker, SeenMarkers, shown_poses
 from .parameters import Parameter, PriorSettings, free_parameters
 from .readings import Readings, Window, noise, windows
 
@@ -33,6 +34,9 @@ _KEPT_OUT = 5
 
 _TELLING = 0.1
 """Errors below this part of the readings' noise do not tell robots apart."""
+_SLOWEST = 0.05
+"""Readings farther apart than this, in [s], show no velocities."""
+
 _OTHER_ROBOT = 0.1
 """Lengths that differ by more, in [m], are those of another robot."""
 
@@ -46,10 +50,12 @@ class Errors:
     Attributes:
         q: Shape (n,), in [rad] or [m].
         lengths: Shape (m,), in [m].
+        markers: Along the axes of the world, shape (3 M,), in [m].
     """
 
     q: FloatArray
     lengths: FloatArray
+    markers: FloatArray
 
 
 @dataclass(frozen=True)
@@ -65,7 +71,7 @@ class Calibration:
         prior: That of what was believed, where nothing had changed, shape (P, P).
         misfit: Mean square of residuals over noise: 1 is as expected, and more scales the
             covariance.
-        noise: Of one reading of q and lengths, shape (n + m,).
+        noise: Of one reading of q, lengths and markers, shape (n + m + 3 M,).
         before, after: Errors over the recordings that it was made from.
         kept_before, kept_after: Over what was kept out.
         windows, kept: Number of windows that it was made from, and that were kept out.
@@ -103,6 +109,7 @@ def calibrate(
     recordings: Sequence[Readings],
     free: Sequence[str],
     priors: PriorSettings | None = None,
+    markers: Sequence[Marker] = (),
 ) -> Calibration:
     """Calibrate a robot.
 
@@ -111,6 +118,7 @@ def calibrate(
         recordings: Of its motion; of several the last is kept out, of one its end.
         free: What is free; see `free_parameters`.
         priors: How far numbers may be off.
+        markers: What the recordings' markers are, where motion capture has seen some.
 
     Raises:
         RobotError: The robot is not valid.
@@ -118,16 +126,20 @@ def calibrate(
         CardsflowError: The result predicts what was kept out worse than the robot did.
     """
     require_valid(robot)
+    seen = SeenMarkers(robot, markers) if markers else None
+    if seen is not None:
+        recordings = [_with_shown(seen, robot, readings) for readings in recordings]
     for readings in recordings:
         _require_sensors(robot, readings)
     paths, believed = MusclePaths(robot), priors or PriorSettings()
-    parameters, notes = free_parameters(robot, free, _torques(paths, recordings), believed)
+    torques = _torques(paths, recordings)
+    parameters, notes = free_parameters(robot, free, torques, believed, markers)
     if any(one.kind in _GEOMETRY for one in parameters):
         for readings in recordings:
             _require_this_robot(robot, paths, readings)
     cut, kept = _kept_out(recordings)
     spread = noise(cut)
-    problem = CalibrationProblem(robot, parameters, spread, believed.inertia)
+    problem = CalibrationProblem(robot, parameters, spread, believed.inertia, seen=seen)
     z = np.zeros(len(parameters))
     for fraction, every in _STAGES:
         some = _bounded(_windows_of(cut, fraction)[::every], len(parameters))
@@ -192,35 +204,53 @@ def _changes(robot: Robot, problem: CalibrationProblem, z: FloatArray) -> FloatA
 
 def _errors(problem: CalibrationProblem, z: FloatArray, cut: Sequence[Window]) -> Errors:
     """With theta held, and windows beginning where they fit best."""
-    n = len(problem.robot.coordinates)
+    n, m = len(problem.robot.coordinates), len(problem.robot.muscles)
     _, left = problem.with_starts(z, cut)
-    if left is None:
-        return Errors(np.full(n, np.inf), np.full(len(problem.robot.muscles), np.inf))
-    residuals = np.concatenate(left)
-    rms = np.sqrt(np.mean(residuals**2, axis=0))
-    return Errors(rms[:n], rms[n:])
+    rms = np.full(cut[0].measured.shape[1], np.inf)
+    if left is not None:
+        squares = np.concatenate(left) ** 2
+        told = ~np.isnan(squares)
+        sums = np.where(told, squares, 0.0).sum(axis=0)
+        rms = np.sqrt(np.where(told.any(axis=0), sums / np.maximum(told.sum(axis=0), 1), np.nan))
+    return Errors(*np.split(rms, [n, n + m]))
+
+
+def _with_shown(seen: SeenMarkers, robot: Robot, readings: Readings) -> Readings:
+    """Readings with the poses that markers show."""
+    assert readings.markers is not None
+    try:
+        return replace(readings, shown=shown_poses(seen, robot, readings.q, readings.markers))
+    except InputError as error:
+        raise InputError(f"{readings.name}: {error}") from None
 
 
 def _require_sensors(robot: Robot, readings: Readings) -> None:
     """Refuse recordings from which a robot's motion cannot be known.
 
     Raises:
-        InputError: Positions of joints or tensions are missing.
+        InputError: Positions of joints or tensions are missing, or readings are too far apart.
     """
+    if readings.step > _SLOWEST:
+        raise InputError(
+            f"{readings.name}: readings are {readings.step:.3g} s apart, and are to be at most "
+            f"{_SLOWEST:g} s, to show velocities: record faster; times are in s"
+        )
     blind = [
-        c.name for c, q in zip(robot.coordinates, readings.q.T, strict=True) if np.isnan(q).all()
+        c.name
+        for c, q in zip(robot.coordinates, readings.poses.T, strict=True)
+        if np.isnan(q).all()
     ]
     if len(blind) == len(robot.coordinates):
         raise InputError(
             f"{readings.name}: from lengths alone a robot cannot be calibrated: any error of a "
-            "muscle's path could be another pose; record with encoders at the joints, or with "
-            "their positions from motion capture, once"
+            "muscle's path could be another pose; record once with encoders at the joints, or with "
+            "markers of motion capture on the links (--markers)"
         )
     if blind:
         raise InputError(
             f"{readings.name}: positions of {', '.join(blind)} are missing: muscles across them "
-            "could have any path; record with encoders there, or with positions from motion "
-            "capture, once"
+            "could have any path; record once with encoders there, or with markers of motion "
+            "capture on the links (--markers)"
         )
     mute = [
         m.name for m, f in zip(robot.muscles, readings.tensions.T, strict=True) if np.isnan(f).all()
@@ -236,17 +266,18 @@ def _require_this_robot(robot: Robot, paths: MusclePaths, readings: Readings) ->
     Raises:
         InputError: They do not follow the robot's own, be they off by a constant.
     """
-    rows = np.flatnonzero(~np.isnan(readings.q).any(axis=1))
+    q = readings.poses
+    rows = np.flatnonzero(~np.isnan(q).any(axis=1))
     rows = rows[:: max(1, len(rows) // 200)]
-    lengths = [paths.evaluate(readings.q[row]).lengths.copy() for row in rows]
+    lengths = [paths.evaluate(q[row]).lengths.copy() for row in rows]
     off = readings.lengths[rows] - np.reshape(lengths, (len(rows), len(robot.muscles)))
     for muscle, differences in zip(robot.muscles, off.T, strict=True):
         known = differences[~np.isnan(differences)]
         most = float(np.abs(known - np.median(known)).max()) if len(known) else 0.0
-        if most > _OTHER_ROBOT:
+        if not most <= _OTHER_ROBOT:
             raise InputError(
                 f"{readings.name}: the length of {muscle.name!r} differs from this robot's by up "
-                f"to {1e3 * most:.0f} mm, besides a constant: it is another robot's"
+                f"to {1e3 * most:.3g} mm, besides a constant: it is another robot's"
             )
 
 
@@ -267,7 +298,7 @@ def _require_better(result: Calibration) -> None:
 
 def _size(result: Calibration, errors: Errors) -> float:
     """RMS over the noise."""
-    all_ = np.concatenate([errors.q, errors.lengths]) / result.noise
+    all_ = np.concatenate([errors.q, errors.lengths, errors.markers]) / result.noise
     return float(np.sqrt(np.nanmean(all_**2)))
 
 
@@ -304,10 +335,11 @@ def _torques(paths: MusclePaths, recordings: Sequence[Readings]) -> FloatArray:
     """RMS of the muscles' torques, shape (n,)."""
     squares = []
     for readings in recordings:
-        sound = ~np.isnan(readings.q).any(axis=1) & ~np.isnan(readings.tensions).any(axis=1)
+        q = readings.poses
+        sound = ~np.isnan(q).any(axis=1) & ~np.isnan(readings.tensions).any(axis=1)
         rows = np.flatnonzero(sound)
         for row in rows[:: max(1, len(rows) // 100)]:
-            L = paths.evaluate(readings.q[row]).jacobian
+            L = paths.evaluate(q[row]).jacobian
             squares.append((L.T @ readings.tensions[row] - readings.torques[row]) ** 2)
     if not squares:
         raise InputError(f"{recordings[0].name}: there is no reading of all positions and tensions")

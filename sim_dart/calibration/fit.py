@@ -27,6 +27,7 @@ from sim_dart.core.arrays import BoolArray, FloatArray, IntArray
 from sim_dart.estimation.estimated_robot import cable_compliances
 
 from .inertia import InertiaPrior, thickened
+from .markers import SeenMarkers
 from .parameters import Parameter, calibrated_robot
 from .readings import Window, smooth_start
 from .sensitivity import Sensitivity, robot_numbers
@@ -72,7 +73,7 @@ class Linearised:
         cost: Sum of squared residuals, without the prior.
         information: H of theta in units of the prior, starts eliminated, shape (P, P).
         gradient: Shape (P,).
-        residuals: Of each window, in units of readings, shape (rows, n + m).
+        residuals: Of each window, in units of readings, shape (rows, n + m + 3 M).
         seen: Of each window, how its start follows theta.
     """
 
@@ -89,9 +90,10 @@ class CalibrationProblem:
     Args:
         robot: As it is believed to be.
         parameters: The free ones; none to fit starts alone.
-        noise: Of one reading of q and lengths, shape (n + m,).
+        noise: Of one reading, shape (n + m + 3 M,).
         inertia_sd: Of the prior of inertias; see `InertiaPrior`.
         longest_step: Of roll-outs, in [s].
+        seen: Markers on it; none when None.
     """
 
     def __init__(
@@ -101,7 +103,9 @@ class CalibrationProblem:
         noise: FloatArray,
         inertia_sd: float,
         longest_step: float = LONGEST_STEP,
+        seen: SeenMarkers | None = None,
     ) -> None:
+        self._seen = seen
         self.robot, self.parameters = robot, tuple(parameters)
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
         self._noise, self._longest = noise, longest_step
@@ -151,17 +155,17 @@ class CalibrationProblem:
             cut: The windows.
 
         Returns:
-            Starts, shape (2 n,) each, and residuals, shape (rows, n + m) each, or None where one
-            diverges.
+            Starts, shape (2 n,) each, and residuals, shape (rows, n + m + 3 M) each, or None where
+            one diverges.
         """
         roller = Sensitivity(self.robot_at(z), self._directions[:0])
         starts, left, is_sound = [], [], True
         for window in cut:
-            start = smooth_start(window, self._n)
+            start = smooth_start(window)
             for _ in range(_START_ITERATIONS):
                 rolled = self._roll(roller, window, start, z, _NONE)
                 if rolled is None:
-                    start, is_sound = smooth_start(window, self._n), False
+                    start, is_sound = smooth_start(window), False
                     break
                 residual, slopes = rolled
                 r, A = _whitened(residual, slopes, self._noise)
@@ -294,7 +298,32 @@ class CalibrationProblem:
         slopes[:, :, np.searchsorted(along, moving)] = rolled.derivatives[:, :, : len(moving)]
         slopes[:, :, len(along) :] = rolled.derivatives[:, :, len(moving) :]
         self._add_sensors(y[:, n:], slopes[:, n:], readings.step, tensions, theta, along)
+        if self._seen is not None:
+            markers, seen = self._markers(self._seen, y[:, :n], slopes[:, :n], theta, along)
+            y, slopes = np.hstack([y, markers]), np.hstack([slopes, seen])
         return window.measured - y, -slopes
+
+    def _markers(
+        self,
+        seen: SeenMarkers,
+        q: FloatArray,
+        slopes: FloatArray,
+        theta: FloatArray,
+        along: IntArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Where markers are at the poses of a window, and their derivatives."""
+        positions = seen.positions.copy()
+        for one, change in zip(self.parameters, theta, strict=True):
+            if one.kind == "marker":
+                positions[one.item, one.part[0]] += change
+        p, dp, R = seen.at(q, positions)
+        moved = dp @ slopes
+        for column, k in enumerate(along):
+            one = self.parameters[k]
+            if one.kind == "marker":
+                row = slice(3 * one.item, 3 * one.item + 3)
+                moved[:, row, column] += one.sd * R[:, one.item, :, one.part[0]]
+        return p, moved
 
     def _add_sensors(
         self,

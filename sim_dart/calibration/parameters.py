@@ -18,6 +18,7 @@ from sim_dart.core.frames import moving_frames
 from sim_dart.estimation.estimated_robot import cable_compliances, passive_muscles
 
 from .inertia import NUMBERS, InertiaPrior, inertia_of, thickened
+from .markers import Marker
 
 Kind = Literal[
     "point",
@@ -30,6 +31,7 @@ Kind = Literal[
     "gain",
     "tension_delay",
     "length_delay",
+    "marker",
 ]
 
 GROUPS = {
@@ -38,6 +40,7 @@ GROUPS = {
     "joints": ("damping", "friction"),
     "motors": ("armature", "gain"),
     "delays": ("tensions", "lengths"),
+    "markers": ("position",),
 }
 """What can be freed, by the first word of its name and the last."""
 
@@ -55,6 +58,7 @@ class PriorSettings:
         inertia: Relative, of a link's density; see `InertiaPrior`.
         friction: Of damping, friction and armature: over the torques of the recording.
         delay: In [s].
+        marker: Of its position on its link, in [m].
     """
 
     via_points: float = 3e-3
@@ -64,6 +68,7 @@ class PriorSettings:
     inertia: float = 0.3
     friction: float = 0.1
     delay: float = 3e-3
+    marker: float = 1e-2
 
 
 @dataclass(frozen=True)
@@ -97,7 +102,11 @@ class Parameter:
 
 
 def free_parameters(
-    robot: Robot, patterns: Sequence[str], torque: FloatArray, priors: PriorSettings
+    robot: Robot,
+    patterns: Sequence[str],
+    torque: FloatArray,
+    priors: PriorSettings,
+    markers: Sequence[Marker] = (),
 ) -> tuple[tuple[Parameter, ...], tuple[str, ...]]:
     """The parameters that patterns name, and a line each for what there is none of.
 
@@ -106,11 +115,19 @@ def free_parameters(
         patterns: Such as `muscles.*.offset`; what they may say is in `GROUPS`.
         torque: Typical torques of the recording, of each coordinate, shape (n,).
         priors: How far they may be off.
+        markers: Of motion capture.
 
     Raises:
         InputError: A pattern names nothing that any robot has.
     """
     every = {key: list(made) for key, made in _every(robot, torque, priors)}
+    for k, marker in enumerate(markers):
+        key = f"markers.{marker.name}.position"
+        places = zip("xyz", marker.position, strict=True)
+        every[key] = [
+            Parameter(f"{key}.{axis}", "marker", k, (a,), value, priors.marker, "m")
+            for a, (axis, value) in enumerate(places)
+        ]
     chosen, notes = [], []
     for pattern in patterns:
         found = [key for key in every if fnmatchcase(key, pattern)]

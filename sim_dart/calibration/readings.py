@@ -24,10 +24,12 @@ class Readings:
     Attributes:
         name: What users know it by.
         step: In [s].
-        q: Positions by encoders or markers, shape (K, n), in [rad] or [m].
+        q: Positions by encoders, shape (K, n), in [rad] or [m].
         lengths: Of muscles at their motors, shape (K, m), in [m].
         tensions: From each reading to the next, shape (K, m), in [N].
         torques: Of motors at joints, shape (K, n), in [N·m] or [N].
+        markers: Of M markers, as seen in the world, shape (K, 3 M), in [m]; hidden ones are NaN.
+        shown: q with what markers show where there is no encoder; q itself when None.
     """
 
     name: str
@@ -36,6 +38,18 @@ class Readings:
     lengths: FloatArray
     tensions: FloatArray
     torques: FloatArray
+    markers: FloatArray | None = None
+    shown: FloatArray | None = None
+
+    @property
+    def poses(self) -> FloatArray:
+        """Positions by whatever shows them, shape (K, n), in [rad] or [m]."""
+        return self.q if self.shown is None else self.shown
+
+    @property
+    def columns(self) -> FloatArray:
+        """What is compared with roll-outs, q, lengths and markers, shape (K, n + m + 3 M)."""
+        return np.hstack([self.q, self.lengths, *([] if self.markers is None else [self.markers])])
 
     def delayed_tensions(
         self, first: int, rows: int, delay: float
@@ -64,7 +78,8 @@ class Window(NamedTuple):
     Attributes:
         readings: The recording.
         first: Its first reading.
-        measured: q, then lengths, shape (rows, n + m); NaN in columns without a sensor.
+        measured: The readings' columns, shape (rows, n + m + 3 M); NaN where there is no sensor,
+            or a marker is hidden.
     """
 
     readings: Readings
@@ -79,9 +94,10 @@ def windows(recordings: Sequence[Readings], duration: float) -> list[Window]:
 
 def _windows(readings: Readings, duration: float) -> Iterator[Window]:
     rows = max(round(duration / readings.step), 2 * _DEGREE)
-    measured = np.hstack([readings.q, readings.lengths])
-    absent = np.isnan(measured).all(axis=0)
-    whole = np.asarray(~np.isnan(measured[:, ~absent]).any(axis=1))
+    measured, poses = readings.columns, readings.poses
+    needed = np.hstack([poses, readings.lengths])
+    absent = np.isnan(needed).all(axis=0)
+    whole = np.asarray(~np.isnan(needed[:, ~absent]).any(axis=1))
     whole &= ~np.isnan(readings.tensions).any(axis=1) & ~np.isnan(readings.torques).any(axis=1)
     first = 0
     while first + rows <= len(measured):
@@ -94,23 +110,30 @@ def _windows(readings: Readings, duration: float) -> Iterator[Window]:
 
 
 def noise(cut: Sequence[Window]) -> FloatArray:
-    """Standard deviation of one reading of q and lengths, about smooth motions, shape (n + m,)."""
-    left = [_smooth(window)[1] for window in cut]
-    variance = np.mean([(r**2).sum(axis=0) / (len(r) - _DEGREE - 1) for r in left], axis=0)
+    """Standard deviation of one reading, about smooth motions, shape (n + m + 3 M,).
+
+    Columns that are whole in no window, as of a marker that is often hidden, get the greatest.
+    """
+    left = [_smooth(window.measured)[1] for window in cut]
+    squares = np.array([(r**2).sum(axis=0) / (len(r) - _DEGREE - 1) for r in left])
+    told = ~np.isnan(squares)
+    variance = np.where(told, squares, 0.0).sum(axis=0) / np.maximum(told.sum(axis=0), 1)
+    variance[~told.any(axis=0)] = variance.max()
     return np.asarray(np.maximum(np.sqrt(variance), _LEAST_NOISE))
 
 
-def smooth_start(window: Window, n: int) -> FloatArray:
+def smooth_start(window: Window) -> FloatArray:
     """Q and qd at a window's first reading, by a polynomial through all, shape (2 n,)."""
-    polynomial, _ = _smooth(window)
-    span = (len(window.measured) - 1) * window.readings.step
-    value = np.polynomial.chebyshev.chebval(-1.0, polynomial[:, :n])
-    slope = np.polynomial.chebyshev.chebder(polynomial[:, :n])
+    rows, readings = len(window.measured), window.readings
+    polynomial, _ = _smooth(readings.poses[window.first : window.first + rows])
+    span = (rows - 1) * readings.step
+    value = np.polynomial.chebyshev.chebval(-1.0, polynomial)
+    slope = np.polynomial.chebyshev.chebder(polynomial)
     return np.concatenate([value, np.polynomial.chebyshev.chebval(-1.0, slope) * 2.0 / span])
 
 
-def _smooth(window: Window) -> tuple[FloatArray, FloatArray]:
-    """Coefficients over a window, and what is left, shape (rows, n + m)."""
-    V = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, len(window.measured)), _DEGREE)
-    c: FloatArray = np.linalg.lstsq(V, window.measured, rcond=None)[0].astype(np.float64)
-    return c, window.measured - V @ c
+def _smooth(rows: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Coefficients over the rows of a window, and what is left, of their shape."""
+    V = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, len(rows)), _DEGREE)
+    c: FloatArray = np.linalg.lstsq(V, rows, rcond=None)[0].astype(np.float64)
+    return c, rows - V @ c

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.command_line import CommandLine
+from support.robots.recorded_arm import MARKERS, places
 from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import read_robot
@@ -117,3 +118,67 @@ def test_recordings_of_hardware(cardsflow: CommandLine, tmp_path: Path) -> None:
     file.write_bytes(file.read_bytes()[:-7])
     assert "cut short" in cardsflow.refused(*command(file, tmp_path / "new"))
     assert not (tmp_path / "new").exists()
+
+
+def worn(file: Path) -> Path:
+    tables = (f'[{m.name}]\nlink = "{m.link}"\nposition = {list(m.position)}\n' for m in MARKERS)
+    file.write_text("\n".join(tables))
+    return file
+
+
+def captured(file: Path, result: RunData) -> Path:
+    """Markers at 100 Hz with noise, as motion capture writes them: hidden ones are empty."""
+    rng, q = np.random.default_rng(3), result.columns(["q.joint_1", "q.joint_2"])[::10]
+    seen = places(q) + 1e-4 * rng.normal(size=(len(q), 9))
+    names = [f"{marker.name}.{axis}" for marker in MARKERS for axis in "xyz"]
+    rows = [",".join(["time", *names])]
+    for k, (time, row) in enumerate(zip(result["time"][::10], seen, strict=True)):
+        cells = ["" if k % 40 < 3 and j < 3 else repr(float(x)) for j, x in enumerate(row)]
+        rows.append(",".join([repr(float(time)), *cells]))
+    file.write_text("\n".join(rows) + "\n")
+    return file
+
+
+@pytest.mark.slow
+def test_markers_take_the_place_of_encoders(
+    cardsflow: CommandLine, tmp_path: Path, result: RunData
+) -> None:
+    names, rows = table_of(result)
+    kept = [k for k, name in enumerate(names) if not name.startswith("q.")]
+    file = written(tmp_path / "run.csv", [names[k] for k in kept], rows[:, kept])
+    markers, capture = worn(tmp_path / "markers.toml"), captured(tmp_path / "seen.csv", result)
+    words = [*command(file, tmp_path / "new"), "--markers", markers, "--capture", capture]
+    code, out, _ = cardsflow(*words)
+    assert code == 0, out
+    assert "markers, mm" in out
+    table = json.loads((tmp_path / "new" / "calibration.json").read_text())
+    sds = {one["name"]: one["sd"] for one in table["parameters"]}
+    for k, offset in enumerate(OFFSETS, 1):
+        sd = sds[f"muscles.cable_{k}.offset"]
+        assert sd < 2e-4
+        assert abs(table["offsets"][f"cable_{k}"] - offset) < 4 * sd
+    assert max(table["errors"]["kept_after"]["markers"]) < 2e-4
+
+
+def test_markers_that_do_not_fit_are_one_line(
+    cardsflow: CommandLine, tmp_path: Path, result: RunData
+) -> None:
+    file = written(tmp_path / "run.csv", *table_of(result))
+    markers, capture = worn(tmp_path / "markers.toml"), captured(tmp_path / "seen.csv", result)
+    broken = tmp_path / "broken.toml"
+    whole = markers.read_text()
+    for more, content, message in (
+        ([], whole, "run.csv: has no column 'elbow.x'"),
+        (["--capture", capture, "--capture", capture], whole, "one for each of the 1 recordings"),
+        (["--capture", file], whole, "run.csv: has no column 'elbow.x'"),
+        (["--capture", capture], whole.replace("link_2", "hand"), "no link 'hand'"),
+        (["--capture", capture], "[elbow]\nlink = 1\nposition = [0, 0, 0]", "elbow.link"),
+        (["--capture", capture], "elbow = 3", "elbow"),
+        (["--capture", capture], "", "has no markers"),
+        (["--capture", tmp_path / "none.csv"], whole, "none.csv"),
+    ):
+        broken.write_text(content)
+        words = [*command(file, tmp_path / "new"), "--markers", broken, *more]
+        assert message in cardsflow.refused(*words)
+        assert not (tmp_path / "new").exists()
+    assert "--markers" in cardsflow.refused(*command(file, tmp_path / "new"), "--capture", capture)

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.robots.bent import bent
-from support.robots.robots import PLANAR_2R
+from support.robots.recorded_arm import NOISE, ROWS, STEP, damped_arm, recording, rolled
 
-from addin_sdfusion.robot import InputError, Robot, read_robot
+from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.model.robot import Inertia
 from sim_dart.calibration.calibrate import calibrate
 from sim_dart.calibration.identifiability import identifiable
@@ -21,51 +21,15 @@ from sim_dart.calibration.inertia import (
     thickened,
 )
 from sim_dart.calibration.parameters import PriorSettings, calibrated_robot, free_parameters
-from sim_dart.calibration.readings import Readings, windows
+from sim_dart.calibration.readings import windows
 from sim_dart.calibration.sensitivity import Sensitivity, robot_numbers
-from sim_dart.core.arrays import FloatArray
 
 FREE = ["muscles.*.offset", "joints.*.damping"]
-STEP, ROWS, NOISE = 5e-3, 16, 1e-4
 
 
 @pytest.fixture(scope="module")
 def arm() -> Robot:
-    robot = read_robot(PLANAR_2R / "robot", "basic")
-    joints = tuple(
-        replace(j, coordinates=tuple(replace(c, damping=1.0) for c in j.coordinates))
-        for j in robot.joints
-    )
-    return replace(robot, joints=joints)
-
-
-def rolled(robot: Robot, start: FloatArray, tensions: FloatArray) -> FloatArray:
-    none = np.zeros((0, robot_numbers(robot).size))
-    nothing = np.zeros((0, *tensions.shape)), np.zeros(0, dtype=np.int32)
-    torques = np.zeros((len(tensions), len(robot.coordinates)))
-    found = Sensitivity(robot, none).roll(start, tensions, torques, *nothing, 1e-3, 5)
-    assert found is not None
-    return found.readings
-
-
-def recording(robot: Robot, offsets: FloatArray, seed: int, pieces: int = 30) -> Readings:
-    """Short motions from random states, gaps between them, with noise."""
-    rng = np.random.default_rng(seed)
-    n, m = len(robot.coordinates), len(robot.muscles)
-    q, lengths, tensions = [], [], []
-    for _ in range(pieces):
-        start = np.concatenate([rng.uniform(-0.5, 0.5, n), rng.uniform(-1.0, 1.0, n)])
-        f = rng.uniform(20.0, 22.0, m) * np.ones((ROWS, 1))
-        y = rolled(robot, start, f)
-        y += NOISE * rng.normal(size=y.shape)
-        gap = np.full((1, m), np.nan)
-        q += [y[:, :n], gap[:, :n]]
-        lengths += [y[:, n:] + offsets, gap]
-        tensions += [f, gap]
-    q_all = np.vstack(q)
-    return Readings(
-        "a run", STEP, q_all, np.vstack(lengths), np.vstack(tensions), np.zeros_like(q_all)
-    )
+    return damped_arm()
 
 
 @pytest.mark.parametrize("free", ["*.via_points", "links.*.inertia", "joints.*.damping", "rough"])
@@ -167,7 +131,7 @@ def test_hidden_numbers_are_found_within_their_deviations(arm: Robot) -> None:
 def test_what_is_not_identifiable_is_refused(arm: Robot) -> None:
     whole = recording(arm, np.zeros(4), 2, pieces=12)
     blind = replace(whole, q=np.full_like(whole.q, np.nan))
-    with pytest.raises(InputError, match=r"from lengths alone .* encoders at the joints"):
+    with pytest.raises(InputError, match=r"from lengths alone .* encoders .* markers"):
         calibrate(arm, [blind], FREE)
     one = whole.q.copy()
     one[:, 1] = np.nan
@@ -179,6 +143,8 @@ def test_what_is_not_identifiable_is_refused(arm: Robot) -> None:
         calibrate(arm, [replace(whole, lengths=whole.lengths * [1, np.nan, 2, 1])], FREE)
     with pytest.raises(InputError, match="is nothing of this robot"):
         calibrate(arm, [whole], ["muscles.*.ofset"])
+    with pytest.raises(InputError, match=r"readings are 5 s apart, .* times are in s"):
+        calibrate(arm, [replace(whole, step=1e3 * whole.step)], FREE)
     short = replace(whole, **{k: getattr(whole, k)[:40] for k in ("q", "lengths", "tensions")})
     with pytest.raises(InputError, match="record for longer"):
         calibrate(arm, [replace(short, torques=whole.torques[:40])], FREE)

@@ -1,0 +1,201 @@
+"""Markers on links: where motion capture sees them at a pose, and the poses that they show.
+
+A marker at u in its link's frame is at p(q) = o(q) + R(q) u; with o and the ends of the axes, o + R
+e_a, as points of the robot that the C core moves, p and dp/dq are sums of these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from threading import Lock
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from addin_sdfusion.robot.model.robot import TaskFrame, TaskSet
+from sim_dart.core.arrays import FloatArray, IntArray
+from sim_dart.muscles.paths import MusclePaths
+
+_ITERATIONS = 20
+_SETTLED = 1e-9
+_STARTS = 32
+_SEED = 0
+
+_FAR = 0.05
+"""Markers that are farther off than this, in [m], RMS, are not where the table says."""
+
+_SEEN = 1e-3
+"""Least singular value, in [m/rad] or [m/m], of what markers show of a pose."""
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A marker on a link.
+
+    Attributes:
+        name: Its name.
+        link: The link.
+        position: In the link's frame, in [m].
+    """
+
+    name: str
+    link: str
+    position: tuple[float, float, float]
+
+
+class SeenMarkers:
+    """M markers of a robot, as seen in its world.
+
+    Args:
+        robot: The robot.
+        markers: The markers.
+
+    Raises:
+        UnknownNameError: A marker is on no link of the robot.
+
+    Attributes:
+        markers: As given.
+        positions: In their links' frames, shape (M, 3), in [m].
+    """
+
+    def __init__(self, robot: Robot, markers: Sequence[Marker]) -> None:
+        links = [link.name for link in robot.links]
+        for one in markers:
+            if one.link not in links:
+                raise UnknownNameError("link", one.link, links, key=f"{one.name}.link")
+        self.markers = tuple(markers)
+        self.positions = np.array([one.position for one in markers]).reshape(-1, 3)
+        worn = list(dict.fromkeys(one.link for one in markers))
+        self._link = np.array([worn.index(one.link) for one in markers], dtype=np.int32)
+        ends = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+        points = [
+            TaskFrame(f"{link}_{k}", link, end) for link in worn for k, end in enumerate(ends)
+        ]
+        tasks = TaskSet("markers", tuple(points))
+        self._paths = MusclePaths(replace(robot, task_sets=(tasks,), task_set=tasks.name))
+        self._n, self._points, self._lock = len(robot.coordinates), 12 * len(worn), Lock()
+
+    def at(self, q: FloatArray, positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Markers at poses.
+
+        Args:
+            q: Shape (rows, n).
+            positions: In their links' frames, shape (M, 3), in [m].
+
+        Returns:
+            p, shape (rows, 3 M), dp/dq, shape (rows, 3 M, n), and R of each, (rows, M, 3, 3).
+        """
+        rows, M, n = len(q), len(self.markers), self._n
+        y, J = np.empty((rows, self._points)), np.empty((rows, self._points, n))
+        with self._lock:  # the core keeps one pose at a time
+            for k, pose in enumerate(q):
+                J[k] = self._paths.task_jacobian(pose)
+                y[k] = self._paths.task_position(pose)
+        points = y.reshape(rows, -1, 4, 3)[:, self._link]
+        slopes = J.reshape(rows, -1, 4, 3, n)[:, self._link]
+        weights = np.column_stack([1.0 - positions.sum(axis=1), positions])
+        p = np.einsum("mk,rmka->rma", weights, points)
+        dp = np.einsum("mk,rmkan->rman", weights, slopes)
+        R = np.swapaxes(points[:, :, 1:] - points[:, :, :1], 2, 3)
+        return p.reshape(rows, 3 * M), dp.reshape(rows, 3 * M, n), R
+
+
+def shown_poses(seen: SeenMarkers, robot: Robot, q: FloatArray, markers: FloatArray) -> FloatArray:
+    """Poses at which markers are where they were seen, by least squares, row by row.
+
+    Args:
+        seen: The markers.
+        robot: The robot.
+        q: Positions by encoders, NaN where there is none, shape (K, n).
+        markers: As seen, NaN where they were hidden, shape (K, 3 M), in [m].
+
+    Returns:
+        q with what markers show; NaN where they do not show a pose by themselves.
+
+    Raises:
+        InputError: They show no pose at all, or one that does not fit.
+    """
+    blind = np.flatnonzero(np.isnan(q).all(axis=0)).astype(np.int32)
+    found, start = q.copy(), None
+    if not len(blind):
+        return found
+    held = np.flatnonzero(~np.isnan(q).all(axis=0))
+    left: list[float] = []
+    weakest = (np.inf, -1)
+    for k in np.flatnonzero(~np.isnan(markers).all(axis=1)):
+        if np.isnan(q[k, held]).any():
+            continue
+        pose = q[k].copy()
+        if start is None:
+            fit = _searched(seen, robot, pose, blind, markers[k])
+        else:
+            pose[blind] = start
+            fit = _fitted(seen, pose, blind, markers[k])
+        weakest = min(weakest, fit.weakest)
+        if fit.weakest[0] < _SEEN:
+            continue
+        start = fit.pose[blind]
+        found[k] = fit.pose
+        left.append(fit.rms)
+    if not left:
+        names = [c.name for c in robot.coordinates]
+        which = names[weakest[1]] if weakest[1] >= 0 else ", ".join(names[j] for j in blind)
+        raise InputError(f"the markers do not show {which}: put more of them on the links it moves")
+    if np.median(left) > _FAR:
+        raise InputError(
+            f"the markers are {1e3 * float(np.median(left)):.0f} mm off where the robot could have "
+            "them: are links and positions right, and seen in the robot's world, in m?"
+        )
+    return found
+
+
+@dataclass(frozen=True)
+class _Pose:
+    """A pose by markers: how far they are off, and the singular value of what is seen least."""
+
+    pose: FloatArray
+    rms: float
+    weakest: tuple[float, int]
+
+
+def _searched(
+    seen: SeenMarkers, robot: Robot, pose: FloatArray, blind: IntArray, y: FloatArray
+) -> _Pose:
+    """The best fit from several starts within the joints' ranges."""
+    rng = np.random.default_rng(_SEED)
+    low = np.array([max(c.lower, -np.pi) for c in robot.coordinates])[blind]
+    high = np.array([min(c.upper, np.pi) for c in robot.coordinates])[blind]
+    initial = np.array([c.initial for c in robot.coordinates])[blind]
+    tried = []
+    for start in (initial, *rng.uniform(low, high, size=(_STARTS, len(blind)))):
+        pose[blind] = start
+        tried.append(_fitted(seen, pose, blind, y))
+    return min(tried, key=lambda one: one.rms)
+
+
+def _fitted(seen: SeenMarkers, pose: FloatArray, blind: IntArray, y: FloatArray) -> _Pose:
+    """From a start, by Levenberg and Marquardt's method."""
+    there, pose, damping = ~np.isnan(y), pose.copy(), 1e-6
+
+    def residual(at: FloatArray) -> tuple[FloatArray, FloatArray]:
+        p, dp, _ = seen.at(at[None], seen.positions)
+        return (y - p[0])[there], dp[0][np.ix_(there, blind)]
+
+    r, J = residual(pose)
+    for _ in range(_ITERATIONS):
+        H = J.T @ J
+        step = np.linalg.solve(H + damping * (np.eye(len(blind)) + H), J.T @ r)
+        new = pose.copy()
+        new[blind] += step
+        new_r, new_J = residual(new)
+        if new_r @ new_r > r @ r:
+            damping *= 10.0
+            continue
+        pose, r, J, damping = new, new_r, new_J, damping / 10.0
+        if np.abs(step).max() < _SETTLED:
+            break
+    _, values, axes = np.linalg.svd(J, full_matrices=True)
+    least = float(values[-1]) if len(values) == len(blind) else 0.0
+    weakest = (least, int(blind[np.argmax(np.abs(axes[-1]))]))
+    return _Pose(pose, float(np.sqrt(np.mean(r**2))), weakest)

@@ -1,0 +1,89 @@
+"""Markers of motion capture: where they are seen, and what poses and robots they show."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.robots.recorded_arm import MARKERS, NOISE, WORN, damped_arm, places, recording
+
+from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from sim_dart.calibration.calibrate import calibrate
+from sim_dart.calibration.markers import Marker, SeenMarkers, shown_poses
+from sim_dart.calibration.parameters import PriorSettings, calibrated_robot, free_parameters
+from sim_dart.calibration.readings import Readings
+from sim_dart.core.arrays import FloatArray
+
+
+@pytest.fixture(scope="module")
+def arm() -> Robot:
+    return damped_arm()
+
+
+def test_markers_are_where_closed_forms_have_them(arm: Robot) -> None:
+    """With derivatives by the pose and by where they are worn, against differences."""
+    rng = np.random.default_rng(1)
+    q, h = rng.uniform(-1.5, 1.5, size=(20, 2)), 1e-6
+    seen = SeenMarkers(arm, MARKERS)
+    p, dp, R = seen.at(q, WORN)
+    np.testing.assert_allclose(p, places(q), atol=1e-12)
+    for j, step in enumerate(h * np.eye(2)):
+        slope = (places(q + step) - places(q - step)) / (2 * h)
+        np.testing.assert_allclose(dp[:, :, j], slope, atol=1e-9)
+    for a, step in enumerate(np.eye(3)):
+        moved = seen.at(q, WORN + step)[0] - p
+        np.testing.assert_allclose(R[:, :, :, a].reshape(20, 9), moved, atol=1e-12)
+    with pytest.raises(UnknownNameError, match="hand"):
+        SeenMarkers(arm, [Marker("tip", "hand", (0.0, 0.0, 0.0))])
+
+
+def test_poses_are_those_that_markers_show(arm: Robot) -> None:
+    """With markers hidden, and encoders at some joints; what cannot be known is named."""
+    seen, none = SeenMarkers(arm, MARKERS), np.full((40, 2), np.nan)
+    q = np.linspace([-1.0, 2.0], [1.2, -0.5], 40)
+    markers = places(q)
+    markers[5:9, 3:6] = markers[12] = np.nan
+    found = shown_poses(seen, arm, none, markers)
+    assert np.isnan(found[12]).all()
+    np.testing.assert_allclose(np.delete(found, 12, 0), np.delete(q, 12, 0), atol=1e-9)
+    some = q + np.array([0.01, np.nan])
+    found = shown_poses(seen, arm, some, markers)
+    np.testing.assert_array_equal(found[:, 0], some[:, 0])
+    alone = places(q)
+    alone[:, 3:] = np.nan
+    with pytest.raises(InputError, match="do not show joint_2: put more of them on the links"):
+        shown_poses(seen, arm, none, alone)
+    with pytest.raises(InputError, match="mm off where the robot could have them"):
+        shown_poses(seen, arm, none, 1e-3 * places(q))
+
+
+def seen_only(readings: Readings, worn: FloatArray, noise: float) -> Readings:
+    """A recording without encoders, and with markers."""
+    rng, markers = np.random.default_rng(2), places(readings.q, worn)
+    markers += noise * rng.normal(size=markers.shape)
+    lengths = readings.lengths + NOISE * rng.normal(size=readings.lengths.shape)
+    blind = np.full_like(readings.q, np.nan)
+    return replace(readings, q=blind, lengths=lengths, markers=markers)
+
+
+@pytest.mark.slow
+def test_a_robot_is_calibrated_by_markers_that_are_not_where_they_were_said_to_be(
+    arm: Robot,
+) -> None:
+    """Their places are found as well, to within the deviations that are reported."""
+    hidden = np.array([3e-3, -2e-3, 1e-3, 4e-3, 0.4, -0.3])
+    free = ["muscles.*.offset", "joints.*.damping"]
+    parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())
+    truth = calibrated_robot(arm, parameters, hidden)
+    moved = np.array([[0.004, 0.002, -0.006], [-0.003, 0.005, 0.002], [0.006, 0.001, 0.004]])
+    exact = recording(truth, hidden[:4], 1, noise=0.0)
+    readings = seen_only(exact, WORN + moved, 2e-4)
+    result = calibrate(arm, [readings], [*free, "markers.*.position"], markers=MARKERS)
+    everything = np.concatenate([hidden, moved.ravel()])
+    assert (np.abs(result.change - everything) < 3.0 * result.sd).all()
+    names = [one.name for one in result.parameters]
+    along = [k for k, name in enumerate(names) if name.endswith((".x", ".z"))]
+    assert result.sd[along].max() < 5e-3
+    assert result.misfit < 1.3
+    assert result.kept_after.markers.max() < 4e-4
