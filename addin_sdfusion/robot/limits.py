@@ -33,8 +33,8 @@ TRAJECTORY = 16 * MIB
 
 COLUMNS = 100_000
 """Columns of a table, and variables of an FMU with the elements of its arrays."""
-VALUES = 2**26
-"""Numbers in a table of results: 512 MiB."""
+VALUES = 2**25
+"""Numbers in a table of results: 256 MiB, twice where two are compared."""
 TABLE = 512 * MIB
 """Bytes of a table as text."""
 LINE = 4 * MIB

@@ -184,6 +184,12 @@ def commas(folder: Path) -> Path:
     return folder / "a.csv"
 
 
+def numbers(folder: Path) -> Path:
+    """So many that two such tables would take more than there is."""
+    (folder / "a.csv").write_bytes(b"time,a,b,c\n" + b"0,0,0,0\n" * 9 * MIB)
+    return folder / "a.csv"
+
+
 def one_line(folder: Path) -> Path:
     (folder / "a.csv").write_bytes(b"time\n" + b"0" * 500 * MIB)
     return folder / "a.csv"
@@ -194,7 +200,7 @@ def many_columns(folder: Path) -> Path:
     return folder / "a.csv"
 
 
-@pytest.mark.parametrize("make", [constants, texts, commas, one_line, many_columns])
+@pytest.mark.parametrize("make", [constants, texts, commas, numbers, one_line, many_columns])
 def test_tables(tmp_path: Path, make: Callable[[Path], Path]) -> None:
     file = make(tmp_path)
     refused(peak(tmp_path, "compare", file, file))
