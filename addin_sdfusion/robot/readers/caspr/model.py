@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from math import inf
 from pathlib import Path
 
 from ...errors import UnknownNameError
@@ -39,10 +40,10 @@ def read_caspr(bodies: Path, cable_set: str | None, notes: Notes) -> Robot | Non
     name = bodies.name.removesuffix(BODIES)
     subject = Subject("robot", name)
     root = parse(bodies, subject, notes).about(subject)
-    if root.tag != "bodies_system":
-        root.error("not-caspr", f"<{root.tag}> is not CASPR's <bodies_system>")
+    group = _links_group(root)
+    if group is None:
         return None
-    links, joints = _links_and_joints(root)
+    links, joints = _links_and_joints(group)
     robot = Robot(name, tuple(links), tuple(joints))
     robot = _with_cables(robot, bodies.with_name(f"{name}_cables.xml"), cable_set, notes)
     file = bodies.with_name(f"{name}_operational_spaces.xml")
@@ -76,11 +77,22 @@ def _with_tasks(robot: Robot, old: Node | None, file: Path, notes: Notes) -> Rob
     return replace(robot, task_sets=task_sets, task_set=active)
 
 
-def _links_and_joints(root: Node) -> tuple[list[Link], list[Joint]]:
-    group = root.required("links")
+def _links_group(root: Node) -> Node | None:
+    """The element that holds the links: in older files the root."""
+    if root.tag == "links":
+        problem = "read, but CASPR expects it in <bodies_system>; put it there"
+        root.warning("old-bodies", f"<links> as the root, as in older files: {problem}")
+        return root
+    if root.tag != "bodies_system":
+        root.error("not-caspr", f"<{root.tag}> is not CASPR's <bodies_system>")
+        return None
+    return root.required("links")
+
+
+def _links_and_joints(group: Node) -> tuple[list[Link], list[Joint]]:
     links: list[Link] = []
     joints: list[Joint] = []
-    nodes = distinct(group.all() if group else [], partial(Subject, "link"))
+    nodes = distinct(group.all(), partial(Subject, "link"))
     for i, node in enumerate(nodes, start=1):
         if node.tag != "link_rigid":
             node.error("unexpected-element", f"<{node.tag}> among the links; CASPR has link_rigid")
@@ -151,17 +163,29 @@ def _coordinates(
     """The joint's coordinates, in the order of CASPR's q."""
     actuated = node.attribute("actuated", "false").lower() == "true"
     units = [motion.unit for motion in sorted(motions, key=lambda motion: motion.coordinate)]
-    columns = {
-        word: node.numbers_attribute(word, len(units), infinite=True)
-        for word in ("q_min", "q_max", "q_initial")
-    }
+    start = node.numbers_attribute("q_initial", len(units), infinite=True)
+    columns = *_limits(node, len(units)), start
     coordinates = []
-    for k, (unit, suffix) in enumerate(zip(units, suffixes, strict=True)):
+    for unit, suffix, lower, upper, initial in zip(units, suffixes, *columns, strict=True):
         name = f"{joint}_{suffix}" if suffix else joint
         node.about(Subject("coordinate", name))
-        lower, upper, initial = (columns[word][k] for word in ("q_min", "q_max", "q_initial"))
         coordinates.append(Coordinate(name, lower, upper, initial, unit=unit, actuated=actuated))
     return tuple(coordinates)
+
+
+def _limits(node: Node, size: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The joint's lower and upper limits, which older files have not."""
+    missing = [word for word in ("q_min", "q_max") if not node.has(word)]
+    if missing:
+        problem = "read as unlimited, as in older files; CASPR expects both"
+        node.warning("no-limits", f"<joint> has no {' and no '.join(missing)}: {problem}")
+    found = {
+        word: (none,) * size
+        if word in missing
+        else node.numbers_attribute(word, size, infinite=True)
+        for word, none in (("q_min", -inf), ("q_max", inf))
+    }
+    return found["q_min"], found["q_max"]
 
 
 def _parent(link: Node, number: int, links: list[Link]) -> tuple[str, Vector3]:

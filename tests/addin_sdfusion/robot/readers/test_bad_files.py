@@ -128,7 +128,7 @@ DEFECTS = [
     ("bodies", "0.0 0.0 0.5", "0.0 0.5", "bad-vector", 9),
     ("bodies", 'q_min="-3.1416"', 'q_min="4"', "limits-reversed", 6),
     ("bodies", 'q_min="-3.1416"', 'q_min="nan"', "bad-number", 6),
-    ("bodies", 'q_min="-3.1416"', "", "missing-attribute", 6),
+    ("bodies", 'q_initial="0.0"', "", "missing-attribute", 6),
     ("bodies", '"R_Y"', '"S_QUATERNION"', "unsupported-joint", 6),
     ("bodies", '"R_Y"', '"R_AXIS"', "missing-attribute", 6),
     ("bodies", '"R_Y"', '"R_AXIS" axis="0 0 0"', "zero-axis", 6),

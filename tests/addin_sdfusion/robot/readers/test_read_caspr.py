@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import re
 import shutil
 from pathlib import Path
 
@@ -276,6 +277,20 @@ def test_operational_spaces_inside_the_bodies_are_read_where_the_file_is_missing
     reading = read(folder)
     assert reading.robot.task_set == "old"
     assert "old-operational-spaces" in {finding.code for finding in reading.findings}
+
+
+def test_bodies_as_in_older_files_are_read_and_said_to_be_old(tmp_path):
+    folder = edited(tmp_path, "bodies", ' q_min="-3.1416" q_max="3.1416"', "")
+    file = folder / "planar_2r_bodies.xml"
+    file.write_text(re.sub("</?bodies_system>|<!DOCTYPE[^>]*>", "", file.read_text()))
+    reading = read(folder)
+    first, second = reading.require().coordinates
+    assert (first.lower, first.upper) == (-math.inf, math.inf)
+    assert (second.lower, second.upper) == (-3.1416, 3.1416)
+    old = [(f.severity, f.code, f.subject.name) for f in reading.findings]
+    assert ("warning", "old-bodies", "planar_2r") in old
+    assert ("warning", "no-limits", "joint_1") in old
+    assert ("warning", "no-limits", "joint_2") not in old
 
 
 SPRING = "<K>100</K><l0>0.5</l0>"
