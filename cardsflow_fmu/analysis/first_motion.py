@@ -208,23 +208,31 @@ def _slide(robot: Robot) -> float:
 
 def _end(robot: Robot, dynamics: CoreDynamics, start: FloatArray, scale: float) -> FloatArray:
     """Where the motion goes from its start: as far as forces stay within their bounds."""
-    rooms = [(q - c.lower, c.upper - q) for c, q in zip(robot.coordinates, start, strict=True)]
     slide = _slide(robot)
-    step = np.empty(len(start))
-    for k, (c, (below, above)) in enumerate(zip(robot.coordinates, rooms, strict=True)):
-        if dynamics.dependent[k]:
-            step[k] = 0.0
-            continue
-        most = scale * (REACH["rad"] if c.unit == "rad" else slide)
-        ways = [-min(most, 0.5 * below), min(most, 0.5 * above)]
-        margins = [_margin_along(robot, dynamics, start, _one(k, way, start)) for way in ways]
-        room = [max(t - MARGIN, 0.0) * abs(way) for t, way in zip(margins, ways, strict=True)]
-        step[k] = ways[int(np.argmax(room))] if max(room) > 0.0 else 0.0
+    step = np.zeros(len(start))
+    for k, c in enumerate(robot.coordinates):
+        if not dynamics.dependent[k]:
+            most = scale * (REACH["rad"] if c.unit == "rad" else slide)
+            ways = -min(most, 0.5 * (start[k] - c.lower)), min(most, 0.5 * (c.upper - start[k]))
+            step[k] = _way(robot, dynamics, start, k, ways)
     for _ in range(_HALVINGS):
         if _margin_along(robot, dynamics, start, step, _PATH) > MARGIN:
             break
         step *= 0.5
     return closed_or(dynamics, start + step, start)
+
+
+def _way(
+    robot: Robot, dynamics: CoreDynamics, start: FloatArray, k: int, ways: tuple[float, float]
+) -> float:
+    """The way of one coordinate that leaves the forces more room, shorter where neither does."""
+    for part in 0.5 ** np.arange(_HALVINGS):
+        steps = [_one(k, part * way, start) for way in ways]
+        margins = [_margin_along(robot, dynamics, start, step) for step in steps]
+        room = [max(t - MARGIN, 0.0) * abs(way) for t, way in zip(margins, ways, strict=True)]
+        if max(room) > 0.0:
+            return float(part * ways[int(np.argmax(room))])
+    return 0.0
 
 
 def _one(k: int, way: float, like: FloatArray) -> FloatArray:

@@ -27,6 +27,7 @@ from addin_sdfusion.robot import (
     write_sdf,
 )
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.analysis.first_motion import first_motion
 from cardsflow_fmu.simulation.starter import init
 from sim_dart import CoreDynamics
 
@@ -68,6 +69,22 @@ def started(robot: Robot, folder: Path, cardsflow: CommandLine) -> tuple[dict, s
 def assert_tracks(summary: dict) -> None:
     assert summary["infeasible_ticks"] == 0
     assert summary["tracking"]["max"] < 1e-3
+
+
+@pytest.mark.slow
+def test_a_joint_goes_less_far_where_forces_have_no_room_for_more(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    strong = arm(*strands(ABOVE, f_max=100.0))
+    dynamics = CoreDynamics(strong)
+    held = [-dynamics.gravity([q])[0] / dynamics.muscle_jacobian([q])[0, 0] for q in (-0.06, 0.06)]
+    (strand,) = strong.muscles
+    narrow = arm(replace(strand, f_min=float(min(held)), f_max=float(max(held))))
+    motion = first_motion(narrow)
+    assert 0.0 < abs(motion.end[0] - motion.start[0]) < 0.06
+    summary, err = started(narrow, tmp_path, cardsflow)
+    assert_tracks(summary)
+    assert "no room" not in err
 
 
 @pytest.mark.slow
