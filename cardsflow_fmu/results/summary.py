@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from addin_sdfusion.robot import Muscle
+from addin_sdfusion.robot.model.tension_laws import law_of
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.followed import (
@@ -67,10 +69,7 @@ def summarize(
     followed = followed_signals(
         robot, experiment.reference.space, experiment.controller.unfollowing
     )
-    bounds = {
-        name: (muscle.f_min, muscle.f_max if np.isfinite(muscle.f_max) else None)
-        for name, muscle in zip(tension_signals(robot), robot.muscles, strict=True)
-    }
+    bounds = dict(zip(tension_signals(robot), map(_bounds, robot.muscles), strict=True))
     slack = slack_signals(robot, experiment.controller.space)
     motors = {
         name: (_finite(motor.tau_min), _finite(motor.tau_max), force_unit(motor))
@@ -242,6 +241,13 @@ def _solve_time(seconds: list[float]) -> dict[str, Any]:
 
 def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+def _bounds(muscle: Muscle) -> tuple[float | None, float | None]:
+    """Bounds of a muscle's force; none for a passive one, which no command limits."""
+    if law_of(muscle.model).command is None:
+        return None, None
+    return muscle.f_min, _finite(muscle.f_max)
 
 
 def _forces(

@@ -65,6 +65,19 @@ def test_margins_are_distances_to_the_bounds(result: Result) -> None:
     assert found["margin.lower"] == forces.min() - 10.0
 
 
+def test_a_passive_spring_has_no_bounds_and_no_margin_to_them() -> None:
+    spring = {"kind": "passive_spring", "K": 40.0, "l0": 0.4}
+    passive = {"f_min": 0.0, "f_max": 0.0, "model": spring}
+    settings = SETTINGS | {f"muscles.cable_4.{key}": value for key, value in passive.items()}
+    result = simulate(Experiment.load(PLANAR, settings), through="direct")
+    active = np.stack([result[f"f.cable_{k}"] for k in (1, 2, 3)])
+    found = metric_values(["margin.upper", "margin.lower"], result, None)
+    assert found["margin.upper"] == 100.0 - active.max()
+    assert found["margin.lower"] == active.min() - 10.0
+    lines = [line for line in result.describe().splitlines() if ".cable_" in line]
+    assert [".cable_4" in line for line in lines] == ["bounds" not in line for line in lines]
+
+
 def test_loop_margins_are_the_smallest_of_all_loops() -> None:
     settings = {**SETTINGS, "controller.kp.joint_2": 400.0}
     result = simulate(Experiment.load(PLANAR, settings), through="direct")
