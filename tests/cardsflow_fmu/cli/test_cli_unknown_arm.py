@@ -1,0 +1,61 @@
+"""The whole way: an arm unlike its CAD is recorded, calibrated, and then needs no encoders."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.command_line import CommandLine
+from support.hardware.hardware_devices import served
+from support.robots.recorded_arm import damped_arm
+from support.robots.unknown import true_robot
+
+from addin_sdfusion.robot.writers.convert import convert
+from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
+
+FREE = "muscles.*.offset, muscles.*.via_points, links.*.inertia, joints.*"
+LOCKSTEP = {"hardware.use": True, "hardware.mode": "lockstep"}
+
+
+@pytest.mark.slow
+def test_an_arm_of_unknown_truth_is_calibrated_and_then_needs_no_encoders(
+    cardsflow: CommandLine, tmp_path: Path
+) -> None:
+    """Before, no pose fits its lengths; with the calibrated robot they tell it to 1 mrad."""
+    rng, cad = np.random.default_rng(1), damped_arm()
+    convert(cad, "sdf", tmp_path / "cad")
+    convert(true_robot(cad, rng), "sdf", tmp_path / "truth")
+    exciting, new = tmp_path / "exciting", tmp_path / "calibrated"
+    words = [tmp_path / "cad", "--free", FREE, "--duration", "6", "-o", exciting]
+    assert cardsflow("excite", *words)[0] == 0
+
+    offsets = dict(zip((m.name for m in cad.muscles), 5e-3 * rng.normal(size=4), strict=True))
+    emulator = {"noise": 1e-4, "length_offset": {k: float(b) for k, b in offsets.items()}}
+    there = Experiment.load(
+        exciting, {"robot.path": str(tmp_path / "truth"), "hardware.emulator": emulator, **LOCKSTEP}
+    )
+
+    def recorded(robot: Path, out: str, **estimator: object) -> dict[str, Any]:
+        settings = {"robot.path": str(robot), **LOCKSTEP}
+        settings |= {"estimator": estimator} if estimator else {}
+        with served(emulated_device(there, there.hardware)) as uri:
+            driven = Experiment.load(exciting, settings | {"hardware.link": uri})
+            return run(driven, tmp_path / out, through="direct").summary
+
+    recorded(tmp_path / "cad", "recorded")
+    words = [tmp_path / "recorded", "--robot", tmp_path / "cad", "--free", FREE, "-o", new]
+    code, out, _ = cardsflow("calibrate", *words)
+    assert code == 0, out
+    found = json.loads((new / "calibration.json").read_text())["offsets"]
+    assert max(abs(found[k] - b) for k, b in offsets.items()) < 5e-3
+
+    before = recorded(tmp_path / "cad", "before", search=True)["estimation"]
+    after = recorded(new, "after", search=True, offset="calibrated")["estimation"]
+    assert before["valid_share"] < 0.1
+    assert after["valid_share"] == 1.0
+    for error in after["per_signal"].values():
+        assert error["rms"] < 1e-3
