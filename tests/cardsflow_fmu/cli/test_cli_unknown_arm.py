@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.cases import LONG
 from support.command_line import CommandLine
 from support.hardware.hardware_devices import served
 from support.robots.recorded_arm import damped_arm
@@ -21,6 +22,7 @@ FREE = "muscles.*.offset, muscles.*.via_points, links.*.inertia, joints.*"
 LOCKSTEP = {"hardware.use": True, "hardware.mode": "lockstep"}
 
 
+@LONG
 @pytest.mark.slow
 def test_an_arm_of_unknown_truth_is_calibrated_and_then_needs_no_encoders(
     cardsflow: CommandLine, tmp_path: Path
