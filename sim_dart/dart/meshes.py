@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
+from sim_dart.core.arrays import FloatArray
 from sim_dart.core.mesh_file import read_mesh
 
 if TYPE_CHECKING:
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
 
 _MOST_FACES = 2000  # of a hull: more cost time at every contact, and nobody sees them
 _FLAT = 1e-9
+_MOST_CORNERS = _MOST_FACES // 2 + 2
+_MANY_POINTS = 20_000
+"""From here on hulls that are too fine are looked for first: computing one takes gigabytes."""
 
 _BODY = """<robot name="hull"><link name="hull">
 <inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
@@ -53,6 +57,9 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
         InputError: It cannot be read, is flat, or its hull is too fine.
     """
     mesh = load_mesh(file, scale)
+    if _has_fine_hull(np.asarray(mesh.vertices)):
+        what = f"its convex hull has more than {_MOST_FACES} triangles"
+        raise InputError(f"{what}; simplify the mesh", file=file)
     with _naming(file, "has no convex hull with a volume"):
         hull: trimesh.Trimesh = mesh.convex_hull
         flat = not hull.volume > _FLAT * float(np.max(hull.extents)) ** 3
@@ -62,6 +69,23 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
         what = f"its convex hull has {len(hull.faces)} triangles, more than {_MOST_FACES}"
         raise InputError(f"{what}; simplify the mesh", file=file)
     return hull
+
+
+def _has_fine_hull(points: FloatArray) -> bool:
+    """Whether more corners are seen than the finest hull has: the furthest points of many ways.
+
+    Args:
+        points: Shape (k, 3), no two the same.
+    """
+    if len(points) < _MANY_POINTS:
+        return False
+    drawn, seen = np.random.default_rng(0), set[int]()
+    columns = np.ascontiguousarray(points.T)
+    for ways in range(1, _MOST_CORNERS // 4):
+        seen.update(np.argmax(drawn.normal(size=(8, 3)) @ columns, axis=1).tolist())
+        if len(seen) < ways:  # an eighth: soon there are no others
+            return False
+    return len(seen) > _MOST_CORNERS
 
 
 def dart_mesh(hull: trimesh.Trimesh) -> Any:

@@ -145,6 +145,23 @@ def test_a_hull_closes_what_is_hollow(tmp_path: Path) -> None:
     assert hull.volume == pytest.approx(math.pi * 0.2, rel=0.02)
 
 
+@pytest.mark.slow
+def test_hulls_of_many_corners_are_not_computed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where as many points are within a box, its hull is."""
+    ball, box = trimesh.creation.icosphere(6), trimesh.creation.box()
+    for _ in range(6):
+        box = box.subdivide()
+    assert min(len(ball.vertices), len(box.vertices)) > 20_000
+    for name, mesh in (("ball.stl", ball), ("box.stl", box)):
+        (tmp_path / name).write_bytes(trimesh.exchange.stl.export_stl(mesh))
+    assert convex_hull(tmp_path / "box.stl").volume == pytest.approx(1.0)
+    monkeypatch.delattr(trimesh.Trimesh, "convex_hull")
+    with pytest.raises(InputError, match=r"more than 2000 triangles; simplify"):
+        convex_hull(tmp_path / "ball.stl")
+
+
 BAD_MESHES = {
     "missing": (None, "none.stl: cannot be read: No such file"),
     "nonsense": (b"what is this", "line 1 is of another kind"),
