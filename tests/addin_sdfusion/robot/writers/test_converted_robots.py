@@ -20,6 +20,7 @@ from addin_sdfusion.robot import Finding, Robot, RobotError, read_robot
 from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.writers.convert import FORMATS, convert
 from addin_sdfusion.robot.writers.mujoco.model import mjcf_losses
+from addin_sdfusion.robot.writers.sdf.joints import sdf_joints
 from sim_dart import DartDynamics
 from sim_dart.core.arrays import FloatArray
 
@@ -157,6 +158,7 @@ def _in_drake(robot: Robot, folder: Path) -> None:
     """Without muscles, which SDF has for our plug-in alone."""
     from support.oracles.drake_model import DrakeRobot
 
+    robot = _as_drake_has_it(robot)
     done = convert(robot, "sdf", folder)
     (file,) = (f for f in done.files if f.name == "model.sdf")
     theirs, ours = DrakeRobot(read_robot(file), file), DartDynamics(robot)
@@ -167,6 +169,23 @@ def _in_drake(robot: Robot, folder: Path) -> None:
         theirs.move(q, qd)
         _near(theirs.mass_matrix, ours.mass_matrix(q))
         _near(theirs.resistance, ours.coriolis(q, qd) + ours.gravity(q) + damping * qd)
+
+
+def _as_drake_has_it(robot: Robot) -> Robot:
+    """Universal joints without springs, which Drake leaves out, and damping, one for both axes."""
+    universal = {
+        name
+        for name, parts in sdf_joints(robot).items()
+        if any(part.type == "universal" for part in parts)
+    }
+    free = {"stiffness": 0.0, "damping": 0.0}
+    joints = (
+        replace(joint, coordinates=tuple(replace(c, **free) for c in joint.coordinates))
+        if joint.name in universal
+        else joint
+        for joint in robot.joints
+    )
+    return replace(robot, joints=tuple(joints))
 
 
 PROGRAMS = {

@@ -257,8 +257,7 @@ static int step(struct model *model)
         robot->load[j] += c->estimated_loads[j];
     if (c->muscles.are_modelled)
         bound_by_muscles(native, period);
-    core_move(robot->core, c->q);
-    native_independent_load(c, robot, c->qd, robot->load);
+    native_independent_load(c, robot, c->q, c->qd, robot->load);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
     if (c->undetermined) {
         text_set(&model->error, "where loops close, %s does not follow from the independent coordinates at this pose",

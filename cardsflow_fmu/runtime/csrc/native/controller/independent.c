@@ -84,8 +84,12 @@ void native_independent_tasks(struct controller *c, const struct native_robot *r
     }
 }
 
-void native_independent_load(struct controller *c, const struct native_robot *robot, const double *qd, double *load)
+void native_independent_load(struct controller *c, const struct native_robot *robot, const double *q,
+                             const double *qd, double *load)
 {
+    if (!c->room)
+        return;
+    core_move(robot->core, q);
     if (!move(c, robot, qd))
         narrow(c, robot->n, load);
 }

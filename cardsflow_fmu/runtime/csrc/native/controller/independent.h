@@ -14,7 +14,8 @@ void native_independent_terms(struct controller *c, const struct native_robot *r
 void native_independent_tasks(struct controller *c, const struct native_robot *robot, const double *qd, double *J,
                               double *bias);
 /* N' load. */
-void native_independent_load(struct controller *c, const struct native_robot *robot, const double *qd, double *load);
+void native_independent_load(struct controller *c, const struct native_robot *robot, const double *q,
+                             const double *qd, double *load);
 /* The accelerations of all coordinates, N qdd + c. */
 void native_independent_complete(struct controller *c, const struct native_robot *robot, const double *q,
                                  const double *qd, double *qdd);
