@@ -154,7 +154,7 @@ MJCF = """<mujoco model="arm">
 <sensor><jointpos joint="turn"/></sensor></mujoco>
 """
 
-INCLUDED = """<mujocoinclude><body name="upper" pos="0 0.1 0" euler="10 20 30" childclass="soft">
+INCLUDED = """<mujocoinclude><!-- a -- b --><body name="upper" pos="0 0.1 0" euler="10 20 30" childclass="soft">
   <joint name="turn" pos="0.1 0 0"axis="0 1 1" range="-40 50" ref="15"/>
   <joint name="swing" pos="0 0.05 0" axis="1 0 0" range="-30 30" ref="-10"/>
   <geom type="capsule" fromto="0 0 0 0.1 0.2 0.3" size="0.03"/>
@@ -173,7 +173,7 @@ INCLUDED = """<mujocoinclude><body name="upper" pos="0 0.1 0" euler="10 20 30" c
 
 OPTIONS = """<mujocoinclude><option gravity="0 1 -9"/></mujocoinclude>
 """
-BODY = INCLUDED.partition(">")[2].rpartition("<")[0].replace('0"a', '0" a')
+BODY = INCLUDED.partition("-->")[2].rpartition("<")[0].replace('0"a', '0" a')
 WHOLE_MJCF = MJCF.replace('<include file="arm.xml"/>', BODY)
 WHOLE_MJCF = WHOLE_MJCF.replace('<include file="options.xml"/>', '<option gravity="0 1 -9"/>')
 """Without an include, and as XML."""

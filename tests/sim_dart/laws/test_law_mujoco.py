@@ -13,6 +13,9 @@ import numpy as np
 import pytest
 from support.robots.muscle_bench import Bench
 
+from addin_sdfusion.robot.model.tension_laws import law_parameters
+from addin_sdfusion.robot.readers import read
+
 pytestmark = pytest.mark.native
 
 MODEL = """
@@ -65,6 +68,24 @@ def test_forces_and_rates_are_mujocos() -> None:
             tension = bench.tension(length, speed, ctrl, [act])
             assert tension == pytest.approx(-data.actuator_force[0], rel=1e-12, abs=1e-12)
             assert bench.state_rates(length, speed, ctrl, [act])[0] == data.act_dot[0]
+
+
+@pytest.mark.parametrize("forces", [("700 200", "400 200"), ("-1 900", "-1 500")])
+def test_passive_forces_of_their_own(tmp_path: Path, forces: tuple[str, str]) -> None:
+    gain, bias = (f"0.6 1.2 {force} 0.5 1.6 2 1.3 1.2" for force in forces)
+    text = MODEL.format(gain=gain, bias=bias, dynamics="0.01 0.04 0")
+    text = text.replace('name="b"', 'name="b" pos="0.3 0 0"')
+    (tmp_path / "m.xml").write_text(text)
+    reading = read(tmp_path / "m.xml")
+    assert "passive-force" not in {finding.code for finding in reading.findings}
+    (muscle,) = reading.require().muscles
+    bench = Bench(("mujoco_muscle", law_parameters(muscle.model)))
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    data.qpos[0], data.act[0] = 0.04, 0.3
+    mujoco.mj_forward(model, data)
+    tension = bench.tension(0.34, 0.0, 0.1, [0.3])
+    assert tension == pytest.approx(-data.actuator_force[0], rel=1e-12)
 
 
 def _published(shared: Path) -> Iterator[tuple[dict[str, Any], dict[str, Any], int]]:

@@ -102,11 +102,6 @@ class ActuatorReader:
         times = [*drive.dynamics_numbers, *TIMES[len(drive.dynamics_numbers) :]]
         lengths = drive.numbers("lengthrange")
         low, high = lengths if len(lengths) == 2 else (0.0, 0.0)
-        if b[2] != g[2] or (g[2] < 0.0 and b[3] != g[3]):
-            problem = (
-                f"its passive force is of {b[2]:g} N, its active of {g[2]:g} N: the latter is both"
-            )
-            node.warning("passive-force", problem)
         control = drive.range_of(self._compiler, "ctrl") or (0.0, 1.0)
         if drive.range_of(self._compiler, "force") is not None:
             node.warning("force-range-left-out", "the range of its force is left out")
@@ -120,7 +115,7 @@ class ActuatorReader:
             "lmin": g[4],
             "lmax": g[5],
             "vmax": g[6],
-            "fpmax": b[7],
+            "fpmax": b[7] * _passive_part(g, b, node),
             "fvmax": g[8],
             "passive_range_low": b[0] if b[:2] != g[:2] else 0.0,
             "passive_range_high": b[1] if b[:2] != g[:2] else 0.0,
@@ -204,3 +199,15 @@ def _has_spring(node: Node) -> bool:
 
 def _number(node: Node, name: str) -> float:
     return (*numbers(node, name), 0.0)[0]
+
+
+def _passive_part(gain: list[float], bias: list[float], node: Node) -> float:
+    """The force that the passive curve counts in, over that of the active one; noted if unknown."""
+    which = 2 if gain[2] >= 0.0 else 3  # F itself, or by scale, over the same acc0
+    if gain[which] == bias[which] and gain[2] == bias[2]:
+        return 1.0
+    if (gain[2] >= 0.0) == (bias[2] >= 0.0) and gain[which] > 0.0:
+        return bias[which] / gain[which]
+    problem = f"its passive force is of {bias[2]:g} N, its active of {gain[2]:g} N: the latter is both"
+    node.warning("passive-force", problem)
+    return 1.0

@@ -9,6 +9,7 @@ from typing import Any
 
 from ...errors import InputError
 from ...finding import Subject
+from ...mesh_files import is_file
 from ..xml import Node, Notes, parse
 
 MAIN = "main"
@@ -28,6 +29,7 @@ ACTUATORS = (
 )
 """Elements of actuators: in defaults all of them are of one kind."""
 _CLOSE = re.compile(rb'(="[^"<>]*")(?=[A-Za-z_])')
+_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 
 
 class Document:
@@ -42,7 +44,7 @@ class Document:
         self._folder = file.parent
         self._included: set[Path] = {file.resolve()}
         self._read_already: dict[Any, Node] = {}  # by the <include>, which is met several times
-        self.root = parse(file, Subject("robot", file.stem), notes, mend=with_spaces)
+        self.root = parse(file, Subject("robot", file.stem), notes, mend=_as_xml)
         if self.root.tag != "mujoco":
             raise InputError(f"<{self.root.tag}> is not <mujoco>", file=file, line=self.root.line)
         name = self.root.attribute("model", "") or file.stem
@@ -110,7 +112,9 @@ class Document:
 
     def _read_new(self, include: Node) -> Node:
         name = include.attribute("file")
-        file = self._folder / name
+        file = self._folder / name  # or, as in MuJoCo, beside the file that includes it
+        if not is_file(file) and is_file(include.file.parent / name):
+            file = include.file.parent / name
         place = file.resolve()
         if place in self._included or len(self._included) > MOST_INCLUDED:
             include.error("included-twice", f"{name!r} is included already, or too many files are")
@@ -118,16 +122,13 @@ class Document:
                 include.element.makeelement("none"), include.file, include.subject, include.notes
             )
         self._included.add(place)
-        return parse(file, include.subject, include.notes, mend=with_spaces)
+        return parse(file, include.subject, include.notes, mend=_as_xml)
 
 
-def with_spaces(data: bytes) -> bytes:
-    """With a space between attributes, which MuJoCo's own reader does without."""
-    return _CLOSE.sub(rb"\1 ", data) if b"<!--" not in data else _outside_comments(data)
-
-
-def _outside_comments(data: bytes) -> bytes:
-    parts = re.split(rb"(<!--.*?-->)", data, flags=re.DOTALL)
+def _as_xml(data: bytes) -> bytes:
+    """Without comments, where MuJoCo's own reader takes `--`, and with spaces between attributes."""
+    parts = _COMMENT.split(data)
+    comments = [*(b"\n" * comment.count(b"\n") for comment in _COMMENT.findall(data)), b""]
     return b"".join(
-        part if part.startswith(b"<!--") else _CLOSE.sub(rb"\1 ", part) for part in parts
+        _CLOSE.sub(rb"\1 ", part) + lines for part, lines in zip(parts, comments, strict=True)
     )

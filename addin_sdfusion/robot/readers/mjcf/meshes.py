@@ -127,7 +127,7 @@ class MeshAssets:
         if not is_file(file):
             return None
         try:
-            data = mesh_bytes(file, [self._folder])
+            data = mesh_bytes(file, None)  # for its mass alone: it neither travels nor is shown
         except InputError:
             return None
         return _solid_of(data, file.suffix, self.scale(name), node.attribute("inertia", LEGACY))

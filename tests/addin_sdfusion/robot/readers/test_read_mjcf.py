@@ -136,6 +136,23 @@ def test_bodies_are_in_mujocos_order(tmp_path: Path) -> None:
     assert [c.initial for c in robot.coordinates] == model.key_qpos[0].tolist()
 
 
+def test_files_are_included_from_beside_the_model_or_the_file_that_includes(tmp_path: Path) -> None:
+    def body(name: str) -> str:
+        return f'<mujocoinclude><body name="{name}"><geom size="0.1"/></body></mujocoinclude>'
+
+    file = tmp_path / "model.xml"
+    file.write_text('<mujoco><worldbody><include file="parts/all.xml"/></worldbody></mujoco>')
+    (tmp_path / "parts").mkdir()
+    both = '<include file="a.xml"/><include file="b.xml"/>'
+    (tmp_path / "parts" / "all.xml").write_text(f"<mujocoinclude>{both}</mujocoinclude>")
+    (tmp_path / "a.xml").write_text(body("a"))
+    (tmp_path / "parts" / "a.xml").write_text(body("not_this"))
+    (tmp_path / "parts" / "b.xml").write_text(body("b"))
+    model = mujoco.MjModel.from_xml_path(str(file))
+    names = [link.name for link in read(file).require().links]
+    assert names == [model.body(k).name for k in range(1, model.nbody)] == ["a", "b"]
+
+
 COPIES = """<mujoco model="fan"><worldbody><body name="hub">
 <joint name="turn" axis="0 0 1"/><geom size="0.1"/>
 <replicate count="10" sep="-" offset="0.1 0 0.02" euler="0 5 20"><body name="blade" pos="0 0.2 0">
@@ -173,13 +190,15 @@ def test_a_mesh_is_filled_as_by_mujoco(tmp_path: Path, way: str) -> None:
     cut = trimesh.Trimesh(ring.vertices, ring.faces[:-3], process=False)
     (tmp_path / "ring.stl").write_bytes(cut.export(file_type="stl"))
     given = f'inertia="{way}"' if way else ""
-    (tmp_path / "m.xml").write_text(
-        f'<mujoco><asset><mesh file="ring.stl" scale="1 2 1" {given}/></asset><worldbody>'
+    file = tmp_path / "elsewhere" / "m.xml"
+    file.parent.mkdir()
+    file.write_text(
+        f'<mujoco><asset><mesh file="../ring.stl" scale="1 2 1" {given}/></asset><worldbody>'
         '<body name="b"><joint axis="1 2 3"/><geom type="mesh" mesh="ring" density="800"/></body>'
         "</worldbody></mujoco>"
     )
-    robot = read(tmp_path / "m.xml").require()
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "m.xml"))
+    robot = read(file).require()
+    model = mujoco.MjModel.from_xml_path(str(file))
     inertia = robot.link("b").inertia
     assert inertia.mass == pytest.approx(model.body_mass[1], rel=1e-9)
     np.testing.assert_allclose(inertia.com, model.body_ipos[1], atol=1e-9)
