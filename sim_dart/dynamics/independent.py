@@ -29,6 +29,7 @@ from sim_dart.core.library import Core
 from .core import CoreDynamics
 
 _SHARE = 1e-8  # the least pivot, of the largest: what the C core takes as well
+_NONE = 1e-12  # a Jacobian of loops as small as this is none
 _POSES = 24  # that a choice of coordinates is judged at
 _POOR = 1e-3  # the least singular value of J_D that a choice is made for, of the largest of J
 
@@ -105,8 +106,10 @@ class IndependentDynamics(CoreDynamics):
     def _solved(self, q: FloatArray, right: FloatArray) -> FloatArray:
         """J_D⁻¹ right in the rows of the dependent coordinates, 0 in the others."""
         D = self.dependent
-        J = self.loop_jacobian(q)[:, D]
         rows = np.zeros((self.n, right.shape[1]))
+        if not D.any():
+            return rows
+        J = self.loop_jacobian(q)[:, D]
         U, sizes, Vt = np.linalg.svd(J, full_matrices=False)
         if len(sizes) < D.sum() or sizes[-1] <= _SHARE * sizes[0]:
             name = self.coordinate_names[np.flatnonzero(D)[np.argmax(np.abs(Vt[-1]))]]
@@ -200,6 +203,8 @@ def dependent_coordinates(
     if not jacobians:
         raise InputError(f"robot {robot.name!r}: its loops close in no pose near its initial one")
     rank = max(int(np.linalg.matrix_rank(J, 1e-7 * np.linalg.norm(J))) for J in jacobians)
+    if not among and max(np.linalg.norm(J) for J in jacobians) <= _NONE:
+        return (False,) * len(names)  # loops of what is rigid anyway
     preference = np.array([2.0 * (name in among) - 1.0 * (name in never) for name in names])
     sets = {tuple(sorted(_picked(J, rank, preference))) for J in jacobians}
     best = max(sorted(sets), key=lambda chosen: _quality(jacobians, chosen))
@@ -207,8 +212,9 @@ def dependent_coordinates(
     barred = {names.index(n) for n in never if n in names}
     if _quality(jacobians[:1], best) <= _SHARE or not asked <= set(best) or barred & set(best):
         which = [f"{n} dependent" for n in among] + [f"{n} independent" for n in never]
-        problem = "its loops make others follow" if which else "they lie in a singular pose"
-        raise InputError(f"there are no independent coordinates with {', '.join(which)}: {problem}")
+        chosen = f" with {', '.join(which)}" if which else ""
+        problem = "its loops make others follow" if which else "its loops are in a singular pose"
+        raise InputError(f"there are no independent coordinates{chosen}: {problem}")
     return tuple(k in best for k in range(len(names)))
 
 

@@ -154,7 +154,8 @@ MJCF = """<mujoco model="arm">
 <sensor><jointpos joint="turn"/></sensor></mujoco>
 """
 
-INCLUDED = """<mujocoinclude><!-- a -- b --><body name="upper" pos="0 0.1 0" euler="10 20 30" childclass="soft">
+INCLUDED = """<mujocoinclude><!-- a -- b -->
+<body name="upper" pos="0 0.1 0" euler="10 20 30" childclass="soft">
   <joint name="turn" pos="0.1 0 0"axis="0 1 1" range="-40 50" ref="15"/>
   <joint name="swing" pos="0 0.05 0" axis="1 0 0" range="-30 30" ref="-10"/>
   <geom type="capsule" fromto="0 0 0 0.1 0.2 0.3" size="0.03"/>

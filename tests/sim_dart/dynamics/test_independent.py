@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import null_space
@@ -89,11 +91,22 @@ def test_positions_of_dependent_coordinates_move_by_n() -> None:
 
 
 def test_robots_without_loops_have_none() -> None:
-    from dataclasses import replace
-
     tree = replace(four_bar(), loops=())
     assert dependent_coordinates(tree) == (False,) * 3
     assert not CoreDynamics(tree).dependent.any()
+
+
+def test_loops_that_hold_anyway_make_nothing_follow() -> None:
+    """A ball joint where a hinge is already."""
+    places = {"T_parent_joint": Pose((0.2, 0.0, 0.0)), "T_child_joint": Pose()}
+    ends = {"parent": "crank_bar", "child": "coupler_bar", "type": "ball", "axes": ()}
+    robot = with_loop(four_bar(), **ends, **places)
+    tree = CoreDynamics(replace(robot, loops=()))
+    dynamics = IndependentDynamics(robot)
+    assert not dynamics.dependent.any()
+    q = np.array([0.3, -0.4, 0.5])
+    np.testing.assert_allclose(dynamics.mass_matrix(q), tree.mass_matrix(q), atol=1e-15)
+    np.testing.assert_allclose(dynamics.coriolis(q, q), tree.coriolis(q, q), atol=1e-15)
 
 
 def test_a_choice_can_be_asked_for() -> None:

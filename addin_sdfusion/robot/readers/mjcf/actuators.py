@@ -208,6 +208,6 @@ def _passive_part(gain: list[float], bias: list[float], node: Node) -> float:
         return 1.0
     if (gain[2] >= 0.0) == (bias[2] >= 0.0) and gain[which] > 0.0:
         return bias[which] / gain[which]
-    problem = f"its passive force is of {bias[2]:g} N, its active of {gain[2]:g} N: the latter is both"
-    node.warning("passive-force", problem)
+    forces = f"its passive force is of {bias[2]:g} N, its active of {gain[2]:g} N"
+    node.warning("passive-force", f"{forces}: the latter is both")
     return 1.0

@@ -126,7 +126,7 @@ class Document:
 
 
 def _as_xml(data: bytes) -> bytes:
-    """Without comments, where MuJoCo's own reader takes `--`, and with spaces between attributes."""
+    """Without comments, in which MuJoCo takes `--`, and with spaces between attributes."""
     parts = _COMMENT.split(data)
     comments = [*(b"\n" * comment.count(b"\n") for comment in _COMMENT.findall(data)), b""]
     return b"".join(
