@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
 
 _FREE = (
-    "muscles.*.offset, .via_points, .stiffness; links.*.inertia; joints.*.damping, .friction; "
-    "motors.*.gain, .armature; delays.tensions, delays.lengths"
+    "muscles.*.offset, .via_points, .stiffness, .friction; links.*.inertia; "
+    "joints.*.damping, .friction; motors.*.gain, .armature; delays.tensions, delays.lengths"
 )
 _EVERY = "print every finding, not one line for those that repeat"
 _FORMATS = "sdf, gazebo, caspr, cardsflow, urdf, mjcf or osim"

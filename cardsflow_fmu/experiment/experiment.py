@@ -14,7 +14,7 @@ from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
 from cardsflow_fmu.signals.roles import ESTIMATOR, ROLES, SENSORS
 from cardsflow_fmu.utils.key_file import key_warning
-from sim_dart.muscles.friction import bends
+from sim_dart.muscles.friction import rubs
 
 from .carried_files import left_out, mesh_roots
 from .reader import read_carried_experiment, read_experiment
@@ -160,7 +160,7 @@ class Experiment:
         robot, masses, frictions = self.robot, self.plant.mass_scale, self.plant.friction_scale
         if any(scale != 1.0 for scale in frictions):
             pairs = zip(robot.muscles, frictions, strict=True)
-            robot = robot.with_muscles([replace(m, friction=k * m.friction) for m, k in pairs])
+            robot = robot.with_muscles([muscle.with_friction_scaled(k) for muscle, k in pairs])
             self._require(robot, "plant.friction_scale")
         if any(scale != 1.0 for scale in masses):
             links = tuple(
@@ -194,10 +194,10 @@ class Experiment:
 
     def _idle_friction(self) -> str | None:
         """Friction of cables that none has, or none that bends."""
-        rough = [muscle for muscle in self.robot.muscles if muscle.friction]
-        if rough and not any(map(bends, rough)):
+        rough = any(muscle.friction for muscle in self.robot.muscles)
+        if rough and not rubs(self.robot):
             return "friction of cables is without effect: none that has one bends between its ends"
-        if not rough and any(scale != 1.0 for scale in self.plant.friction_scale):
+        if not rubs(self.robot) and any(scale != 1.0 for scale in self.plant.friction_scale):
             return "plant.friction_scale is without effect: no muscle has a friction"
         return None
 

@@ -234,7 +234,7 @@ def _plant(
     if settings.integrator == "rk4" and rough:
         what = f"rk4 knows no Coulomb friction, and {', '.join(rough)} has some; use 'euler'"
         raise context.error("plant.integrator", what)
-    cables = [muscle.name for muscle in robot.muscles if muscle.friction]
+    cables = [muscle.name for muscle in robot.muscles if muscle.bend_friction]
     if settings.integrator == "rk4" and cables:
         what = f"rk4 knows no friction of cables, and {', '.join(cables)} has some; use 'euler'"
         raise context.error("plant.integrator", what)

@@ -35,7 +35,7 @@ from .sensitivity import Sensitivity, robot_numbers
 LONGEST_STEP = 1e-3
 """Of roll-outs, in [s]: readings that are farther apart have several steps between them."""
 
-_ROBOT = ("point", "inertia", "damping", "friction", "armature")
+_ROBOT = ("point", "cable_friction", "inertia", "damping", "friction", "armature")
 _MOVING = (*_ROBOT, "gain", "tension_delay")
 """What changes the motion, and not its readings alone."""
 

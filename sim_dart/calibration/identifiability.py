@@ -105,6 +105,6 @@ def _reason(kinds: set[str], groups: set[str]) -> str:
         return "no torque of the recorded motion depends on it: only sums of such numbers act"
     if kinds <= {"inertia", "gain"}:
         return "masses and tensions by the same factor make the same motion"
-    if kinds <= {"damping", "friction", "armature", "inertia"}:
+    if kinds <= {"damping", "friction", "cable_friction", "armature", "inertia"}:
         return "the recorded motion has too little speed or acceleration there"
     return "its parts act alike in the recorded motion"

@@ -24,6 +24,7 @@ Kind = Literal[
     "point",
     "offset",
     "stiffness",
+    "cable_friction",
     "inertia",
     "damping",
     "friction",
@@ -35,7 +36,7 @@ Kind = Literal[
 ]
 
 GROUPS = {
-    "muscles": ("offset", "via_points", "stiffness"),
+    "muscles": ("offset", "via_points", "stiffness", "friction"),
     "links": ("inertia",),
     "joints": ("damping", "friction"),
     "motors": ("armature", "gain"),
@@ -45,6 +46,7 @@ GROUPS = {
 """What can be freed, by the first word of its name and the last."""
 
 _NONE = -1
+_LEAST_MU = 1e-4
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class PriorSettings:
     Attributes:
         via_points: In [m].
         offset: In [m].
-        stiffness, gain: Relative.
+        stiffness, gain, mu: Relative; mu is the friction of cables.
         inertia: Relative, of a link's density; see `InertiaPrior`.
         friction: Of damping, friction and armature: over the torques of the recording.
         delay: In [s].
@@ -65,6 +67,7 @@ class PriorSettings:
     offset: float = 5e-3
     stiffness: float = 0.3
     gain: float = 0.05
+    mu: float = 0.3
     inertia: float = 0.3
     friction: float = 0.1
     delay: float = 3e-3
@@ -164,6 +167,10 @@ def _every(
             stiffness = 1.0 / compliance[k]
             key, sd = f"{name}.stiffness", priors.stiffness * stiffness
             yield key, [Parameter(key, "stiffness", k, (), stiffness, sd, "N/m")]
+        if muscle.friction and muscle.bend_friction:
+            key, sd = f"{name}.friction", priors.mu * muscle.friction
+            mu = muscle.friction
+            yield key, [Parameter(key, "cable_friction", k, (), mu, sd, "1", _LEAST_MU)]
         key = f"motors.{muscle.name}.gain"
         yield key, [Parameter(key, "gain", k, (), 1.0, priors.gain, "1")]
     moving = moving_frames(robot)[1]
@@ -231,6 +238,7 @@ def calibrated_robot(robot: Robot, parameters: Sequence[Parameter], theta: Float
     inertias: dict[int, FloatArray] = {}
     joints: dict[str, dict[str, float]] = {}
     stiff: dict[int, float] = {}
+    rough: dict[int, float] = {}
     for one, change in zip(parameters, theta.tolist(), strict=True):
         if not change:
             continue
@@ -247,7 +255,9 @@ def calibrated_robot(robot: Robot, parameters: Sequence[Parameter], theta: Float
             joints.setdefault(name, {})[one.kind] = one.value + change
         elif one.kind == "stiffness":
             stiff[one.item] = one.value + change
-    return _changed(robot, points, inertias, joints, stiff)
+        elif one.kind == "cable_friction":
+            rough[one.item] = one.value + change
+    return _changed(robot, points, inertias, joints, stiff, rough)
 
 
 def _changed(
@@ -256,6 +266,7 @@ def _changed(
     inertias: dict[int, FloatArray],
     joints: dict[str, dict[str, float]],
     stiff: dict[int, float],
+    rough: dict[int, float],
 ) -> Robot:
     links = list(robot.links)
     for k, theta in inertias.items():
@@ -272,6 +283,8 @@ def _changed(
         numbers = dict(law_parameters(model)) | {"stiffness": stiffness}
         model = replace(model, parameters=tuple(numbers.items()))
         muscles[k] = replace(muscles[k], model=model)
+    for k, mu in rough.items():
+        muscles[k] = replace(muscles[k], friction=mu)
     moved = tuple(
         replace(
             joint, coordinates=tuple(_with(c, joints.get(c.name, {})) for c in joint.coordinates)

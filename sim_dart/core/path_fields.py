@@ -62,6 +62,7 @@ def path_counts(robot: Robot) -> dict[str, int]:
         "surfaces": len(robot.wrap_surfaces),
         "wraps": len(ordered_wraps(robot)),
         "pulleys": len(pulley_muscles(robot)),
+        "bends": sum(len(muscle.bend_friction) for muscle in robot.muscles),
         **route_counts(robot),
     }
 
@@ -76,7 +77,8 @@ def path_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLik
     points = [point for muscle in robot.muscles for point in muscle.via_points]
     return {
         "muscle_points": [len(muscle.via_points) for muscle in robot.muscles],
-        "guide_friction": [muscle.friction for muscle in robot.muscles],
+        "muscle_bends": [len(muscle.bend_friction) for muscle in robot.muscles],
+        "bend_friction": [mu for muscle in robot.muscles for mu in muscle.bend_friction],
         "presliding": [muscle.presliding for muscle in robot.muscles],
         "point_frame": [places[point.link].frame for point in points],
         "point_position": [places[point.link].point(point.position) for point in points],

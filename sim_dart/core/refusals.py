@@ -43,11 +43,11 @@ def _uncomputed(muscle: Muscle, long: set[str], oval: set[str]) -> Iterator[str]
             yield f"a wrap over the ellipsoid {wrap.surface!r} {problem}"
     if muscle.wraps and any(p.when is not None and p.when.smoothing for p in muscle.via_points):
         yield "wraps beside a via point whose condition is smoothed"
-    if muscle.friction and _has_route(muscle):
+    if muscle.bend_friction and _has_route(muscle):
         yield "friction on a path with conditions, moving points, branches, terms or wrap rules"
-    if muscle.friction and any(wrap.surface in oval for wrap in muscle.wraps):
+    if muscle.bend_friction and any(wrap.surface in oval for wrap in muscle.wraps):
         yield "friction over an ellipsoid"
-    if muscle.friction and law_of(muscle.model).kind in _PUSHING:
+    if muscle.bend_friction and law_of(muscle.model).kind in _PUSHING:
         yield f"friction of a {law_of(muscle.model).kind}, which pushes,"
     if muscle.pulley is not None and _has_route(muscle):
         yield "a pulley at the base with conditions, moving points, branches, terms or wrap rules"

@@ -41,7 +41,7 @@ core *core_open(const void *blob, size_t size, void *memory)
     STATE_ARRAYS(PLACE)
 #undef PLACE
     for (int32_t k = 0; k < view.counts.muscles; k++) c->has_laws |= view.law_kind[k] != KIND_IDEAL;
-    c->has_laws |= view.bends > 0;
+    c->has_laws |= view.counts.bends > 0;
     c->is_driven = wide > 0;
     for (int32_t j = 0; j < view.counts.dofs; j++) c->has_friction |= view.friction[j] != 0;
     tree_prepare(c);

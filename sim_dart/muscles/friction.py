@@ -6,13 +6,12 @@ from addin_sdfusion.robot import Muscle, Robot
 
 
 def bends(muscle: Muscle) -> int:
-    """How many bends a cable with friction has: via points but the ends, wraps, the pulley.
+    """How many bends a cable has that states of friction belong to.
 
     Args:
         muscle: The muscle; one without friction has none.
     """
-    pulleys = muscle.pulley is not None
-    return len(muscle.via_points) - 2 + len(muscle.wraps) + pulleys if muscle.friction else 0
+    return len(muscle.bend_friction)
 
 
 def rubs(robot: Robot) -> bool:

@@ -225,7 +225,7 @@ def refuse_friction(robot: Robot) -> None:
         InputError: A joint has Coulomb friction, which jumps with the sign of the velocity, or a
             cable has friction, which turns round within a fraction of a millimetre.
     """
-    cables = [muscle.name for muscle in robot.muscles if muscle.friction]
+    cables = [muscle.name for muscle in robot.muscles if muscle.bend_friction]
     if cables:
         raise InputError(
             "rk4 does not support friction of cables, which is too fast for an explicit rule: "

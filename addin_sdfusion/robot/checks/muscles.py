@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 from ..finding import Finding, Subject
@@ -40,7 +41,7 @@ def via_points(robot: Robot) -> Iterator[Finding]:
                 problem = f"via point on {unknown('link', name, [WORLD, *links])}"
                 yield error(subject, "unknown-via-link", problem)
         for i, (start, end) in enumerate(pairwise(points), start=1):
-            if start == end and muscle.is_segment(i - 1):
+            if replace(start, friction=end.friction) == end and muscle.is_segment(i - 1):
                 problem = f"via points {i} and {i + 1} are the same point of link {start.link!r}"
                 yield error(subject, "zero-length-segment", problem)
 
@@ -95,16 +96,33 @@ def _not_simulated(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
 
 
 def _friction(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
-    if muscle.friction < 0.0 or muscle.friction > MOST_FRICTION:
-        problem = f"friction {muscle.friction!r} is no coefficient from 0 to {MOST_FRICTION:g}"
-        problem += "; cables in Bowden tubes and guides have 0.05 to 0.2"
-        yield error(subject, "bad-cable-friction", problem)
+    for where, mu in _coefficients(muscle):
+        if mu < 0.0 or mu > MOST_FRICTION:
+            problem = f"friction {mu!r}{where} is no coefficient from 0 to {MOST_FRICTION:g}"
+            problem += "; cables in Bowden tubes and guides have 0.05 to 0.2"
+            yield error(subject, "bad-cable-friction", problem)
+    for k, point in enumerate(muscle.via_points, start=1):
+        is_end = k == len(muscle.via_points) or (k == 1 and muscle.pulley is None)
+        if is_end and point.friction is not None:
+            problem = f"friction of via point {k} is without effect: a cable's end does not bend"
+            yield warning(subject, "idle-cable-friction", problem)
     if not 0.0 < muscle.presliding <= MOST_PRESLIDING:
         problem = (
             f"presliding {muscle.presliding!r} is no way above 0 m and up to {MOST_PRESLIDING:g} m"
         )
         problem += "; cables turn round within 0.0001 to 0.0005"
         yield error(subject, "bad-cable-friction", problem)
+
+
+def _coefficients(muscle: Muscle) -> Iterator[tuple[str, float]]:
+    """Where a coefficient is given, and what it is."""
+    yield "", muscle.friction
+    for k, point in enumerate(muscle.via_points, start=1):
+        if point.friction is not None:
+            yield f" of via point {k}", point.friction
+    for wrap in muscle.wraps:
+        if wrap.friction is not None:
+            yield f" on surface {wrap.surface!r}", wrap.friction
 
 
 def _hanging(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
@@ -118,7 +136,7 @@ def _hanging(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
         "a pulley": muscle.pulley is not None,
         "branches": bool(muscle.branches or muscle.terms),
         "via points that come, go or move": any(p.when is not None or p.moves for p in points),
-        "friction": bool(muscle.friction),
+        "friction": bool(muscle.friction or muscle.bend_friction),
     }
     found = [what for what, has in other.items() if has]
     if found:

@@ -106,7 +106,10 @@ def cable_numbers(muscle: Muscle) -> tuple[float, ...]:
     pulley = muscle.pulley.parameters if muscle.pulley else ()
     rows = (row for _, row in pulley)
     parameters = (number for _, number in muscle.model.parameters)
-    return (muscle.friction, muscle.presliding, *parameters, *(n for row in rows for n in row))
+    own = [point.friction for point in muscle.via_points]
+    own += [wrap.friction for wrap in muscle.wraps]
+    friction = (muscle.friction, *(mu for mu in own if mu is not None))
+    return (*friction, muscle.presliding, *parameters, *(n for row in rows for n in row))
 
 
 def surface_numbers(surface: WrapSurface) -> tuple[float, ...]:

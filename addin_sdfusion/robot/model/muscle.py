@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, TypeVar
 
 from .muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
 from .pose import IDENTITY, Pose, Vector3
@@ -45,12 +45,15 @@ class ViaPoint:
         position: In that link's frame, in [m].
         when: When the muscle passes through it; None for always.
         moves: How it moves on the link, beside its position; none for a fixed point.
+        friction: The cable's coefficient in its bend there, on its pulley at the first point; None
+            for the muscle's.
     """
 
     link: str
     position: Vector3
     when: PointCondition | None = None
     moves: tuple[PointMotion, ...] = ()
+    friction: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,6 +205,7 @@ class Wrap:
         quadrant: Of OpenSim's rules, the half of space about the surface's pose that it passes in.
         last_segment: Index of the via point before the last segment that it may be in, where there
             are several, by OpenSim's rules; None for `segment` alone.
+        friction: The cable's coefficient on this surface; None for the muscle's.
     """
 
     surface: str
@@ -213,12 +217,15 @@ class Wrap:
     side_point: ViaPoint | None = None
     quadrant: Quadrant = "all"
     last_segment: int | None = None
+    friction: float | None = None
 
     @property
     def last(self) -> int:
         """Index of the via point before the last segment that it may be in."""
         return self.segment if self.last_segment is None else self.last_segment
 
+
+_Bend = TypeVar("_Bend", ViaPoint, Wrap)
 
 PRESLIDING = 2e-4
 """Way over which friction of a cable turns round where nothing is given, in [m]."""
@@ -239,7 +246,8 @@ class Muscle:
         branches: Where the path begins anew, in order; none for a path in one piece.
         terms: What is added to the length of the path in proportion to coordinates.
         friction: Coulomb's coefficient of the cable on its guides: over an angle theta its tension
-            changes by up to exp(friction theta). The first via point is the driven end.
+            changes by up to exp(friction theta), where a via point or a wrap has none of its own.
+            The first via point is the driven end.
         presliding: Way over which that friction turns round when the cable does, in [m].
     """
 
@@ -261,6 +269,34 @@ class Muscle:
         moving = any(point.when is not None or point.moves for point in self.via_points)
         plain = not moving and not self.branches and bool(self.via_points)
         return plain and not self.wraps and self.pulley is None
+
+    @property
+    def bend_friction(self) -> tuple[float, ...]:
+        """Coefficients of its bends along the path; none if all are 0.
+
+        Bends are the via points but the ends, the pulley at its first one, and the wraps.
+        """
+        own: list[float | None] = []
+        for k, point in enumerate(self.via_points[:-1]):
+            if k or self.pulley is not None:
+                own.append(point.friction)
+            own += [wrap.friction for wrap in self.wraps if wrap.segment == k]
+        found = tuple(self.friction if mu is None else mu for mu in own)
+        return found if any(found) else ()
+
+    def with_friction_scaled(self, factor: float) -> Muscle:
+        """The same with all of its coefficients of friction times a factor."""
+
+        def scaled(bend: _Bend) -> _Bend:
+            own = bend.friction
+            return bend if own is None else replace(bend, friction=factor * own)
+
+        return replace(
+            self,
+            friction=factor * self.friction,
+            via_points=tuple(map(scaled, self.via_points)),
+            wraps=tuple(map(scaled, self.wraps)),
+        )
 
     def is_segment(self, k: int) -> bool:
         """Whether the path leads from via point k to the next one."""

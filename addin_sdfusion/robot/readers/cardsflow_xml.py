@@ -79,7 +79,13 @@ class MuscleReader:
     def _muscle(self, node: Node) -> Muscle:
         steps = [step for block in node.all("link") for step in self._steps(block)]
         points = [
-            ViaPoint(step.link, step.position, _condition(step.node), tuple(_moves(step.node)))
+            ViaPoint(
+                step.link,
+                step.position,
+                _condition(step.node),
+                tuple(_moves(step.node)),
+                _own_friction(step.node),
+            )
             for step in steps
             if step.shape is None
         ]
@@ -129,7 +135,9 @@ class MuscleReader:
                 problem = "a wrapping via point belongs between two of type FIXPOINT"
                 step.node.error("wrap-not-between-points", problem)
             side, turns = _state(step.node)
-            yield Wrap(surface, max(passed, 0), side, turns, _is_inside(step.node))
+            friction = _own_friction(step.node)
+            inside = _is_inside(step.node)
+            yield Wrap(surface, max(passed, 0), side, turns, inside, friction=friction)
 
     def _surface(self, step: _Step, shape: WrapShape) -> str:
         """The name of the surface at a via point; points at the same place share one."""
@@ -240,7 +248,12 @@ def _wraps(node: Node) -> Iterator[Wrap]:
             _side_point(wrap),
             cast(Quadrant, _one_of(wrap, "quadrant", get_args(Quadrant))),
             _whole(wrap, "last_segment") if wrap.has("last_segment") else None,
+            _own_friction(wrap),
         )
+
+
+def _own_friction(node: Node) -> float | None:
+    return node.number_attribute("friction") if node.has("friction") else None
 
 
 def _one_of(node: Node, name: str, known: tuple[str, ...]) -> str:

@@ -10,6 +10,7 @@ the original format has no word for is in attributes and elements that its reade
     base_pulley  kind              a swivelling pulley at the first point; parameters likewise
     viaPoint     coordinate low high smoothing
                                    when a muscle passes through it
+    viaPoint, wrap  friction       of the cable there, where it is not that of the muscle
     move         axis coordinate low high and a function
                                    in a viaPoint: how it moves on its link
     branch       point divisor     the path begins anew at a via point, counted from 0
@@ -109,7 +110,8 @@ def wrap_elements(node: ElementTree.Element, muscle: Muscle) -> None:
     for wrap in muscle.wraps:
         side = INSIDE if wrap.inside else str(wrap.side)
         words = {"segment": str(wrap.segment), "side": side, "turns": str(wrap.turns)}
-        element(node, "wrap", surface=wrap.surface, **words, **_rule_words(wrap))
+        words |= _rule_words(wrap) | _friction_words(wrap)
+        element(node, "wrap", surface=wrap.surface, **words)
 
 
 def _rule_words(wrap: Wrap) -> dict[str, str]:
@@ -173,7 +175,8 @@ class _Step:
 
     def __init__(self, point: ViaPoint, **attributes: str) -> None:
         self.point = point
-        self.attributes = attributes or {"type": "FIXPOINT", **_condition_words(point)}
+        words = {"type": "FIXPOINT", **_condition_words(point), **_friction_words(point)}
+        self.attributes = attributes or words
 
 
 def _condition_words(point: ViaPoint) -> dict[str, str]:
@@ -184,8 +187,14 @@ def _condition_words(point: ViaPoint) -> dict[str, str]:
     return {"coordinate": when.coordinate} | {k: numbers([x]) for k, x in values.items()}
 
 
+def _friction_words(bend: ViaPoint | Wrap) -> dict[str, str]:
+    return {} if bend.friction is None else {"friction": numbers([bend.friction])}
+
+
 def _wrap_step(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> _Step:
-    more = {} if surface.length == math.inf else {"length": numbers([surface.length])}
+    more = _friction_words(wrap)
+    if surface.length != math.inf:
+        more["length"] = numbers([surface.length])
     state = WRAP_STATES[0]
     if wrap.inside:
         more["side"] = INSIDE

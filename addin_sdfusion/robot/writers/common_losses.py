@@ -96,7 +96,7 @@ def cables(robot: Robot, format_: str, held: Container[str] = ()) -> Iterator[Fi
 
 def cable_friction(subject: Subject, muscle: Muscle, format_: str) -> Iterator[Finding]:
     """Friction of a cable on its guides, for formats without."""
-    if muscle.friction:
+    if muscle.friction or muscle.bend_friction:
         problem = f"{format_} has no friction of a cable on its guides; left out"
         yield warning(subject, "cable-friction-left-out", problem)
 

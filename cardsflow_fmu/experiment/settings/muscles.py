@@ -156,7 +156,7 @@ class MuscleSettings(Table):
         "how it pulls: a law or a preset by its name, or a table with parameters", None
     )
     friction: Annotated[float, Field(ge=0, le=MOST_FRICTION)] = setting(
-        "mu of the cable in its bends", None
+        "mu of the cable in bends that have none of their own", None
     )
     presliding: Annotated[float, Field(gt=0, le=MOST_PRESLIDING)] = setting(
         "way over which that friction turns round, in m", None
@@ -232,7 +232,7 @@ class _PathLengths:
 def muscle_data(muscle: Muscle) -> dict[str, Any]:
     """What [muscles.<name>] says of a muscle, which reads back as the same."""
     data: dict[str, Any] = {"f_min": muscle.f_min}
-    if muscle.friction:
+    if muscle.friction or muscle.bend_friction:
         data |= {"friction": muscle.friction, "presliding": muscle.presliding}
     if math.isfinite(muscle.f_max):
         data["f_max"] = muscle.f_max

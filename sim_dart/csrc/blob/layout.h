@@ -38,6 +38,7 @@
     COUNT(surfaces, 65536)                                                                             \
     COUNT(wraps, 1048576)                                                                              \
     COUNT(pulleys, 65536)                                                                              \
+    COUNT(bends, 2097152)                                                                              \
     COUNT(guides, 1048576)                                                                             \
     COUNT(conditions, 1048576)                                                                         \
     COUNT(moves, 1048576)                                                                              \
@@ -72,7 +73,9 @@
      lower, upper     limits of a coordinate, by its index in q; infinite where there is none
      gravity          in the world, in [m/s2]
      muscle_points    via points of a muscle, at least 2
-     guide_friction   mu of a muscle's cable in its bends, from 0 on; its first via point is the driven end
+     muscle_bends     bends of a muscle's cable with friction, see bends.h; 0 without. Its first via point is
+                      the driven end
+     bend_friction    mu there, from 0 on, along the path, muscle after muscle
      presliding       way over which that friction turns round, in [m]
      point_frame      frame that a via point is fixed to, or -1
      point_position   in that frame, in [m]; muscle after muscle
@@ -148,7 +151,8 @@
     FIELD(real, upper, 1, dofs)                                                                        \
     FIELD(real, gravity, 3, robots)                                                                    \
     FIELD(int32_t, muscle_points, 1, muscles)                                                          \
-    FIELD(real, guide_friction, 1, muscles)                                                            \
+    FIELD(int32_t, muscle_bends, 1, muscles)                                                           \
+    FIELD(real, bend_friction, 1, bends)                                                               \
     FIELD(real, presliding, 1, muscles)                                                                \
     FIELD(int32_t, point_frame, 1, points)                                                             \
     FIELD(real, point_position, 3, points)                                                             \
@@ -249,7 +253,6 @@ typedef struct {
 typedef struct {
     blob_counts counts;
     int32_t law_states, law_constants; /* of all muscles together; the states with those of bends */
-    int32_t bends; /* of cables with friction */
     BLOB_FIELDS(BLOB_FIELD_MEMBER)
 } blob_view;
 #undef BLOB_FIELD_MEMBER

@@ -14,7 +14,7 @@
     const size_t surfaces = (size_t)n->surfaces, wraps = (size_t)n->wraps;                             \
     const size_t pulleys = (size_t)n->pulleys, frames = (size_t)n->frames;                             \
     const size_t conditions = (size_t)n->conditions, moves = (size_t)n->moves;                         \
-    const size_t closures = (size_t)n->closures, bends = (size_t)(view)->bends;                        \
+    const size_t closures = (size_t)n->closures, bends = (size_t)n->bends;                             \
     const size_t variables = (size_t)n->variables, terms = (size_t)n->terms;                           \
     const size_t wide = variables > dofs ? variables : 0; /* none where all variables are q */
 

@@ -2,7 +2,7 @@
 
    The spans of a path follow each other as in paths.c. What lies behind a bend is l_k, the sum of the spans
    from there to the far end; the cable slides in the bend with l_k', towards the driven end's side where it
-   shortens. So bend_flow is A_k = dl_k/dq = L - (spans before the bend), and bend_grip is E_k = mu theta_k.
+   shortens. So bend_flow is A_k = dl_k/dq = L - (spans before the bend), and bend_grip is E_k = mu_k theta_k.
 
    At a via point theta is the angle between the directions before and behind it. In contact it is that of
    contact; on a cylinder, where the cable climbs, times the cosine of the climb: its curvature is that of the
@@ -31,7 +31,8 @@ static void bend_by(cable_walk *at, real angle)
     if (at->c->is_driven) variables_fold(at->c, at->row, flow);
     else memcpy(flow, at->row, dofs * sizeof(real));
     at->c->bend_presliding[at->bend] = at->c->blob.presliding[at->muscle];
-    at->c->bend_grip[at->bend++] = at->c->blob.guide_friction[at->muscle] * angle;
+    at->c->bend_grip[at->bend] = at->c->blob.bend_friction[at->bend] * angle;
+    at->bend++;
 }
 
 /* From one direction to another, of any lengths. */
@@ -142,15 +143,15 @@ void bends_move(core *c)
     const blob_view *blob = &c->blob;
     cable_walk at = {.c = c, .row = c->bend_row};
     for (int32_t m = 0, first = 0; m < blob->counts.muscles; first += blob->muscle_points[m++]) {
-        int32_t wrap = at.wrap, pulley = at.pulley;
-        const int32_t begin = at.bend, bends = bends_of(blob, m, first, &wrap, &pulley);
-        if (bends) {
-            memset(at.row, 0, (size_t)blob->counts.variables * sizeof(real));
-            memset(at.last, 0, sizeof at.last);
-            at.muscle = m;
-            for (at.point = first; at.point < first + blob->muscle_points[m] - 1; at.point++) go_segment(&at, first);
-            flow_behind(c, m, begin, at.bend);
+        const int32_t begin = at.bend, end = first + blob->muscle_points[m];
+        if (!blob->muscle_bends[m]) {
+            contacts_before(blob, end, &at.wrap, &at.pulley);
+            continue;
         }
-        at.wrap = wrap, at.pulley = pulley;
+        memset(at.row, 0, (size_t)blob->counts.variables * sizeof(real));
+        memset(at.last, 0, sizeof at.last);
+        at.muscle = m;
+        for (at.point = first; at.point < end - 1; at.point++) go_segment(&at, first);
+        flow_behind(c, m, begin, at.bend);
     }
 }

@@ -43,7 +43,7 @@
 
 static real *slips_of(const core *c)
 {
-    return c->law_states + c->blob.law_states - c->blob.bends;
+    return c->law_states + c->blob.law_states - c->blob.counts.bends;
 }
 
 static const real *flow_of(const core *c, int32_t k)
@@ -78,10 +78,9 @@ static real friction_at(const core *c, int32_t k, real s)
 void cable_friction_pull(core *c)
 {
     const real *slip = slips_of(c);
-    int32_t wrap = 0, pulley = 0, k = 0;
-    for (int32_t m = 0, first = 0; m < c->blob.counts.muscles; first += c->blob.muscle_points[m++]) {
+    for (int32_t m = 0, k = 0; m < c->blob.counts.muscles; m++) {
         real T = larger(c->tensions[m], 0);
-        for (int32_t left = bends_of(&c->blob, m, first, &wrap, &pulley); left > 0; left--, k++) {
+        for (int32_t left = c->blob.muscle_bends[m]; left > 0; left--, k++) {
             c->bend_tension[k] = T;
             const real F = friction_at(c, k, slip[k]);
             add_force(c, k, F);
@@ -98,7 +97,7 @@ static void take_tangents(core *c, real h)
 {
     const real *slip = slips_of(c), *d = c->bend_presliding;
     memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
-    for (int32_t k = 0; k < c->blob.bends; k++) {
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         const real x = c->bend_way[k], near = 1 + fabs(x), s = followed(slip[k], x);
         const real F = friction_at(c, k, s), per_way = (1 - c->bend_side[k] * slip[k]) / (near * near);
         c->bend_force[k] = F;
@@ -112,7 +111,7 @@ static void take_tangents(core *c, real h)
 void cable_friction_begin(core *c, real h)
 {
     const real *slip = slips_of(c), *d = c->bend_presliding;
-    for (int32_t k = 0; k < c->blob.bends; k++) {
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         add_force(c, k, -friction_at(c, k, slip[k]));
         c->bend_way[k] = h / d[k] * slid(c, k, c->qd);
         c->bend_side[k] = value_of(c->bend_way[k]) < 0 ? -1 : 1;
@@ -127,7 +126,7 @@ static int is_found(core *c, real h)
 {
     const real *slip = slips_of(c), *d = c->bend_presliding;
     int agrees = 1;
-    for (int32_t k = 0; k < c->blob.bends; k++) {
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         const real x = h / d[k] * slid(c, k, c->qd), F = friction_at(c, k, followed(slip[k], x));
         const real P = c->bend_force[k] + c->bend_slope[k] * (x - c->bend_way[k]);
         agrees &= value_of(fabs(F - P)) <= value_of(AGREEMENT * (c->bend_tension[k] + fabs(F)));
@@ -139,7 +138,7 @@ static int is_found(core *c, real h)
 /* The next round begins where this one ends, or at 0 on the side that it turned to. */
 static void go_quickly(core *c)
 {
-    for (int32_t k = 0; k < c->blob.bends; k++) {
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         const int turns = value_of(c->bend_side[k] * c->bend_next[k]) < 0;
         c->bend_way[k] = turns ? 0 : c->bend_next[k];
         c->bend_pull[k] = c->bend_next_pull[k];
@@ -152,7 +151,7 @@ static int is_past(const core *c, real t)
 {
     const real *slip = slips_of(c);
     real slope = 0;
-    for (int32_t k = 0; k < c->blob.bends; k++) {
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         const real dx = c->bend_next[k] - c->bend_way[k], F = friction_at(c, k, followed(slip[k], c->bend_way[k] + t * dx));
         slope += c->bend_presliding[k] * (F - c->bend_pull[k] - t * (c->bend_next_pull[k] - c->bend_pull[k])) * dx;
     }
@@ -168,7 +167,7 @@ static void go_surely(core *c, int is_whole)
         else low = t;
         t = 0.5 * (low + high);
     }
-    for (int32_t k = 0; k < c->blob.bends; k++) {
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         c->bend_way[k] += t * (c->bend_next[k] - c->bend_way[k]);
         c->bend_pull[k] += t * (c->bend_next_pull[k] - c->bend_pull[k]);
         c->bend_side[k] = value_of(c->bend_way[k]) < 0 ? -1 : 1;
@@ -182,7 +181,7 @@ int cable_friction_agrees(core *c, real h)
     /* derivatives take one round more */
     if ((agrees && (!HAS_TANGENT || c->friction_settled)) || is_last) {
         memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
-        for (int32_t k = 0; k < c->blob.bends; k++) add_force(c, k, c->bend_force[k]);
+        for (int32_t k = 0; k < c->blob.counts.bends; k++) add_force(c, k, c->bend_force[k]);
         c->is_rubbing = 0;
         return 1;
     }
@@ -197,7 +196,7 @@ int cable_friction_agrees(core *c, real h)
 void cable_friction_resist(const core *c, real *M)
 {
     const size_t n = (size_t)c->blob.counts.dofs;
-    for (int32_t k = 0; k < c->blob.bends; k++) {
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         const real *flow = flow_of(c, k);
         for (size_t i = 0; i < n; i++) {
             const real share = c->bend_resistance[k] * flow[i];
@@ -217,27 +216,27 @@ static real dissipated(real E, real s, real x, real next)
 
 void cable_friction_rates(core *c, const real *qd)
 {
-    for (int32_t k = 0; k < c->blob.bends; k++) c->bend_rates[k] = slid(c, k, qd);
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_rates[k] = slid(c, k, qd);
 }
 
 void cable_friction_state_rates(core *c)
 {
     const real *slip = slips_of(c);
     real *rates = c->law_rates + (slip - c->law_states);
-    for (int32_t k = 0; k < c->blob.bends; k++)
+    for (int32_t k = 0; k < c->blob.counts.bends; k++)
         rates[k] = (c->bend_rates[k] - slip[k] * fabs(c->bend_rates[k])) / c->bend_presliding[k];
 }
 
 void cable_friction_start(core *c)
 {
-    memset(slips_of(c), 0, (size_t)c->blob.bends * sizeof(real));
+    memset(slips_of(c), 0, (size_t)c->blob.counts.bends * sizeof(real));
 }
 
 void cable_friction_advance(core *c, real h)
 {
     real *slip = slips_of(c);
     const real *d = c->bend_presliding;
-    for (int32_t k = 0; k < c->blob.bends; k++) {
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         const real x = h / d[k] * c->bend_rates[k], next = followed(slip[k], x);
         const real lost = c->bend_tension[k] * d[k] * larger(dissipated(c->bend_grip[k], slip[k], x, next), 0);
         c->work[0] += lost, c->work[3] -= lost; /* torques have both */
@@ -250,19 +249,18 @@ void cable_friction_advance(core *c, real h)
 void core_slide(core *c, const real *way)
 {
     real *slip = slips_of(c);
-    for (int32_t k = 0; k < c->blob.bends; k++) slip[k] = followed(slip[k], slid(c, k, way) / c->bend_presliding[k]);
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) slip[k] = followed(slip[k], slid(c, k, way) / c->bend_presliding[k]);
 }
 
 void core_pulling(core *c)
 {
     const real *slip = slips_of(c);
     const size_t dofs = (size_t)c->blob.counts.dofs;
-    int32_t wrap = 0, pulley = 0, k = 0;
-    if (!c->blob.bends) return;
+    if (!c->blob.counts.bends) return;
     memcpy(c->pull_jacobian, c->jacobian, (size_t)c->blob.counts.muscles * dofs * sizeof(real));
-    for (int32_t m = 0, first = 0; m < c->blob.counts.muscles; first += c->blob.muscle_points[m++]) {
+    for (int32_t m = 0, k = 0; m < c->blob.counts.muscles; m++) {
         real *row = c->pull_jacobian + (size_t)m * dofs, share = 1;
-        for (int32_t left = bends_of(&c->blob, m, first, &wrap, &pulley); left > 0; left--, k++) {
+        for (int32_t left = c->blob.muscle_bends[m]; left > 0; left--, k++) {
             const real grown = share * exponential_less_one(c->bend_grip[k] * slip[k]), *flow = flow_of(c, k);
             for (size_t j = 0; j < dofs; j++) row[j] += grown * flow[j];
             share += grown;

@@ -5,7 +5,7 @@
 
 #define ESTIMATOR_LENGTHS(c, imus)                                                                     \
     const size_t n = (size_t)(c)->blob.counts.dofs, m = (size_t)(c)->blob.counts.muscles;              \
-    const size_t variables = (size_t)(c)->blob.counts.variables, bends = (size_t)(c)->blob.bends;       \
+    const size_t variables = (size_t)(c)->blob.counts.variables, bends = (size_t)(c)->blob.counts.bends;       \
     const size_t i = (size_t)(imus), N = 3 * n + 6 * i;
 
 enum { MOST_IMUS = 64 };

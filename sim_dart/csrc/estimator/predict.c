@@ -93,7 +93,7 @@ int estimator_predict(estimator *e, real h)
     real *q = e->state, *qd = q + n, *w = qd + n;
     e->step = h;
     for (size_t j = 0; j < n; j++) e->load[j] = (is_number(e->torques[j]) ? e->torques[j] : 0) - w[j];
-    real *slips = c->law_states + (c->blob.law_states - c->blob.bends);
+    real *slips = c->law_states + (c->blob.law_states - c->blob.counts.bends);
     memcpy(slips, e->slips, e->bends * sizeof(real));
     if (core_move_checked(c, q, qd) || fill_transition(e, q, qd, e->last_tensions, h)) return 1;
     memcpy(c->q, q, n * sizeof(real));

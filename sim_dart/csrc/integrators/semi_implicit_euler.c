@@ -67,11 +67,11 @@ static void stay_within(core *c, real h)
 /* qd at the step's end, from the forces at its beginning; the friction of cables is that at its end. */
 static void find_velocities(core *c, real h)
 {
-    if (c->blob.bends) cable_friction_begin(c, h);
+    if (c->blob.counts.bends) cable_friction_begin(c, h);
     for (;;) {
         accelerate(c, h);
         if (speed_up(c, h) || c->has_friction) stay_within(c, h);
-        if (!c->blob.bends || cable_friction_agrees(c, h)) return;
+        if (!c->blob.counts.bends || cable_friction_agrees(c, h)) return;
     }
 }
 

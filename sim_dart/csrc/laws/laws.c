@@ -37,7 +37,7 @@ int laws_check(blob_view *view, char *message, size_t capacity)
                               LAW_NAMES[kind], i);
         const char *wrong = law->refusal ? law->refusal(p) : NULL;
         if (wrong) return refuse(message, capacity, "muscle %d: %s: %s", (int)m, LAW_NAMES[kind], wrong);
-        if (value_of(view->guide_friction[m]) > 0 && law->pushes)
+        if (view->muscle_bends[m] && law->pushes)
             return refuse(message, capacity, "muscle %d: %s pushes, and so has no friction in bends", (int)m, LAW_NAMES[kind]);
         if (law->place && view->muscle_points[m] != 2)
             return refuse(message, capacity, "muscle %d: %s hangs between two via points", (int)m, LAW_NAMES[kind]);
@@ -46,7 +46,7 @@ int laws_check(blob_view *view, char *message, size_t capacity)
         p += law->parameters;
     }
     if (left) return refuse(message, capacity, "the laws' parameters do not add up");
-    view->law_states = (int32_t)states + view->bends, view->law_constants = (int32_t)constants;
+    view->law_states = (int32_t)states + view->counts.bends, view->law_constants = (int32_t)constants;
     return 0;
 }
 
@@ -184,7 +184,7 @@ void core_rates(core *c, const real *qd)
         for (int32_t j = 0; j < dofs; j++) rate += row[j] * qd[j];
         c->rates[m] = rate;
     }
-    if (c->blob.bends) cable_friction_rates(c, qd);
+    if (c->blob.counts.bends) cable_friction_rates(c, qd);
 }
 
 int core_start(core *c, const real *u)
@@ -194,7 +194,7 @@ int core_start(core *c, const real *u)
     muscle_law at;
     for EACH_MUSCLE (c, &at)
         if (at.states) at.law->start(at.k, c->lengths[at.m], command(&at, u), at.x);
-    if (c->blob.bends) cable_friction_start(c);
+    if (c->blob.counts.bends) cable_friction_start(c);
     return 0;
 }
 
@@ -207,7 +207,7 @@ static void add_torques(core *c)
         const real *row = c->jacobian + (size_t)m * (size_t)dofs;
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * c->tensions[m];
     }
-    if (c->blob.bends) cable_friction_pull(c);
+    if (c->blob.counts.bends) cable_friction_pull(c);
 }
 
 int core_pull(core *c, const real *f)
@@ -221,7 +221,7 @@ int core_pull(core *c, const real *f)
         const real *row = c->jacobian + (size_t)k * (size_t)dofs;
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * f[k];
     }
-    if (!c->blob.bends) return 0;
+    if (!c->blob.counts.bends) return 0;
     for (int32_t k = 0; k < muscles; k++) c->tensions[k] = larger(f[k], 0);
     cable_friction_pull(c);
     return 0;
@@ -248,7 +248,7 @@ int core_law_rates(core *c, const real *u)
     for EACH_MUSCLE (c, &at)
         if (at.states)
             at.law->rates(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), at.xd);
-    if (c->blob.bends) cable_friction_state_rates(c);
+    if (c->blob.counts.bends) cable_friction_state_rates(c);
     return 0;
 }
 
@@ -266,7 +266,7 @@ int core_advance(core *c, const real *u, real h)
             at.law->advance(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), h);
     }
     if (active.count) activations_finish(&active, h);
-    if (c->blob.bends) cable_friction_advance(c, h);
+    if (c->blob.counts.bends) cable_friction_advance(c, h);
     return 0;
 }
 

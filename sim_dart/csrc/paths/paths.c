@@ -240,8 +240,8 @@ void paths_prepare(core *c)
 void paths_move(core *c)
 {
     place_all(c);
-    walk(c, c->blob.bends > 0);
-    if (c->blob.bends) bends_move(c);
+    walk(c, c->blob.counts.bends > 0);
+    if (c->blob.counts.bends) bends_move(c);
 }
 
 void core_trace(core *c)

@@ -64,7 +64,7 @@ int core_transition_fill(void *self, const real *q, const real *qd, const real *
     double *changes = t->changes, *none = changes + longest_of(t);
     core_tangent_set(t->tangent, TANGENT_COMMANDS, f, changes);
     core_tangent_set(t->tangent, TANGENT_TORQUES, extra, changes);
-    if (t->plain->blob.bends) core_tangent_set(t->tangent, TANGENT_STATES, t->plain->law_states, changes);
+    if (t->plain->blob.counts.bends) core_tangent_set(t->tangent, TANGENT_STATES, t->plain->law_states, changes);
     for (size_t j = 0; j < 2 * n; j++) {
         changes[j % n] = 1;
         core_tangent_set(t->tangent, TANGENT_Q, q, j < n ? changes : none);

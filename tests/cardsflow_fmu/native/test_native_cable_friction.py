@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from support.fmu.native_states import check_bits, check_states_repeat
 from support.robots.bent import bent
 from support.robots.robots import EXAMPLES
 
-from addin_sdfusion.robot import InputError, read_robot, write_sdf
+from addin_sdfusion.robot import InputError, Robot, read_robot, write_sdf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.simulation.run import simulate
@@ -21,18 +22,33 @@ ARM = EXAMPLES / "roboy_left_arm"
 START = (1.45, 0.0, 0.0, -1.3)
 
 
-def flower(folder: Path, friction: float, duration: float, **more: Any) -> Experiment:
-    """Roboy's arm and its flower, every cable round a corner, and the state at once."""
-    write_sdf(bent(read_robot(ARM / "robot/model.sdf"), friction, START), folder)
+def flower(
+    folder: Path, friction: float, duration: float, own: float | None = None, **more: Any
+) -> Experiment:
+    """Roboy's arm and its flower, every cable round a corner, and the state at once.
+
+    `own` is the first muscle's coefficient in its first bend.
+    """
+    write_sdf(_rougher(bent(read_robot(ARM / "robot/model.sdf"), friction, START), own), folder)
     text = (ARM / "experiment.toml").read_text().replace("robot/model.sdf", "model.sdf")
     (folder / "experiment.toml").write_text(text)
     return Experiment.load(folder, {"run.duration": duration, **more})
 
 
+def _rougher(robot: Robot, own: float | None) -> Robot:
+    muscle, *others = robot.muscles
+    first, bend, *rest = muscle.via_points
+    points = (first, replace(bend, friction=own), *rest)
+    return robot.with_muscles([replace(muscle, via_points=points), *others])
+
+
 @pytest.mark.native
 def test_runs_are_the_same(tmp_path: Path) -> None:
     """Plant and controller in C and in Python, with tensions at the far ends and energies."""
-    experiment = flower(tmp_path, 0.2, 0.3, **{"plant.energy": True, "plant.friction_scale": 1.2})
+    settings = {"plant.energy": True, "plant.friction_scale": 1.2}
+    experiment = flower(tmp_path, 0.2, 0.3, own=0.25, **settings)
+    found = [muscle.bend_friction for muscle in experiment.plant_robot.muscles[:2]]
+    assert found == [(1.2 * 0.25,), (1.2 * 0.2,)]
     native, python = (simulate(experiment, through=through) for through in ("native", "direct"))
     assert native.names == python.names
     assert native.summary["engine"]["plant"] == "native"
@@ -49,7 +65,7 @@ def test_runs_are_the_same(tmp_path: Path) -> None:
 @pytest.mark.native
 def test_the_bits_are_those_of_the_core_from_python(tmp_path: Path) -> None:
     settings = {"plant.energy": True, "plant.engine": "core", "plant.substeps": 2}
-    check_bits(flower(tmp_path, 0.2, 0.3, **settings), tmp_path / "fmus")
+    check_bits(flower(tmp_path, 0.2, 0.3, own=0.3, **settings), tmp_path / "fmus")
 
 
 @pytest.mark.slow

@@ -32,13 +32,16 @@ def arm() -> Robot:
     return damped_arm()
 
 
-@pytest.mark.parametrize("free", ["*.via_points", "links.*.inertia", "joints.*.damping", "rough"])
+@pytest.mark.parametrize(
+    "free",
+    ["*.via_points", "links.*.inertia", "joints.*.damping", "rough", "muscles.*.friction"],
+)
 def test_derivatives_by_the_robots_numbers_are_those_of_differences(arm: Robot, free: str) -> None:
     """Against central differences of roll-outs of changed robots."""
-    if free == "rough":
+    if free in ("rough", "muscles.*.friction"):
         muscles = bent(arm, 0.2, (0.2, -0.3)).muscles
         arm = arm.with_muscles([replace(m, presliding=0.01) for m in muscles])
-        free = "*.via_points"
+        free = free.replace("rough", "*.via_points")
     parameters, _ = free_parameters(arm, [free], np.ones(2), PriorSettings())
     parameters = parameters[::3] if len(parameters) > 4 else parameters
     start = np.array([0.2, -0.3, 1.0, -0.5])
@@ -126,6 +129,19 @@ def test_hidden_numbers_are_found_within_their_deviations(arm: Robot) -> None:
     assert (result.sd[:4] < 1e-4).all()
     found = [c.damping for c in result.robot.coordinates]
     np.testing.assert_allclose(found, [1.4, 0.7], atol=float(3 * result.sd[4:].max()))
+
+
+@pytest.mark.slow
+def test_friction_of_cables_is_found(arm: Robot) -> None:
+    arm, free = bent(arm, 0.15, (0.2, -0.3)), ["muscles.*.friction"]
+    parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())
+    hidden = np.array([0.05, -0.04, 0.03, -0.02])
+    result = calibrate(
+        arm, [recording(calibrated_robot(arm, parameters, hidden), np.zeros(4), 1)], free
+    )
+    assert identifiable(result).all()
+    assert (np.abs(result.change - hidden) < 3.0 * result.sd).all()
+    assert (result.sd < 0.01).all()
 
 
 def test_what_is_not_identifiable_is_refused(arm: Robot) -> None:

@@ -71,7 +71,7 @@ def _blob(**fields: object) -> bytes:
         "inertia": np.ones(6),
         "gravity": np.zeros(3),
         "muscle_points": [2],
-        "guide_friction": [0],
+        "muscle_bends": [0],
         "presliding": [1],
         "point_frame": [-1, 0],
         "point_position": np.zeros((2, 3)),

@@ -17,12 +17,21 @@ def good() -> tuple[dict[str, int], dict[str, object]]:
     """Two muscles of two points, the first off a pulley and over a sphere, both over a cylinder."""
     names = [line.split() for line in library().core_layout().decode().splitlines()]
     counts = {words[1]: 0 for words in names if words[0] == "count"}
-    counts |= {"muscles": 2, "points": 4, "surfaces": 3, "wraps": 3, "pulleys": 1, "robots": 1}
+    counts |= {
+        "muscles": 2,
+        "points": 4,
+        "surfaces": 3,
+        "wraps": 3,
+        "pulleys": 1,
+        "bends": 3,
+        "robots": 1,
+    }
     fields: dict[str, object] = {words[1]: [] for words in names if words[0] in ("real", "int32_t")}
     fields |= {
         "gravity": [0, 0, -9.81],
         "muscle_points": [2, 2],
-        "guide_friction": [0, 0],
+        "muscle_bends": [3, 0],
+        "bend_friction": [0.1, 0, 0.2],
         "presliding": [1, 1],
         "point_frame": [-1] * 4,
         "point_position": np.eye(4, 3),
@@ -97,6 +106,13 @@ def good() -> tuple[dict[str, int], dict[str, object]]:
         ("wrap_side", [0, 3, 1], "wrap 1: unknown side 3"),
         ("wrap_turns", [0, -1, 0], "wrap 1: turns -1"),
         ("wrap_side", [0, 2, 1], "wrap 1: inside a surface there are no turns"),
+        ("muscle_bends", [2, 0], "muscle 0: its cable does not have 2 bends"),
+        ("muscle_bends", [-1, 4], "muscle 0: its cable does not have -1 bends"),
+        ("muscle_bends", [3, 1], "muscles' bends do not add up"),
+        ("muscle_bends", [0, 1], "muscles' bends do not add up"),
+        ("bend_friction", [0.1, -0.1, 0], "muscle 0: its friction"),
+        ("bend_friction", [0.1, 0, np.nan], "muscle 0: its friction"),
+        ("bend_friction", [2.5, 0, 0], "muscle 0: its friction"),
         ("pulley_point", [1], "pulley 0: no muscle begins at via point 1"),
         ("pulley_point", [4], "pulley 0: no muscle begins at via point 4"),
         ("pulley_point", [-1], "pulley 0: no muscle begins at via point -1"),

@@ -101,6 +101,53 @@ def test_sliding_is_the_capstan_s_closed_form(case: str, way: float) -> None:
     assert plant.qd[0] - before == pytest.approx(-STEP * far * span / MASS, rel=1e-12)
 
 
+def with_own(robot: Robot, points: list[float | None], wraps: list[float | None]) -> Robot:
+    """With coefficients of the muscle's first via points and of its wraps."""
+    muscle = robot.muscles[0]
+    given = [*points, *[None] * (len(muscle.via_points) - len(points))]
+    changed = replace(
+        muscle,
+        via_points=tuple(map(_rub, muscle.via_points, given)),
+        wraps=tuple(map(_rub, muscle.wraps, wraps)),
+    )
+    return robot.with_muscles([changed])
+
+
+def _rub(bend: Any, friction: float | None) -> Any:
+    return replace(bend, friction=friction)
+
+
+def onto_a_drum() -> Robot:
+    """90 degrees at a point, then as many over a cylinder."""
+    drum = WrapSurface("drum", WORLD, "cylinder", 0.4, Pose((0.4, -0.4, 0.0)))
+    points = ((0.3, -0.6, 0.0), (0.0, -0.6, 0.0))
+    return slider(*points, wraps=(Wrap("drum", 1, 0),), surfaces=(drum,))
+
+
+OWN = {
+    "points": (lambda: with_own(corners()[0], [None, 0.05, 0.3], []), 0.05 * 2 + 0.3 * 3),
+    "a point": (lambda: with_own(onto_a_drum(), [None, 0.4], [None]), 0.4 * 2 + MU * 2),
+    "a surface": (lambda: with_own(onto_a_drum(), [], [0.4]), MU * 2 + 0.4 * 2),
+    "a smooth one": (lambda: with_own(onto_a_drum(), [], [0.0]), MU * 2),
+    "a pulley": (lambda: with_own(off_a_pulley()[0], [0.02], []), 0.02 * 2),
+    "a guide": (lambda: with_own(mirrored()[0], [], [0.5]), 4 / math.pi * math.atan2(0.1, 1.0)),
+}
+"""Robots, and the sum of mu theta in units of pi / 4."""
+
+
+@pytest.mark.parametrize("case", OWN)
+def test_points_and_surfaces_have_coefficients_of_their_own(case: str) -> None:
+    """F exp(+- sum mu_i theta_i); where none is given, the muscle's."""
+    make, grip = OWN[case]
+    robot = make()
+    for way in (1.0, -1.0):
+        plant = Plant(robot, STEP)
+        slide(plant, way)
+        plant.hold([F])
+        far = F * math.exp(way * grip * math.pi / 4)
+        assert plant.far_tensions[0] == pytest.approx(far, rel=1e-12)
+
+
 def slide(plant: Plant, way: float) -> None:
     """From q = 1 on, with all bends turned that way."""
     plant.reset([1.0])
@@ -153,7 +200,7 @@ def span_tensions(paths: MusclePaths, robot: Robot, q: FloatArray, s: FloatArray
             if i:
                 u, v = now[m][i - 1], d
                 angle = math.acos(u @ v / np.linalg.norm(u) / np.linalg.norm(v))
-                tension *= math.exp(muscle.friction * angle * s[bend])
+                tension *= math.exp(muscle.bend_friction[i - 1] * angle * s[bend])
                 bend += 1
             tau -= tension * np.array([slopes[j][m][i] for j in range(q.size)])
     return tau
@@ -166,8 +213,8 @@ def test_every_span_pulls_with_its_own_tension(seed: int) -> None:
     robot = random_tree(seed)
     robot = robot.with_muscles(
         [
-            replace(m, friction=float(mu))
-            for m, mu in zip(robot.muscles, rng.uniform(0.05, 0.4, 4), strict=True)
+            replace(m, via_points=tuple(_rub(p, rng.uniform(0.05, 0.4)) for p in m.via_points))
+            for m in robot.muscles
         ]
     )
     paths = MusclePaths(robot)

@@ -77,12 +77,14 @@ def robot_of_every_field(seed: int) -> Robot:
         for muscle in cables
     ]
     wraps = (
-        Wrap("ball", 0, 1),
+        Wrap("ball", 0, 1, friction=0.3),
         Wrap("rod", 1),
         Wrap("drum", 1, -1, 1),
         Wrap("rod", 2, inside=True),
     )
-    cables.append(Muscle("wrapped", _way(rng, names), 0.0, 100.0, wraps=wraps, friction=0.1))
+    first, *others = _way(rng, names)
+    way = (first, replace(others[0], friction=0.2), *others[1:])
+    cables.append(Muscle("wrapped", way, 0.0, 100.0, wraps=wraps, friction=0.1))
     cables.append(Muscle("thick", _way(rng, names), 0.0, 9.0, CableModel("ideal", _thick())))
     cables.append(Muscle("sprung", _way(rng, names), 0.0, 9.0, CableModel("linear_spring", _k())))
     cables.append(Muscle("led", _way(rng, names, WORLD), 0.0, 9.0, pulley=_pulley()))

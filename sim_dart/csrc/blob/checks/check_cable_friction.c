@@ -27,20 +27,25 @@ static int is_simple(const blob_view *b, int32_t muscle, int32_t first)
     return 1;
 }
 
-int check_cable_friction(blob_view *view, char *message, size_t capacity)
+int check_cable_friction(const blob_view *view, char *message, size_t capacity)
 {
     int32_t wrap = 0, pulley = 0;
-    int64_t bends = 0;
+    int64_t left = view->counts.bends;
+    const real *mu = view->bend_friction;
     for (int32_t m = 0, first = 0; m < view->counts.muscles; first += view->muscle_points[m++]) {
-        const real mu = view->guide_friction[m], way = view->presliding[m];
-        if (!(mu >= 0 && mu <= LARGEST_FRICTION))
-            return refuse(message, capacity, "muscle %d: its friction is not from 0 to %d", (int)m, LARGEST_FRICTION);
+        const int32_t bends = view->muscle_bends[m], points = view->muscle_points[m];
+        const int32_t contacts = contacts_before(view, first + points, &wrap, &pulley);
+        const real way = view->presliding[m];
         if (!(way > 0 && way <= LARGEST_PRESLIDING))
             return refuse(message, capacity, "muscle %d: its presliding is not above 0 m and up to %d m", (int)m, LARGEST_PRESLIDING);
-        if (mu > 0 && !is_simple(view, m, first))
+        if (bends && !is_simple(view, m, first))
             return refuse(message, capacity, "muscle %d: there is no friction on such a path", (int)m);
-        bends += bends_of(view, m, first, &wrap, &pulley);
+        if (bends && bends != points - 2 + contacts)
+            return refuse(message, capacity, "muscle %d: its cable does not have %d bends", (int)m, (int)bends);
+        left -= bends;
+        for (int32_t k = 0; k < bends && left >= 0; k++, mu++)
+            if (!(*mu >= 0 && *mu <= LARGEST_FRICTION))
+                return refuse(message, capacity, "muscle %d: its friction is not from 0 to %d", (int)m, LARGEST_FRICTION);
     }
-    view->bends = (int32_t)bends;
-    return 0;
+    return left ? refuse(message, capacity, "the muscles' bends do not add up") : 0;
 }

@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-/* 0, or a message; counts the bends. For paths that have been checked. */
-CORE_INSIDE int check_cable_friction(blob_view *view, char *message, size_t capacity);
+/* 0, or a message. For paths that have been checked. */
+CORE_INSIDE int check_cable_friction(const blob_view *view, char *message, size_t capacity);
 
 #endif

@@ -194,6 +194,12 @@ WARNINGS = {
     "lengths-in-millimetres": with_hand(ixx=500.0, iyy=500.0, izz=500.0),
     "no-moment-arm": with_cable(start="arm"),
     "no-force-limit": with_cable(f_max=math.inf),
+    "idle-cable-friction": with_cable(
+        via_points=(
+            ViaPoint(WORLD, (0.1, 0.0, 0.0), friction=0.1),
+            ViaPoint("hand", (0.1, 0.0, 0.5)),
+        )
+    ),
     "initial-outside-limits": with_coordinate(initial=2.0),
     "no-motor-limit": with_coordinate(actuated=True, tau_min=-5.0),
     "zero-limits": with_coordinate(lower=0.0, upper=0.0),

@@ -59,6 +59,8 @@ COVERED = {
     "Muscle.pulley": {"pulley-left-out"},
     "Muscle.friction": {"cable-friction-left-out"},
     "Muscle.presliding": {"cable-friction-left-out"},
+    "ViaPoint.friction": {"cable-friction-left-out"},
+    "Wrap.friction": {"cable-friction-left-out"},
     "CableModel": {"cable-model-left-out", "tension-law-changed", "caspr-tension-law",
                    "cable-parameters-left-out"},
     "BasePulley": {"pulley-left-out"},
@@ -107,7 +109,7 @@ def _means_something(variant: Variant) -> bool:
     part = variant.within[-1]
     return variant.field not in WITHOUT_MEANING and not (
         (variant.field == "Coordinate.rest" and part.stiffness == 0.0)
-        or (variant.field == "Muscle.presliding" and part.friction == 0.0)
+        or (variant.field == "Muscle.presliding" and not part.bend_friction)
         or (variant.field == "TaskFrame.position" and part.is_orientation)
         or (variant.field == "WrapSurface.length" and part.shape != "cylinder")
     )
