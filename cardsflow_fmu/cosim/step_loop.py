@@ -49,7 +49,8 @@ class StepLoop(ABC):
             progress: Called now and then with the number of steps done.
             pacer: Makes steps wait for their time; None for as fast as can be.
             watch: Called as often as `progress` with the rows so far.
-            sink: Memory for the rows; it is updated at every step and closed at the end.
+            sink: Memory for the rows; it is updated at every paced step, otherwise as often as
+                `progress` and every 0.02 s, and closed at the end.
         """
         self._require_ready()
         rows = np.empty((self.count, len(self.names))) if sink is None else sink.rows
@@ -57,15 +58,18 @@ class StepLoop(ABC):
         failure: CardsflowError | None = None
         divergence = Divergence(self.names)
         report = self._reports() if pacer is None else _by_the_clock()
+        is_late = _by_the_clock()
         with interruptible() as interrupted:
             try:
                 for done in self._steps(rows, pacer):
-                    checked = self._checked(rows, checked)
-                    if sink is not None:
-                        sink.update(self._recorded)
                     if interrupted:
                         raise SimulationError(INTERRUPTED)
-                    if report(done):
+                    is_due = report(done)
+                    if is_due or pacer is not None or is_late(done):
+                        checked = self._checked(rows, checked)
+                        if sink is not None:
+                            sink.update(checked)
+                    if is_due:
                         divergence.look(rows[: self._recorded])
                         if progress:
                             progress(done)
@@ -76,7 +80,7 @@ class StepLoop(ABC):
             except CardsflowError as error:
                 failure = self._reason(error, rows, checked)
             except KeyboardInterrupt:
-                failure = SimulationError(INTERRUPTED)
+                failure = self._reason(SimulationError(INTERRUPTED), rows, checked)
             if sink is not None:
                 failure = self._close(sink) or failure
         if progress:

@@ -13,7 +13,7 @@ import numpy as np
 from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.csv_table import row_text
+from cardsflow_fmu.utils.csv_table import rows_text
 
 from .files import SUMMARY, TABLE, UNITS
 from .folder import OutputFolder
@@ -29,8 +29,8 @@ _BLOCK = 512
 class Journal:
     """The table of a run, written as its rows come.
 
-    A row is made text at the step that gave it, not many at once: steps that are paced have time
-    for one. Nothing in the folder is touched before `begin`.
+    Rows are made text as they come: steps that are paced have time for one of them, not for many
+    at once. Nothing in the folder is touched before `begin`.
 
     Args:
         folder: The output folder.
@@ -45,8 +45,8 @@ class Journal:
         streamed: Collection[str] = (),
     ) -> None:
         self._folder, self._contents, self._streamed = folder, contents, streamed
-        self._lines: list[str] = []
-        self._formatted = self._size = 0
+        self._blocks: list[str] = []
+        self._formatted = self._written = self._size = 0
         self._written_at = time.monotonic()
         self._file: FileIO | None = None
         self._store: RowStore | None = None
@@ -104,10 +104,11 @@ class Journal:
         Raises:
             SimulationError: The file cannot be written.
         """
-        for row in self.rows[self._formatted : filled]:
-            self._lines.append(row_text(row))
+        new = self.rows[self._formatted : filled]
+        if len(new):
+            self._blocks.append(rows_text(new))
         self._formatted = filled
-        if len(self._lines) < _BLOCK and time.monotonic() - self._written_at < _INTERVAL:
+        if filled - self._written < _BLOCK and time.monotonic() - self._written_at < _INTERVAL:
             return
         self._flush()
         assert self._store is not None
@@ -125,10 +126,11 @@ class Journal:
 
     def _flush(self) -> None:
         """Write whole lines, or none."""
-        if not self._lines or self._file is None:
+        if not self._blocks or self._file is None:
             return
-        block = memoryview("\n".join([*self._lines, ""]).encode())
-        self._lines.clear()
+        block = memoryview("\n".join([*self._blocks, ""]).encode())
+        self._blocks.clear()
+        self._written = self._formatted
         self._written_at = time.monotonic()
         try:
             done = 0

@@ -29,17 +29,18 @@ def csv_text(names: Sequence[str], rows: FloatArray) -> str:
     """
     blocks = [",".join(names)]
     for first in range(0, len(rows), _BLOCK):  # as Python floats, all would be large
-        blocks.append("\n".join(map(row_text, rows[first : first + _BLOCK])))
+        blocks.append(rows_text(rows[first : first + _BLOCK]))
     return "\n".join(blocks) + "\n"
 
 
-def row_text(row: FloatArray) -> str:
-    """A row as CSV, without the end of the line; what is no number is NaN or Infinity.
+def rows_text(rows: FloatArray) -> str:
+    """Rows as CSV, without the end of the last line; what is no number is NaN or Infinity.
 
     Args:
-        row: Values, shape (columns,).
+        rows: Values, shape (rows, columns).
     """
-    return to_json(row.tolist()).decode()[1:-1]  # a fifth of the time of `repr`
+    # a fifth of the time of `repr`
+    return to_json(rows.tolist()).decode()[2:-2].replace("],[", "\n")
 
 
 def read_csv(
