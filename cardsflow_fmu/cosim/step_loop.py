@@ -166,8 +166,10 @@ def first_not_finite(rows: FloatArray) -> int | None:
 
 def _judged(recording: Recording) -> Recording:
     """The recording, with a failure if a tick's time of computation is no number."""
+    if recording.failure is not None or np.isfinite(recording.solve_times).all():
+        return recording
     times = recording.times_of_ticks()
-    k = first_not_finite(times) if recording.failure is None else None
+    k = first_not_finite(times)
     if k is None:
         return recording
     what = _not_a_number(SOLVE_TIME, times[k, 1], times[k, 0])

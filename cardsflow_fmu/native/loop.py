@@ -73,8 +73,9 @@ class NativeLoop(StepLoop):
         self._recorded = self.count
 
     def _recording(self, rows: FloatArray, failure: CardsflowError | None) -> Recording:
-        ticks = list(range(0, self._done, self._every["controller"]))
-        shown, times = [k + self._tick_shows for k in ticks], self._times[ticks].tolist()
+        every, first = self._every["controller"], self._tick_shows
+        shown = list(range(first, first + self._done, every))
+        times = self._times[: self._done : every].tolist()
         return Recording(self.names, rows, self.units, shown, times, failure)
 
     def close(self) -> None:

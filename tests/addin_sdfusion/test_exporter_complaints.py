@@ -195,6 +195,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.cases(19)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", designs.FEATURES)
 def test_a_complained_of_design_is_exported_or_refused_with_a_reason(

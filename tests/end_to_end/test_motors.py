@@ -112,8 +112,9 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 SPRING = {"kind": "passive_spring", "K": 40.0, "l0": 0.4}
 
 
+@pytest.mark.cases(2)
 @pytest.mark.slow
-@pytest.mark.parametrize("case", few(CASES, 2))
+@pytest.mark.parametrize("case", CASES)
 def test_native_fmus_drive_motors_as_those_with_python_do(case: str, tmp_path: Path) -> None:
     example, settings = CASES[case]
     settings = (ELBOW if example == "planar_2r" else HAND) | settings
@@ -325,7 +326,7 @@ HARDWARE = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("command", few(["force", "length"]))
+@pytest.mark.parametrize("command", ["force", "length"])
 def test_hardware_drives_motors(command: str, tmp_path: Path) -> None:
     """An emulated robot behind the whole protocol moves as the plant does; torques come back."""
     settings = ELBOW | {"run.duration": 0.2}

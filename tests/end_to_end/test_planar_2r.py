@@ -76,6 +76,7 @@ def test_control_at_100_hz_is_casprs_closed_loop(shared: Path, file: str, cable_
     assert result.summary["infeasible_ticks"] == 0
 
 
+@pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
@@ -263,6 +264,7 @@ def test_check_warns_of_the_arms_zero_inertia(tmp_path: Path) -> None:
     assert {f["name"] for f in findings} == {"link_1", "link_2"}
 
 
+@pytest.mark.cases(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("start", few([[0.0, 0.5], [-1.0, 0.5], [-0.5, 1.0], [-0.5, 0.0]], 2))
 @pytest.mark.parametrize("period", [0.005, 0.01])
@@ -282,6 +284,7 @@ def test_a_start_half_a_radian_off_is_recovered(start: list[float], period: floa
     assert np.abs(result.columns(["q.joint_1", "q.joint_2"])[-1] - [-0.5, 0.5]).max() < 1e-3
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("type_", "kp", "kd", "largest"),

@@ -177,6 +177,7 @@ def test_the_joint_limits_of_the_controller_keep_even_the_literal_form_from_the_
     assert 1.2 - 1e-3 < q.min() < q.max() < 1.7 + 1e-3
 
 
+@LONG
 @pytest.mark.slow
 def test_the_published_xylo_trajectory_is_within_reach() -> None:
     """80 s over keys from x = 0.25 to 0.65 m, far outside the flower."""
@@ -199,6 +200,7 @@ def test_a_flower_out_of_reach_is_refused_before_the_first_step() -> None:
 JOINT_SPACE = {"type": "joint_space", "kp": 2000.0, "kd": 90.0, "period": 0.005}
 
 
+@pytest.mark.cases(13)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("settings", "message"),

@@ -84,6 +84,7 @@ def emulate(program: Path) -> list[str]:
     return run([emulator, "-cpu", "max", program]).splitlines()
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("processor", [*(marked(one, LONG) for one in ("none", "double")), "M4F"])
 def test_the_vectors_give_the_same_bits(processor: str, tmp_path: Path) -> None:
     """As on this machine; test_float.py says how far single precision is from double precision."""
@@ -97,6 +98,7 @@ def test_the_vectors_give_the_same_bits(processor: str, tmp_path: Path) -> None:
     assert emulate(program) == run([*replay, vectors]).splitlines()
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("example", "processor"),
     [

@@ -19,6 +19,7 @@ STEPS = int(os.environ.get("CARDSFLOW_STEPS", "200000"))
 TICKS = int(os.environ.get("CARDSFLOW_TICKS", "20000"))
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("example", ["planar_2r", marked("roboy_left_arm", LONG)])
 def test_the_heap_stays_as_it_is(example: str, tmp_path: Path) -> None:
     """CARDSFLOW_STEPS and CARDSFLOW_TICKS for longer runs: 10 million and 300,000."""

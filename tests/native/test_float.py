@@ -80,6 +80,7 @@ def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[st
     return run([*program, vectors]).splitlines()
 
 
+@LONG
 @pytest.mark.slow
 def test_the_vectors_come_out_within_single_precision(replayed: list[str]) -> None:
     assert len(replayed) > 100
@@ -135,6 +136,7 @@ def test_terms_are_off_by_rounding_errors_only(single: Precision, double: Precis
     assert all(off <= TERMS[name] for name, off in worst.items()), worst
 
 
+@pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "rule", "friction"),

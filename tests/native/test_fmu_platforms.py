@@ -126,6 +126,7 @@ def zig_library(folder: Path) -> Path:
     return there or compile_for("x86_64-linux", folder, native=True)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(("version", "example"), [("2.0", "hill_arm"), ("3.0", "roboy_left_arm")])
 def test_others_can_compile_it(

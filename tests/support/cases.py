@@ -14,22 +14,16 @@ LONG = pytest.mark.skipif(
 """Tests that run only where the environment asks for them."""
 
 
-def few(cases: Iterable[Any], count: int = 1, slow: int | None = None) -> list[Any]:
+def few(cases: Iterable[Any], count: int = 1) -> list[Any]:
     """Some of the cases, evenly spread and the first among them; the others are marked as slow.
 
     Args:
         cases: The parameters of each.
         count: How many of them are not slow.
-        slow: How many of the others run without CARDSFLOW_LONG_TESTS; all when None.
     """
     every = list(cases)
     chosen = {k * len(every) // count for k in range(count)}
-    others = [k for k in range(len(every)) if k not in chosen]
-    long = set(others[len(others) if slow is None else slow :])
-    return [
-        case if k in chosen else marked(case, pytest.mark.slow, *[LONG] * (k in long))
-        for k, case in enumerate(every)
-    ]
+    return [case if k in chosen else marked(case, pytest.mark.slow) for k, case in enumerate(every)]
 
 
 def marked(case: Any, *marks: pytest.MarkDecorator) -> Any:

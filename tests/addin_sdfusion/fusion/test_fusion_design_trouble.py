@@ -126,6 +126,7 @@ def with_everything() -> Any:
     return build.done()
 
 
+@pytest.mark.cases(45)
 @pytest.mark.slow
 @pytest.mark.parametrize("where", MEMBERS)
 def test_whatever_fails_the_reading_goes_on(

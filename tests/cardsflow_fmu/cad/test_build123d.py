@@ -110,6 +110,7 @@ def marks(snapshot: DesignSnapshot, which: str) -> Any:
     return np.array([p.position for p in snapshot.points if p.name.startswith(which)])
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("kind", KINDS)
 def test_joints_do_what_build123d_has_them_do(kind: str) -> None:
     """Drawn at one value, the robot is at any other where build123d puts the part."""

@@ -288,8 +288,9 @@ def interrupted(
     return process.returncode
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize("sign", few([signal.SIGINT, signal.SIGTERM, signal.SIGHUP]))
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     out = tmp_path / "out"
     words = ["run", str(PLANAR_2R), "--direct", "-o", str(out), "--set", "run.duration=600"]
@@ -300,8 +301,9 @@ def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal
     assert len(result.rows) > 0
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize("sign", few([signal.SIGINT, signal.SIGTERM, signal.SIGHUP]))
+@pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_study_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     many = KP.replace("count = 6 ", "count = 600 ")
     assert many != KP
@@ -335,8 +337,9 @@ def long_work(folder: Path) -> list[list[str]]:
     ]
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize("k", few([0, 1], slow=0), ids=["run", "study"])
+@pytest.mark.parametrize("k", [0, 1], ids=["run", "study"])
 def test_progress_is_for_terminals(k: int, tmp_path: Path) -> None:
     words = long_work(tmp_path)[k]
     done = subprocess.run([*CARDSFLOW, *words], capture_output=True, check=True, timeout=300)

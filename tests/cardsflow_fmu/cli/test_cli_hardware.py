@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.cases import few
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
@@ -210,9 +209,10 @@ def test_a_device_with_a_key_answers_signed_frames_only(recorded: Path, tmp_path
     assert "others can read this key" in device.errors
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("key", [None, bytes(range(32))])
-@pytest.mark.parametrize("host", few(["0.0.0.0", "127.0.0.1"]))
+@pytest.mark.parametrize("host", ["0.0.0.0", "127.0.0.1"])
 def test_a_device_that_others_reach_without_a_key_warns(
     key: bytes | None, host: str, tmp_path: Path
 ) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,6 +20,9 @@ MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "200")) // 10
 CHUNK = 500
 """So many are tried in one process."""
 
+NEEDS = {"parquet": "pyarrow", "step": "OCP", "step tables": "OCP", "step command": "OCP"}
+"""The module of an extra without which a kind is not tried."""
+
 TESTS = Path(__file__).parents[2]
 ALONE = {"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": str(TESTS)}  # a thread takes much of a GiB
 
@@ -28,15 +32,16 @@ pytestmark = [
 ]
 
 
-@pytest.mark.parametrize("name", KINDS)
-def test_a_damaged_file_is_read_or_refused(tmp_path: Path, name: str) -> None:
-    if name == "parquet":
-        pytest.importorskip("pyarrow")
-    (tmp_path / "good").mkdir()
-    KINDS[name].make(tmp_path / "good")
+@pytest.mark.parametrize("kinds", [[*KINDS][k::8] for k in range(8)], ids=", ".join)
+def test_a_damaged_file_is_read_or_refused(tmp_path: Path, kinds: list[str]) -> None:
+    kinds = [kind for kind in kinds if kind not in NEEDS or find_spec(NEEDS[kind])]
+    for kind in kinds:
+        (tmp_path / kind).mkdir()
+        KINDS[kind].make(tmp_path / kind)
     for first, end in pairwise([*range(0, MUTATIONS, CHUNK), MUTATIONS]):
+        words = [str(first), str(end), str(tmp_path), *kinds]
         done = subprocess.run(
-            [sys.executable, "-m", "support.damaged.trial", name, str(first), str(end), tmp_path],
+            [sys.executable, "-m", "support.damaged.trial", *words],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

@@ -204,6 +204,7 @@ def test_a_robot_that_nothing_holds_is_refused_in_words(
     assert not (tmp_path / "experiment.toml").exists()
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("length", "mass"), few([(10.0, 1e3), (1e-2, 1.0), (1e-3, 1e-3)]), ids=["10 m", "cm", "mm"]
@@ -246,6 +247,7 @@ def test_massless_motions_are_locked(tmp_path: Path, cardsflow: CommandLine) -> 
     assert "it moves no mass" in err
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name", few(["cardsflow/shoulder_testbed", "cardsflow/theClaw", "caspr/CAREX", "caspr/BMArm"])

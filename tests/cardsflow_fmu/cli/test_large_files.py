@@ -127,6 +127,7 @@ def refused(result: tuple[int, str, int]) -> str:
     return err
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("make", FMUS.values(), ids=FMUS)
 def test_fmus(tmp_path: Path, make: Callable[[Path], Path]) -> None:
     refused(peak(tmp_path, "info", make(tmp_path)))
@@ -139,6 +140,7 @@ def experiment(folder: Path, text: str = "") -> Path:
     return folder / "example"
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("name", ["a.ssp", "experiment.toml", "model.sdf", "a_bodies.xml"])
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
 def test_files_that_are_none(tmp_path: Path, name: str, make: Callable[[Path, str], Path]) -> None:
@@ -146,6 +148,7 @@ def test_files_that_are_none(tmp_path: Path, name: str, make: Callable[[Path, st
     refused(peak(tmp_path, command, make(tmp_path, name)))
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("name", ["results.csv", "results.parquet", "summary.json"])
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
 def test_results_that_are_none(
@@ -200,6 +203,7 @@ def many_columns(folder: Path) -> Path:
     return folder / "a.csv"
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("make", [constants, texts, commas, numbers, one_line, many_columns])
 def test_tables(tmp_path: Path, make: Callable[[Path], Path]) -> None:
     file = make(tmp_path)
@@ -261,6 +265,7 @@ MESHES: dict[str, Callable[[Path], Path]] = {
 }
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("make", MESHES.values(), ids=MESHES)
 def test_meshes(tmp_path: Path, make: Callable[[Path], Path]) -> None:
     folder = experiment(tmp_path)
@@ -283,6 +288,7 @@ def test_code_of_many_bytes(tmp_path: Path) -> None:
     refused(peak(tmp_path, "run", "example", "--set", "controller.type=own.py:Own"))
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
 def test_fmus_of_a_study(tmp_path: Path, make: Callable[[Path, str], Path]) -> None:
     """All that its runs rest on is read for their hashes."""
@@ -307,6 +313,7 @@ def test_designs_of_many_bytes(
     refused(peak(tmp_path, "addin", "export-snapshot", "a.json", "-o", "arm"))
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("part", [b"<!--", b"<?", b"<!D[", b"<!D[>", b"<!D>", b"<!D[]>", b"<"])
 def test_robots_that_do_not_begin(tmp_path: Path, part: bytes) -> None:
     """Declarations and comments that do not end, or are all there is."""
@@ -385,6 +392,7 @@ MOTIONS: dict[str, Callable[[Path], None]] = {
 }
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("name", MOTIONS)
 def test_motions(tmp_path: Path, name: str) -> None:
     folder = experiment(tmp_path)

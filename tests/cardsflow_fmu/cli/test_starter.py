@@ -30,6 +30,7 @@ ROBOTS = sorted(folder / "robot" for folder in EXAMPLES.iterdir() if (folder / "
 VALID = Draft202012Validator(schema())
 
 
+@pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", few(ROBOTS, 2), ids=lambda robot: robot.parent.name)
 def test_a_first_experiment_runs_as_it_is(robot: Path, tmp_path: Path) -> None:

@@ -337,6 +337,7 @@ ODD: tuple[Any, ...] = (
 )
 
 
+@pytest.mark.cases(65)
 @pytest.mark.slow
 @pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: written(x) or "top")
 def test_odd_values_are_read_or_refused_in_lines_with_the_file(place: Path_, key: str) -> None:

@@ -31,9 +31,10 @@ needs_compiler = pytest.mark.skipif(
 )
 
 
+@pytest.mark.cases(1)
 @pytest.mark.cross
 @needs_compiler
-@pytest.mark.parametrize("platform", few(MAGIC, 1, 1))
+@pytest.mark.parametrize("platform", few(MAGIC))
 def test_compiles(platform: str, tmp_path: Path) -> None:
     library = cross.compile_for(platform, tmp_path).read_bytes()
     assert library.startswith(MAGIC[platform])

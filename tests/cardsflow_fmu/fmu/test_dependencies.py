@@ -10,7 +10,6 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
-from support.cases import few
 from support.fmu.dependencies import (
     Probe,
     declared,
@@ -125,8 +124,9 @@ def checked(case: str, native: bool, folder: Path, fmi: Any = "2.0") -> None:
         assert {name for name in left if "energy" not in name and "momentum" not in name} == set()
 
 
+@pytest.mark.cases(7)
 @pytest.mark.slow
-@pytest.mark.parametrize(("case", "native"), few(KINDS, 3, 6))
+@pytest.mark.parametrize(("case", "native"), KINDS)
 def test_a_plant(case: str, native: bool, tmp_path: Path) -> None:
     checked(case, native, tmp_path)
 
@@ -177,8 +177,9 @@ KINDS_OF_CONTROLLERS = [
 ]
 
 
+@pytest.mark.cases(4)
 @pytest.mark.slow
-@pytest.mark.parametrize(("case", "native"), few(KINDS_OF_CONTROLLERS, 2, 6))
+@pytest.mark.parametrize(("case", "native"), KINDS_OF_CONTROLLERS)
 def test_a_controller(case: str, native: bool, tmp_path: Path) -> None:
     """At a tick that is met, and at one that is not, so that the slack shows as well."""
     example, settings = CONTROLLERS[case]

@@ -56,12 +56,14 @@ def read(file: Path, name: str) -> bytes:
         return archive.read(name)
 
 
+@pytest.mark.cases(2)
 @pytest.mark.slow
 def test_fmpy_finds_nothing(files: Mapping[str, Path]) -> None:
     for name in NAMES:
         assert validate_fmu(str(files[name])) == []
 
 
+@pytest.mark.cases(2)
 @pytest.mark.interop
 def test_fmutool_finds_nothing(files: Mapping[str, Path]) -> None:
     pytest.importorskip("fmu_manipulation_toolbox", reason="extra `interop` is not installed")
@@ -129,6 +131,7 @@ def test_what_is_there_for_people(files: Mapping[str, Path]) -> None:
         assert slave.get("needsExecutionTool") == "true"
 
 
+@pytest.mark.cases(4)
 @pytest.mark.slow
 def test_same_input_same_bytes(
     example: Path, version: Version, files: Mapping[str, Path], tmp_path: Path

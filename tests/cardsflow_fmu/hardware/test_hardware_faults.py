@@ -203,6 +203,7 @@ def rms(result: Result) -> float:
     return float(result.summary["tracking"]["rms"])
 
 
+@pytest.mark.cases(4)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("faults", "key_file"),
@@ -235,6 +236,7 @@ def test_in_lock_step_no_fault_changes_a_trajectory(
     assert world.device.state == "safe"
 
 
+@pytest.mark.cases(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("faults", "most_missed", "key_file"),

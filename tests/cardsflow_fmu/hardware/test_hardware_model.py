@@ -13,7 +13,6 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
-from support.cases import few
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
@@ -109,8 +108,9 @@ def test_the_fmu_declares_no_states_or_derivatives(tmp_path: Path, fmi: FmiVersi
     assert fmpy.read_model_description(str(files["plant"])).coSimulation.canGetAndSetFMUstate
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize("host", few(["direct", "in-process", "worker"], 2))
+@pytest.mark.parametrize("host", ["direct", "in-process", "worker"])
 def test_in_lock_step_hardware_has_the_trajectory_of_the_plant(
     host: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -126,6 +126,7 @@ def test_in_lock_step_hardware_has_the_trajectory_of_the_plant(
     assert with_hardware.summary["hardware"]["missed"] == 0
 
 
+@pytest.mark.cases(6)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("folder", "settings"),
@@ -194,6 +195,7 @@ def test_nothing_moves_before_the_first_step(devices: list[Device]) -> None:
     assert devices[0].state == "running"
 
 
+@pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("how", ["close", "forget", "reset", "trip", "bad step"])
 def test_every_end_leads_to_the_safe_state(devices: list[Device], how: str) -> None:

@@ -503,9 +503,10 @@ def wait_for(condition: Callable[[], bool]) -> None:
         time.sleep(0.002)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize("host", few(["in-process", "worker"]))
-@pytest.mark.parametrize("times", few([1, 2]))
+@pytest.mark.parametrize("host", ["in-process", "worker"])
+@pytest.mark.parametrize("times", [1, 2])
 def test_ctrl_c_during_the_handshake(tmp_path: Path, host: str, times: int) -> None:
     """It ends like any Ctrl-C, and leaves nothing behind."""
     out = tmp_path / "out"
@@ -531,6 +532,7 @@ def test_ctrl_c_during_the_handshake(tmp_path: Path, host: str, times: int) -> N
     assert not out.exists()
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("host", "signal_"),

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.cases import few
 from support.fmu.worker_host import eventually
 from support.hardware.hardware_fuzz import bad_frames, with_checksum
 from support.robots.bent import bent
@@ -188,9 +187,10 @@ def test_is_short() -> None:
     assert len((FOLDER / "controller.c").read_text().splitlines()) < 300
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("folder", "settings"),
-    few([(ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25}), (PLANAR_2R, SHORT)], slow=0),
+    [(ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25}), (PLANAR_2R, SHORT)],
 )
 def test_a_law_of_single_precision_does_nearly_the_same(
     folder: Path, settings: dict[str, Any], tmp_path: Path
@@ -209,17 +209,15 @@ def test_a_law_of_single_precision_does_nearly_the_same(
     np.testing.assert_allclose(found[:, 1 + n :].T, f, rtol=0, atol=1e-4 * f.max())
 
 
-@pytest.mark.parametrize("with_key", few([False, True], slow=0))
+@pytest.mark.cases(2)
+@pytest.mark.parametrize("with_key", [False, True])
 @pytest.mark.parametrize(
     ("folder", "settings"),
-    few(
-        [
-            (PLANAR_2R, SHORT),
-            (PLANAR_2R, SHORT | {"controller.ki": 500.0, "controller.delay": 1}),
-            (ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25}),
-        ],
-        2,
-    ),
+    [
+        (PLANAR_2R, SHORT),
+        (PLANAR_2R, SHORT | {"controller.ki": 500.0, "controller.delay": 1}),
+        (ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25}),
+    ],
 )
 def test_in_lock_step_it_does_what_the_experiments_controller_does(
     folder: Path,
@@ -249,7 +247,8 @@ def test_in_lock_step_it_does_what_the_experiments_controller_does(
     np.testing.assert_allclose(found[:, 1 + n :].T, forces, rtol=0, atol=1e-6 * forces.max())
 
 
-@pytest.mark.parametrize("single", few([True, False], slow=0))
+@pytest.mark.cases(1)
+@pytest.mark.parametrize("single", [True, False])
 def test_without_joint_encoders_the_pose_is_estimated(
     single: bool, compiler: str, libraries: list[str], tmp_path: Path
 ) -> None:

@@ -63,6 +63,7 @@ def controller(machines: Machines, uri: str, out: Path, *words: object) -> subpr
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("delay", "jitter", "loss"), [(0.0, 0.0, 0.0), (1.0, 0.5, 0.02)], ids=["cable", "bad cable"]
 )

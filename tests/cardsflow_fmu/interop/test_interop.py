@@ -101,6 +101,7 @@ def run(bare: BareEnvironment, importer: str, system: System) -> np.ndarray:
     return np.array(rows)
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("importer", ["with_ecos.py", "with_libcosim.py"])
 def test_other_masters_give_our_trajectories(
     bare: BareEnvironment, importer: str, system: System
@@ -148,6 +149,7 @@ def test_fmpy_runs_the_system(bare: BareEnvironment, system: System, tmp_path: P
     np.testing.assert_allclose(theirs, rows, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(("version", "arrays"), BUILDS, ids=str)
 def test_plant_and_controller_run_in_fmpy_alone(
     bare: BareEnvironment, tmp_path: Path, version: FmiVersion, arrays: bool
@@ -169,6 +171,7 @@ def test_plant_and_controller_run_in_fmpy_alone(
         np.testing.assert_allclose([values[0], values[-1]], expected, rtol=1e-9)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(("example", "version", "arrays"), NATIVE_BUILDS)
 def test_native_plant_and_controller_run_in_fmpy_alone(
     bare: BareEnvironment, example: str, version: FmiVersion, arrays: bool, tmp_path: Path
@@ -201,6 +204,7 @@ def last(bare: BareEnvironment, file: Path, names: list[str]) -> list[float]:
     return values
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(("example", "version", "arrays"), NATIVE_BUILDS)
 def test_checkers_find_nothing_in_native_fmus(
     example: str, version: FmiVersion, arrays: bool, tmp_path: Path

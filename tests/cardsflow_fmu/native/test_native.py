@@ -31,6 +31,7 @@ ESTIMATED = SETTINGS["roboy_left_arm"] | {"estimator.exact": True}
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("known", few([False, True]))
 @pytest.mark.parametrize("around", few([AROUND, {}]), ids=["around", "plain"])
 @pytest.mark.parametrize("example", SETTINGS)
@@ -67,6 +68,7 @@ def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
                 assert (entry.compress_size if is_windows else entry.file_size) < 500_000
 
 
+@pytest.mark.cases(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("model", NATIVE_MODELS)
 @pytest.mark.native
@@ -94,6 +96,7 @@ def test_what_the_core_lacks_is_refused_by_name(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.cases(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("model", NATIVE_MODELS)
 @pytest.mark.native

@@ -12,6 +12,7 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
+from support.cases import LONG
 from support.fmu.fmu_host import opened, pack, refused
 from support.fmu.native_slopes import (
     PLAIN,
@@ -293,6 +294,7 @@ def test_the_tension_of_an_ideal_cable(tmp_path: Path) -> None:
     shutil.which("gcc") is None or "CARDSFLOW_LIBRARY_DIR" in os.environ,
     reason="no gcc, or it is about another library",
 )
+@LONG
 def test_a_compiler_without_complex_numbers(tmp_path: Path) -> None:
     """Microsoft's has none: all is there but derivatives, and they are refused with a reason."""
     robot = random_robot(1)

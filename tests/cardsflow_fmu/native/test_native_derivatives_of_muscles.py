@@ -60,6 +60,7 @@ PATHS: dict[str, Any] = {
 }
 
 
+@pytest.mark.cases(8)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PATHS)
 def test_paths(name: str, tmp_path: Path) -> None:
@@ -88,6 +89,7 @@ LAWS = [(kind, {}) for kind in SOUND] + [
 ]
 
 
+@pytest.mark.cases(8)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", few(range(2)))
 @pytest.mark.parametrize(("kind", "extra"), LAWS)

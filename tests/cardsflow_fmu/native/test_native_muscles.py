@@ -8,7 +8,6 @@ from typing import Any
 
 import fmpy
 import pytest
-from support.cases import few
 from support.fmu.co_simulation import assert_native_agrees
 from support.fmu.fmu_host import refused, running
 from support.fmu.native_states import check_states_repeat
@@ -78,8 +77,9 @@ def experiment_of(case: str, duration: float = 0.2) -> Experiment:
     return Experiment.load(EXAMPLES / example, {"run.duration": duration, **settings})
 
 
+@pytest.mark.cases(2)
 @pytest.mark.slow
-@pytest.mark.parametrize("case", few(CASES, 2, 3))
+@pytest.mark.parametrize("case", CASES)
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """The same ports, and the same numbers."""
     experiment = experiment_of(case)
@@ -89,7 +89,7 @@ def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", few(["pneumatic", "mixed", "others", "motors"], 2))
+@pytest.mark.parametrize("case", ["pneumatic", "mixed", "others", "motors"])
 def test_variables_are_the_same(case: str, tmp_path: Path) -> None:
     experiment = experiment_of(case)
     python, native = (build(experiment, tmp_path / str(n), native=n) for n in (False, True))

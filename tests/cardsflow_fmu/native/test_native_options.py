@@ -43,16 +43,18 @@ def experiment_of(case: str, duration: float = 0.1, **more: Any) -> Experiment:
     return Experiment.load(EXAMPLES / example, {"run.duration": duration, **settings, **more})
 
 
-@pytest.mark.parametrize("case", few(CASES, slow=3))
+@pytest.mark.cases(2)
+@pytest.mark.parametrize("case", few(CASES))
 def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
     """Over FMUs with a plant in Python on DART, and over native ones, to rounding."""
     native, on_dart = experiment_of(case), experiment_of(case, **{"plant.engine": "dart"})
     assert_native_agrees(native, tmp_path, python_of=on_dart, forces=1e-9, others=1e-11, of=LAWS)
 
 
+@pytest.mark.cases(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("version", get_args(FmiVersion))
-@pytest.mark.parametrize("case", few(CASES, slow=3))
+@pytest.mark.parametrize("case", CASES)
 def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) -> None:
     python, native = (
         build(experiment_of(case), tmp_path / str(n), native=n, fmi=version)["plant"]
@@ -73,15 +75,16 @@ def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) 
         assert all(f"w.{link}.tz" in names for link in plant.wrenches)
 
 
+@pytest.mark.cases(2)
 @pytest.mark.slow
-@pytest.mark.parametrize("case", few(CASES, slow=3))
+@pytest.mark.parametrize("case", CASES)
 @pytest.mark.native
 def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -> None:
     check_bits(experiment_of(case, **{"plant.engine": "core"}), tmp_path)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", few(["rk4", "energy", "wrenches", "all"], 2))
+@pytest.mark.parametrize("case", ["rk4", "energy", "wrenches", "all"])
 def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: Path) -> None:
     file = build(experiment_of(case), tmp_path, native=True)["plant"]
     with running(file, tmp_path / "unpacked") as host:

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fmpy import read_model_description
-from support.cases import few
 from support.fmu.fmu_host import running
 from support.fmu.native_slopes import FloatArray
 from support.robots.robots import EXAMPLES, PLANAR_2R
@@ -71,10 +70,11 @@ def closed_form(experiment: Experiment) -> FloatArray:
     return rates
 
 
+@pytest.mark.cases(8)
 @pytest.mark.slow
-@pytest.mark.parametrize("version", few(["3.0", "2.0"]))
+@pytest.mark.parametrize("version", ["3.0", "2.0"])
 @pytest.mark.parametrize("native", KINDS)
-@pytest.mark.parametrize("pull", few(PULLS, 2))
+@pytest.mark.parametrize("pull", PULLS)
 def test_a_cable_at_no_force_pulls(
     pull: str, native: bool, version: FmiVersion, tmp_path: Path
 ) -> None:
@@ -89,7 +89,7 @@ def test_a_cable_at_no_force_pulls(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("example", few(["planar_2r", "hill_arm", "roboy_left_arm"]))
+@pytest.mark.parametrize("example", ["planar_2r", "hill_arm", "roboy_left_arm"])
 def test_commands_start_as_those_before_the_first_tick(example: str, tmp_path: Path) -> None:
     """f_min of cables, what holds the robot of muscles with laws; both kinds alike."""
     experiment = Experiment.load(EXAMPLES / example)

@@ -83,6 +83,7 @@ ROBOTS = [
 ]
 
 
+@pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
 def test_every_byte_and_every_value_comes_back(robot: Robot, tmp_path: Path) -> None:
@@ -115,6 +116,7 @@ def test_every_byte_and_every_value_comes_back(robot: Robot, tmp_path: Path) -> 
     assert len(levels) == changes + 1
 
 
+@pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
 def test_frames_follow_from_the_description(robot: Robot, tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ CYCLES = os.environ.get("CARDSFLOW_TEST_CYCLES")
 MOST_GROWTH = 512 * 1024  # bytes, over three quarters of the cycles
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(("mode", "cycles"), few([("in-process", 1000), ("worker", 16)]))
 def test_cycles_leave_nothing(

@@ -138,6 +138,7 @@ def test_exceptions_reach_the_log(instance: Host, when: str) -> None:
     assert (instance.drive(0, 50) == plain_run(50)).all()
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
 def test_twenty_instances(mode: str, stubborn_fmu: Path) -> None:
     hosts = [load(stubborn_fmu, f"number {i}") for i in range(20)]

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 from stubborn_model import CRASH, EXIT, HOLD, SLEEP, WELL
-from support.cases import few
 from support.fmu.fmu_host import STEP, environment, refused
 from support.fmu.worker_host import (
     children,
@@ -98,7 +97,7 @@ def test_ends_by_itself(stubborn_fmu: Path, action: int, message: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("action", [SLEEP, HOLD])
-@pytest.mark.parametrize("told_by", few(["environment", "parameter"]))
+@pytest.mark.parametrize("told_by", ["environment", "parameter"])
 def test_hangs(
     stubborn_fmu: Path, action: int, told_by: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -130,7 +129,7 @@ def test_a_state_leads_out_of_its_death(stubborn_fmu: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("action", few([WELL, SLEEP, HOLD]))
+@pytest.mark.parametrize("action", [WELL, SLEEP, HOLD])
 def test_host_is_killed(stubborn_fmu: Path, action: int) -> None:
     with lonely_host(stubborn_fmu, action) as host:
         process = read_number(host)
@@ -207,8 +206,9 @@ host.slave.freeInstance()
 """
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize("closed", few(["2", "01", "012"]))
+@pytest.mark.parametrize("closed", ["2", "01", "012"])
 def test_a_host_without_standard_files(stubborn_fmu: Path, closed: str) -> None:
     with opened_stubborn(stubborn_fmu) as host:
         expected = sums(host, 0, 5)

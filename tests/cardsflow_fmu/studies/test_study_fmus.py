@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.cases import few
 from support.small_studies import PLANAR, ROOT, SHORT, run_here, small_study
 
 from cardsflow_fmu import Experiment
@@ -56,8 +55,9 @@ def numbers(folder: Path) -> list[list[float]]:
     return [[float(row[name]) for name in names] for row in rows]
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize("text", few([PARAMETERS, ROBOTS]))
+@pytest.mark.parametrize("text", [PARAMETERS, ROBOTS])
 def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, text: str) -> None:
     engines = ("direct", "fmu", "native")
     for engine in engines:

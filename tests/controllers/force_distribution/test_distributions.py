@@ -72,9 +72,10 @@ def test_least_squares_are_casprs_minimum_norm_forces(shared: Path, file: str) -
             assert forces @ forces == pytest.approx(caspr["objective_sum_f2"], rel=1e-3)
 
 
+@pytest.mark.cases(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("size", few([1.0, 8.0]))
+@pytest.mark.parametrize("size", [1.0, 8.0])
 def test_solved_poses_have_solutions_and_infeasible_ones_have_none(
     method: str, size: float
 ) -> None:
@@ -298,6 +299,7 @@ def test_brute_force_finds_corners() -> None:
     assert sums.min() == pytest.approx(linear_programme(L[0], tau[0], LOW, HIGH).forces.sum())
 
 
+@pytest.mark.cases(11)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(

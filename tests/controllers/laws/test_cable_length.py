@@ -59,6 +59,7 @@ def blind_error(stiffness: float, *, pretension: float | None = None, mass: floa
     return float(np.sqrt(np.mean(np.sum(np.square(errors), axis=1)))) * 1e3
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("stiffness", "sag"), few([(300.0, 108.0), (100.0, 372.0), (1000.0, 30.3)])

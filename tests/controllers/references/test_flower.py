@@ -49,6 +49,7 @@ def test_every_point_is_on_the_rose_in_its_plane(petals: int, part: float) -> No
         assert abs(abs(0.15 * math.cos(petals * phi)) - rho) < 1e-9
 
 
+@pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("petals", few(range(1, 8), 3))
 def test_the_curve_is_closed_and_every_petal_is_drawn_once(petals: int) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from support.cases import few
 from support.robots.plants import steps
 from support.robots.random_robots import random_robot
 from support.robots.robots import planar_2r, with_coordinates
@@ -296,9 +295,10 @@ def shot(kind: str, wall: str, speed: float, turn: np.ndarray, folder: Path) -> 
     return bool(poses[:, 0, 0].max() > 0.1)
 
 
+@pytest.mark.cases(6)
 @pytest.mark.slow
-@pytest.mark.parametrize("wall", few(["mesh", "box", "cylinder"], slow=1))
-@pytest.mark.parametrize("kind", few(SHAPES, 2, 1))
+@pytest.mark.parametrize("wall", ["mesh", "box", "cylinder"])
+@pytest.mark.parametrize("kind", SHAPES)
 def test_nothing_tunnels_below_the_speed_that_is_refused(
     kind: str, wall: str, tmp_path: Path
 ) -> None:

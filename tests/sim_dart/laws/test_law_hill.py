@@ -237,6 +237,7 @@ def _error(bench: Bench, reference: FloatArray, excitation: float, end: float, h
     return worst
 
 
+@pytest.mark.cases(4)
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "parameters"), _cases())
 @pytest.mark.parametrize("excitation", [0.0, 0.9])

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from support.cases import few
 from support.robots.muscle_bench import HILL, SOUND, Bench
 
 from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS, command_range, states_of
@@ -84,8 +83,9 @@ CABLES = [
 ]
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "parameters"), few(CABLES, 2))
+@pytest.mark.parametrize(("kind", "parameters"), CABLES)
 def test_a_passive_cable_gives_no_energy_over_a_closed_path(
     kind: str, parameters: dict[str, float]
 ) -> None:
@@ -109,9 +109,10 @@ def test_a_passive_cable_gives_no_energy_over_a_closed_path(
             assert (tension >= 0.0).all()
 
 
+@pytest.mark.cases(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [k for k in SOUND if k.startswith("hill")])
-@pytest.mark.parametrize("elastic", few([1.0, 0.0]))
+@pytest.mark.parametrize("elastic", [1.0, 0.0])
 def test_a_muscle_that_is_not_excited_takes_energy(kind: str, elastic: float) -> None:
     """Fibres without activation are springs and dampers: nothing comes back beyond rounding."""
     extra = {"elastic_tendon": elastic, "minimum_activation": 0.0}

@@ -108,6 +108,7 @@ def test_jacobian_is_the_derivative_of_the_lengths() -> None:
     assert compared > 0.99 * 200 * 20 * 3
 
 
+@pytest.mark.cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 @pytest.mark.parametrize(

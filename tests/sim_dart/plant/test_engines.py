@@ -36,6 +36,7 @@ def go_together(plants: tuple[Plant, Plant], steps: int, *inputs: Any, **more: A
     return float(np.abs(core.q - begin).max())
 
 
+@pytest.mark.cases(10)
 @pytest.mark.slow
 @RULES
 @pytest.mark.parametrize("seed", few(range(20), 2, 6))

@@ -216,6 +216,7 @@ def test_a_pendulum_with_friction_stops_on_its_way() -> None:
     assert plant.q[0] == stop
 
 
+@pytest.mark.cases(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_dart_gives_the_same(seed: int) -> None:

@@ -156,8 +156,9 @@ def worst(name: str, step: float, integrator: str = "euler") -> float:
     return float(np.abs(made.way(step, integrator) - expected).max())
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize("name", few(CASES, slow=1))
+@pytest.mark.parametrize("name", CASES)
 def test_the_reference_agrees_with_itself(name: str) -> None:
     """A chaotic motion would make every comparison meaningless."""
     made, expected = case(name)
@@ -191,6 +192,7 @@ def test_rk4_is_of_fourth_order_where_all_is_smooth() -> None:
         assert coarse / fine == pytest.approx(16.0, rel=0.15)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("name", "gain"),
     [

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from support.cases import few
 from support.robots.loops import (
     four_bar,
     four_bar_angles,
@@ -114,7 +113,7 @@ def test_eulers_gap_is_of_second_order(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", few(MECHANISMS))
+@pytest.mark.parametrize("name", MECHANISMS)
 def test_runge_kutta_goes_as_one_coordinate_does(name: str) -> None:
     robot, places, masses = MECHANISMS[name]
     expected = swing(places, masses, 1.0, 1.0)
@@ -125,8 +124,9 @@ def test_runge_kutta_goes_as_one_coordinate_does(name: str) -> None:
     assert abs(coarse + expected) <= 1e-4
 
 
+@pytest.mark.cases(1)
 @pytest.mark.slow
-@pytest.mark.parametrize("name", few(MECHANISMS))
+@pytest.mark.parametrize("name", MECHANISMS)
 def test_euler_comes_nearer_in_first_order(name: str) -> None:
     robot, places, masses = MECHANISMS[name]
     expected = -swing(places, masses, 1.0, 1.0)

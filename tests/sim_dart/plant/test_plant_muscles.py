@@ -104,6 +104,7 @@ def test_state_goes_back_bit_by_bit(name: str, integrator: Any) -> None:
     check_repeats(plant, 20, u)
 
 
+@pytest.mark.cases(7)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_both_integrators_go_the_same_way(name: str) -> None:

@@ -1,7 +1,7 @@
 """Damaged files given to commands: `python -m support.damaged.trial`, in little memory.
 
 A mutation's kind and number alone decide it. Each may take ten seconds of processor time: the
-process ends with SIGPROF where one takes more, and its last line names it.
+process ends with SIGPROF where one takes more, and its last lines name it.
 """
 
 from __future__ import annotations
@@ -83,14 +83,18 @@ def tried(name: str, numbers: range, source: Path, work: Path) -> dict[int, str]
 
 
 def main() -> None:
-    """Kind, first number, end, and a folder with good files in `good`: prints the faults."""
-    name, first, end, folder = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4])
+    """First number, end, a folder, and kinds that have good files in it: prints the faults."""
+    first, end, folder = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
-    faults = tried(name, range(first, end), folder / "good", folder / "work")
-    for number, text in faults.items():
-        print(f"FAULT {name} {number}: {text}", flush=True)
-    sys.exit(1 if faults else 0)
+    failed = 0
+    for name in sys.argv[4:]:
+        print(name, flush=True)
+        faults = tried(name, range(first, end), folder / name, folder / "work")
+        for number, text in faults.items():
+            print(f"FAULT {name} {number}: {text}", flush=True)
+        failed += len(faults)
+    sys.exit(1 if failed else 0)
 
 
 if __name__ == "__main__":

@@ -109,6 +109,7 @@ def test_numbers_that_do_not_go_together_are_reported(kind, parameters, what):
     assert what in found.message
 
 
+@pytest.mark.cases(4)
 @pytest.mark.slow
 @pytest.mark.native
 @pytest.mark.parametrize("kind", KINDS)

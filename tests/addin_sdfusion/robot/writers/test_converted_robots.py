@@ -219,12 +219,14 @@ def test_published_robots(name: str, format_: str, shared: Path, tmp_path: Path)
     _held(robot, format_, tmp_path)
 
 
+@pytest.mark.cases(28)
 @pytest.mark.parametrize("format_", PROGRAMS)
 @pytest.mark.parametrize("seed", few(range(12)))
 def test_random_robots(seed: int, format_: str, tmp_path: Path) -> None:
     _held(random_robot(seed), format_, tmp_path)
 
 
+@pytest.mark.cases(40)
 @pytest.mark.parametrize(
     ("format_", "seed"),
     few([(f, seed) for seed in range(1, 25) for f in PROGRAMS if seed % 2 or f != "caspr"], 5),

@@ -179,6 +179,7 @@ CASES = [
 ]
 
 
+@pytest.mark.cases(5)
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "each", "format_"), CASES)
 def test_nothing_is_lost_in_silence(

@@ -92,10 +92,10 @@ static void apply_parameters(struct native_model *native)
 {
     const struct controller *c = native->own;
     const size_t r = c->r, a = c->a;
-    memcpy(law_array(c, "kp"), c->kp, r * sizeof(double));
-    memcpy(law_array(c, "kd"), c->kd, r * sizeof(double));
-    memcpy(law_array(c, "f_min"), c->f_min, a * sizeof(double));
-    memcpy(law_array(c, "f_max"), c->f_max, a * sizeof(double));
+    memcpy(c->in_law.kp, c->kp, r * sizeof(double));
+    memcpy(c->in_law.kd, c->kd, r * sizeof(double));
+    memcpy(c->in_law.f_min, c->f_min, a * sizeof(double));
+    memcpy(c->in_law.f_max, c->f_max, a * sizeof(double));
 }
 
 static int check_parameters(struct model *model)
@@ -135,11 +135,10 @@ static void hold(const struct native_model *native)
 {
     struct controller *c = native->own;
     const size_t size = native->robot.m * sizeof(double);
-    size_t length;
     native_muscles_reset(&c->muscles);
     memcpy(c->forces, c->settings.start_forces, size);
-    memcpy(loop_array(c, "acting", &length), c->settings.start_forces, size);
-    memcpy(loop_array(c, "coming", &length), c->settings.start_forces, size);
+    memcpy(c->in_loop.acting, c->settings.start_forces, size);
+    memcpy(c->in_loop.coming, c->settings.start_forces, size);
     write_commands(c);
 }
 
@@ -152,8 +151,7 @@ static int initialize(struct model *model)
         return 1;
     apply_parameters(native);
     control_loop_reset(c->loop);
-    size_t length;
-    memcpy(c->forces, loop_array(c, "acting", &length), c->a * sizeof(double));
+    memcpy(c->forces, c->in_loop.acting, c->a * sizeof(double));
     if (c->muscles.are_modelled)
         hold(native);
     native_falling_reset((struct controller *)native->own, c->forces);
@@ -166,8 +164,8 @@ static int initialize(struct model *model)
 
 static size_t count_at_bounds(const struct controller *c, size_t count_of_all)
 {
-    const double *forces = law_array(c, "forces");
-    const double *f_min = law_array(c, "f_min"), *f_max = law_array(c, "f_max");
+    const double *forces = c->in_law.forces;
+    const double *f_min = c->in_law.f_min, *f_max = c->in_law.f_max;
     size_t count = 0;
     for (size_t i = 0; i < count_of_all; i++) {
         const double low = f_min[i], high = isfinite(f_max[i]) ? f_max[i] : DBL_MAX;
@@ -200,15 +198,14 @@ static void bound_by_muscles(const struct native_model *native, double period)
     struct native_muscles *muscles = &c->muscles;
     const struct native_robot *robot = &native->robot;
     const size_t size = robot->m * sizeof(double);
-    size_t length;
     native_muscles_set_state(muscles, robot, c->q, c->qd, c->states, c->f_min, c->f_max, period);
     for (size_t i = 0; i < robot->m; i++)
         for (size_t j = 0; muscles->passive_push[i] != 0 && j < robot->n; j++)
             robot->load[j] += robot->jacobian[i * robot->n + j] * muscles->passive_push[i];
-    memcpy(law_array(c, "f_min"), muscles->least, size);
-    memcpy(law_array(c, "f_max"), muscles->most, size);
+    memcpy(c->in_law.f_min, muscles->least, size);
+    memcpy(c->in_law.f_max, muscles->most, size);
     if (muscles->has_ticked[0] != 0) /* what they really pulled with is what the observer is to know */
-        memcpy(loop_array(c, "seen_forces", &length), muscles->applied, size);
+        memcpy(c->in_loop.seen_forces, muscles->applied, size);
 }
 
 /* A tick without a state: commands go down. */
@@ -234,7 +231,6 @@ static int step(struct model *model)
     struct native_model *native = model->backend;
     struct native_robot *robot = &native->robot;
     struct controller *c = native->own;
-    size_t length;
     const size_t periods =
         native_whole_steps(native->clock[1], c->period[0], "the controller's period", &model->error);
     if (!periods || check_parameters(model))
@@ -245,7 +241,7 @@ static int step(struct model *model)
         fall(native, period);
         return 0;
     }
-    loop_array(c, "gain", &length)[0] = 1 - exponential(-c->settings.observer[0] * period);
+    c->in_loop.gain[0] = 1 - exponential(-c->settings.observer[0] * period);
     if (!are_inputs_finite(c) || core_move_checked(robot->core, c->q, c->qd)) {
         text_set(&model->error, "the state or the reference of the controller is not finite");
         return 1;
@@ -270,18 +266,18 @@ static int step(struct model *model)
         return 1;
     }
     native_falling_rise(c, period);
-    memcpy(c->forces, loop_array(c, "acting", &length), c->a * sizeof(double));
+    memcpy(c->forces, c->in_loop.acting, c->a * sizeof(double));
     if (c->muscles.are_modelled) {
         native_muscles_update(&c->muscles, robot, c->q, c->qd, c->forces, period);
         write_commands(c);
     }
-    memcpy(c->slack, law_array(c, "slack"), c->r * sizeof(double));
+    memcpy(c->slack, c->in_law.slack, c->r * sizeof(double));
     c->report[0] = (double)count_at_bounds(c, c->a);
     c->report[1] = monotonic_seconds() - begin;
     c->report[2] = status == COMPUTED_TORQUE_SOFT;
     c->report[3] = status == COMPUTED_TORQUE_NOT_CONVERGED;
     if (c->k)
-        c->report[4] = law_array(c, "limits_dropped")[0];
+        c->report[4] = c->in_law.limits_dropped[0];
     return 0;
 }
 

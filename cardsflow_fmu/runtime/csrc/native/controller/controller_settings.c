@@ -41,6 +41,12 @@ void native_controller_fill(struct controller *c, const struct native_model *nat
     const struct controller_settings *s = &c->settings;
     const struct native_robot *robot = &native->robot;
     size_t length;
+#define FIND_IN_LAW(name) c->in_law.name = law_array(c, #name);
+#define FIND_IN_LOOP(name) c->in_loop.name = loop_array(c, #name, &length);
+    LAW_ARRAYS(FIND_IN_LAW)
+    AROUND_LAW_ARRAYS(FIND_IN_LOOP)
+#undef FIND_IN_LAW
+#undef FIND_IN_LOOP
 #define COPY_TO_LOOP(type, name, per_item, group)                                                             \
     memcpy(loop_array(c, #name, &length), s->name, s->of.group.count * sizeof(double));
 #define COPY_TO_LAW(type, name, per_item, group)                                                              \

@@ -39,20 +39,18 @@ void native_falling_fall(struct controller *c, double period)
 {
     double *share = c->falling, *law = share + 1;
     const double down = c->settings.ramp_down[0];
-    size_t length;
     *share = down > 0 ? fmax(0, *share - period / down) : 0;
     for (size_t i = 0; i < c->a; i++)
         c->forces[i] = rest(c, i) + *share * (law[i] - rest(c, i));
     control_loop_reset(c->loop);
-    memcpy(loop_array(c, "acting", &length), c->forces, c->a * sizeof(double));
-    memcpy(loop_array(c, "coming", &length), c->forces, c->a * sizeof(double));
+    memcpy(c->in_loop.acting, c->forces, c->a * sizeof(double));
+    memcpy(c->in_loop.coming, c->forces, c->a * sizeof(double));
 }
 
 void native_falling_rise(struct controller *c, double period)
 {
     double *share = c->falling, *law = share + 1;
-    size_t length;
-    double *acting = loop_array(c, "acting", &length);
+    double *acting = c->in_loop.acting;
     const double up = c->settings.ramp_in[0];
     if (!c->settings.of.valid.count)
         return;
@@ -64,5 +62,5 @@ void native_falling_rise(struct controller *c, double period)
     for (size_t i = 0; i < c->a; i++)
         if (*share < 1)
             acting[i] = rest(c, i) + *share * (law[i] - rest(c, i));
-    memcpy(loop_array(c, "seen_forces", &length), acting, c->a * sizeof(double));
+    memcpy(c->in_loop.seen_forces, acting, c->a * sizeof(double));
 }

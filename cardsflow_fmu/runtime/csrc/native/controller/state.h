@@ -8,12 +8,24 @@
 
 #include <stddef.h>
 
+/* Arrays of the law, and of the loop around it, that every tick needs: they are found once. */
+#define LAW_ARRAYS(ARRAY)                                                                                     \
+    ARRAY(kp) ARRAY(kd) ARRAY(f_min) ARRAY(f_max) ARRAY(forces) ARRAY(slack) ARRAY(limits_dropped)
+#define AROUND_LAW_ARRAYS(ARRAY) ARRAY(acting) ARRAY(coming) ARRAY(seen_forces) ARRAY(gain)
+
 #define VALUES_MEMBER(name, length) double *name;
+#define ARRAY_MEMBER(name) double *name;
 struct controller {
     struct controller_settings settings;
     CONTROLLER_GROUPS(VALUES_MEMBER) /* the values of each group */
     control_loop *loop;
     computed_torque *law;
+    struct {
+        LAW_ARRAYS(ARRAY_MEMBER)
+    } in_law;
+    struct {
+        AROUND_LAW_ARRAYS(ARRAY_MEMBER)
+    } in_loop;
     size_t r, k; /* rows of the reference; task coordinates that are followed, or 0 */
     size_t a;    /* actuators: muscles, and motors behind them */
     struct native_muscles muscles;
@@ -24,6 +36,7 @@ struct controller {
     int undetermined;       /* 1 + the index of a coordinate that does not follow from the others, or 0 */
 };
 #undef VALUES_MEMBER
+#undef ARRAY_MEMBER
 
 static inline double *law_array(const struct controller *c, const char *name)
 {
