@@ -25,9 +25,8 @@ def refuse_uncomputed(robot: Robot) -> None:
             problem = "friction of a coupled coordinate cannot be simulated; put it on another"
             raise InputError(f"coordinate {c.name!r}: {problem}")
     long = {s.name for s in robot.wrap_surfaces if _is_long(s)}
-    oval = {s.name for s in robot.wrap_surfaces if s.half_axes is not None}
     for muscle in robot.muscles:
-        for what in _uncomputed(muscle, long, oval):
+        for what in _uncomputed(muscle, long):
             raise InputError(f"muscle {muscle.name!r}: {what} cannot be simulated yet")
 
 
@@ -36,7 +35,7 @@ def _is_long(surface: WrapSurface) -> bool:
     return surface.half_axes is not None and max(axes) > LONGEST_HALF_AXIS * min(axes)
 
 
-def _uncomputed(muscle: Muscle, long: set[str], oval: set[str]) -> Iterator[str]:
+def _uncomputed(muscle: Muscle, long: set[str]) -> Iterator[str]:
     for wrap in muscle.wraps:
         if wrap.surface in long:
             problem = f"with a half axis over {LONGEST_HALF_AXIS:g} times as long as another one"
@@ -45,8 +44,6 @@ def _uncomputed(muscle: Muscle, long: set[str], oval: set[str]) -> Iterator[str]
         yield "wraps beside a via point whose condition is smoothed"
     if muscle.bend_friction and _has_route(muscle):
         yield "friction on a path with conditions, moving points, branches, terms or wrap rules"
-    if muscle.bend_friction and any(wrap.surface in oval for wrap in muscle.wraps):
-        yield "friction over an ellipsoid"
     if muscle.bend_friction and law_of(muscle.model).kind in _PUSHING:
         yield f"friction of a {law_of(muscle.model).kind}, which pushes,"
     if muscle.pulley is not None and _has_route(muscle):

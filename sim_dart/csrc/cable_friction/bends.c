@@ -6,11 +6,14 @@
 
    At a via point theta is the angle between the directions before and behind it. In contact it is that of
    contact; on a cylinder, where the cable climbs, times the cosine of the climb: its curvature is that of the
-   circle times the square of it, on a way longer by one over it.                                        */
+   circle times the square of it, on a way longer by one over it. On an ellipsoid it is the integral of the
+   geodesic's curvature.                                                                                 */
 #include "bends.h"
 
 #include "../kinematics/joint_variables.h"
 #include "../math/elementary.h"
+#include "../paths/ellipsoid/ellipsoid.h"
+#include "../paths/place.h"
 #include "../paths/span.h"
 
 #include <string.h>
@@ -78,22 +81,38 @@ static void span_direction(const core *c, int32_t s, const real *point, const re
 {
     const real *place = c->surface_place + 6 * s, *axis = place + 3;
     real r[3], way[3];
+    const wrap_surface placed = placed_surface(c, s);
     for (int k = 0; k < 3; k++) r[k] = point[k] - place[k], way[k] = point[k] - contact[k], out[k] = u[k];
     const real along = c->blob.surface_kind[s] == SURFACE_CYLINDER ? dot3(r, axis) : 0;
     for (int k = 0; k < 3; k++) r[k] -= along * axis[k];
     const real rr = dot3(r, r);
     if (!(value_of(rr) > 0) || value_of(dot3(way, way)) > value_of(NO_SPAN * rr)) return;
-    const real across = dot3(u, r) / rr;
+    if (placed.kind == SURFACE_ELLIPSOID) ellipsoid_normal(&placed, contact, r);
+    const real across = dot3(u, r) / dot3(r, r);
     for (int k = 0; k < 3; k++) out[k] -= across * r[k];
 }
 
-/* Over a surface or off a pulley, whose contact is as core_trace has it. */
-static void go_over(cable_walk *at, const real *contact, int32_t *frame, int32_t next)
+/* By which angle a cable turns about an axis. */
+static real turned_about(const real *contact)
 {
     const real *u = contact + 3, *axis = contact + 18;
     const real climb = dot3(u, axis), square = dot3(u, u), level = square - climb * climb;
-    go(at, u, contact, *frame, contact, next);
-    bend_by(at, value_of(level) > 0 ? contact[CONTACT_NUMBERS - 1] * sqrt(level / square) : 0);
+    return value_of(level) > 0 ? contact[CONTACT_NUMBERS - 1] * sqrt(level / square) : 0;
+}
+
+static real turned_over(const core *c, int32_t s, const real *contact)
+{
+    const wrap_surface placed = placed_surface(c, s);
+    const real way = contact[CONTACT_NUMBERS - 1];
+    if (placed.kind != SURFACE_ELLIPSOID) return turned_about(contact);
+    return value_of(way) > 0 ? ellipsoid_bend(&placed, contact + 12, contact + 3, way) : 0;
+}
+
+/* Over a surface or off a pulley, whose contact is as core_trace has it. */
+static void go_over(cable_walk *at, const real *contact, real angle, int32_t *frame, int32_t next)
+{
+    go(at, contact + 3, contact, *frame, contact, next);
+    bend_by(at, angle);
     memcpy(at->last, contact + 9, sizeof at->last);
     *frame = next;
 }
@@ -109,9 +128,9 @@ static void go_in_contact(cable_walk *at, int32_t first, int32_t wraps, int32_t 
     if (pulleys) memcpy(u, pulley + 3, sizeof u);
     else span_direction(c, surface[0], wrap, wrap + 12, wrap + 3, u);
     pass_point(at, first, u);
-    if (pulleys) go_over(at, pulley, &frame, frame);
-    for (int32_t w = 0; w < wraps; w++)
-        go_over(at, wrap + CONTACT_NUMBERS * w, &frame, c->blob.surface_frame[c->blob.wrap_surface[at->wrap + w]]);
+    if (pulleys) go_over(at, pulley, turned_about(pulley), &frame, frame);
+    for (int32_t w = 0; w < wraps; w++, wrap += CONTACT_NUMBERS)
+        go_over(at, wrap, turned_over(c, surface[w], wrap), &frame, c->blob.surface_frame[surface[w]]);
     go(at, end + 9, end + 6, frame, end + 6, c->blob.point_frame[at->point + 1]);
     if (wraps) span_direction(c, surface[wraps - 1], end + 6, end + 15, end + 9, at->last);
 }

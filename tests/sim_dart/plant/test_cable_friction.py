@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from support.robots.one_link import one_link
 from support.robots.random_robots import random_tree
 from support.robots.wrapped import base_pulley
@@ -26,6 +27,7 @@ from addin_sdfusion.robot import (
     WrapSurface,
     prismatic,
 )
+from addin_sdfusion.robot.model.rotations import rotation
 from sim_dart import Plant
 from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
@@ -63,6 +65,20 @@ def round_a_corner(shape: Any, climb: float = 0.0) -> Case:
     return robot, math.pi / 2 * across / math.hypot(across, climb)
 
 
+def round_an_egg(x: float, y: float, z: float) -> Case:
+    """From below to along x over a quarter of an ellipse."""
+    egg = WrapSurface("egg", WORLD, "ellipsoid", x, Pose((x, -y, 0.0)), half_axes=(y, z))
+    wraps, start = (Wrap("egg", 0),), (0.0, -y - 0.1, 0.0)
+    return slider(start, wraps=wraps, surfaces=(egg,)), math.pi / 2
+
+
+def from_an_egg() -> Case:
+    """Over an ellipsoid up to a point of it where it is level, and on to the slider."""
+    egg = WrapSurface("egg", WORLD, "ellipsoid", 0.4, Pose((0.0, -0.3, 0.0)), half_axes=(0.3, 0.6))
+    points = ((-0.4, -0.6, 0.0), (0.0, 0.0, 0.0))
+    return slider(*points, wraps=(Wrap("egg", 0),), surfaces=(egg,)), math.pi / 2
+
+
 def mirrored() -> Case:
     """Through a tube, which is touched in the middle, as a mirror is, below both ends."""
     tube = WrapSurface("tube", WORLD, "cylinder", 0.05, Pose((0.0, 0.15, 0.0)))
@@ -81,6 +97,9 @@ CASES = {
     "cylinder": lambda: round_a_corner("cylinder"),
     "sphere": lambda: round_a_corner("sphere"),
     "climbing": lambda: round_a_corner("cylinder", 0.4),
+    "ellipsoid": lambda: round_an_egg(0.4, 0.3, 0.6),
+    "ball": lambda: round_an_egg(0.4, 0.4, 0.4),
+    "on an ellipsoid": from_an_egg,
     "inside": mirrored,
     "pulley": off_a_pulley,
 }
@@ -159,6 +178,38 @@ def slide(plant: Plant, way: float) -> None:
 def last_span(plant: Plant) -> float:
     """dl/dq: only the last span moves with the mass."""
     return float(plant.muscle_jacobian[0, 0])
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_over_an_ellipsoid_the_angle_is_that_of_its_geodesic(inside: bool) -> None:
+    """The sum of angles between directions that SciPy's integrator finds along it."""
+    half, turned = np.array([0.3, 0.2, 0.15]), (0.3, 0.5, -0.4)
+    egg = WrapSurface(
+        "egg", WORLD, "ellipsoid", 0.3, Pose((0, 0, 0), turned), half_axes=(0.2, 0.15)
+    )
+    start = (-0.12, 0.02, 0.1) if inside else (-0.5, 0.3, 0.1)
+    robot = slider(start, wraps=(Wrap("egg", 0),), surfaces=(egg,), end=-0.1)
+    paths = MusclePaths(robot)
+    paths.evaluate([0.6])
+    contact = paths.core.array("wrap_contacts", 22)
+    R = np.array(rotation(turned))
+    x, v = R.T @ contact[12:15], R.T @ contact[3:6]
+    scale = float(np.linalg.norm(x / half))
+    assert (scale < 0.999) == inside
+    A = 1 / (scale * half) ** 2
+    v -= (A * x) * (v @ (A * x)) / ((A * x) @ (A * x))
+    v /= np.linalg.norm(v)
+
+    def bends(_: float, state: FloatArray) -> FloatArray:
+        at, along = state[:3], state[3:6]
+        bow = -(along @ (A * along)) / ((A * at) @ (A * at)) * (A * at)
+        return np.concatenate([along, bow, [np.linalg.norm(bow)]])
+
+    begin = np.concatenate([x, v, [0.0]])
+    found = solve_ivp(bends, (0.0, contact[21]), begin, "DOP853", rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(R @ found.y[:3, -1], contact[15:18], atol=1e-10)
+    grip = paths.core.array("bend_grip", 1)[0]
+    assert grip == pytest.approx(MU * found.y[6, -1], rel=1e-10)
 
 
 def test_a_held_mass_stays() -> None:
@@ -323,14 +374,10 @@ def test_other_laws_pull_at_the_driven_end() -> None:
 
 
 def test_what_friction_is_not_for_is_named() -> None:
-    """A rule, a surface, a law."""
+    """A rule, a law."""
     robot, _ = corners()
     with pytest.raises(InputError, match="rk4 does not support friction of cables"):
         Plant(robot, integrator="rk4")
-    egg = WrapSurface("egg", WORLD, "ellipsoid", 0.1, half_axes=(0.1, 0.2))
-    oval = slider((0.0, -0.6, 0.0), wraps=(Wrap("egg", 0),), surfaces=(egg,))
-    with pytest.raises(CardsflowError, match="friction over an ellipsoid"):
-        Plant(oval)
     spring = CableModel("passive_spring", (("K", 1.0),))
     muscle = replace(robot.muscles[0], model=spring, f_max=0.0)
     with pytest.raises(CardsflowError, match="passive_spring"):

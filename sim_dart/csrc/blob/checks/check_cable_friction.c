@@ -7,15 +7,13 @@
 #define LARGEST_PRESLIDING 1
 
 /* Paths that are more than fixed points and wraps by our own rules have no order of spans that friction could
-   go by; over an ellipsoid the angle of contact is not known.                                            */
+   go by. */
 static int is_simple(const blob_view *b, int32_t muscle, int32_t first)
 {
     const int32_t end = first + b->muscle_points[muscle];
     if (end - first < 2) return 0;
     for (int k = 0; k < b->counts.wraps; k++)
-        if (b->wrap_point[k] >= first && b->wrap_point[k] < end &&
-            (b->wrap_rule[k] != RULE_TAUT || b->surface_kind[b->wrap_surface[k]] == SURFACE_ELLIPSOID))
-            return 0;
+        if (b->wrap_point[k] >= first && b->wrap_point[k] < end && b->wrap_rule[k] != RULE_TAUT) return 0;
     for (int k = 0; k < b->counts.conditions; k++)
         if (b->condition_point[k] >= first && b->condition_point[k] < end) return 0;
     for (int k = 0; k < b->counts.moves; k++)

@@ -327,6 +327,41 @@ int ellipsoid_over(const wrap_surface *s, const wrap_way *way, const real A[3], 
     return 1;
 }
 
+/* A point or a normal in the ellipsoid's own axes. */
+static void own_axes(const wrap_surface *s, const real d[3], real out[3])
+{
+    real across[3];
+    cross3(across, s->axis, s->across);
+    out[0] = dot3(s->across, d), out[1] = dot3(across, d), out[2] = dot3(s->axis, d);
+}
+
+void ellipsoid_normal(const wrap_surface *s, const real touch[3], real normal[3])
+{
+    const real r[3] = {touch[0] - s->centre[0], touch[1] - s->centre[1], touch[2] - s->centre[2]};
+    const real size[3] = {s->radius, s->half_axes[0], s->half_axes[1]};
+    real across[3], x[3];
+    cross3(across, s->axis, s->across);
+    own_axes(s, r, x);
+    for (int k = 0; k < 3; k++) x[k] /= size[k] * size[k];
+    for (int k = 0; k < 3; k++) normal[k] = x[0] * s->across[k] + x[1] * across[k] + x[2] * s->axis[k];
+}
+
+real ellipsoid_bend(const wrap_surface *s, const real touch[3], const real direction[3], real way)
+{
+    const real at[3] = {touch[0] - s->centre[0], touch[1] - s->centre[1], touch[2] - s->centre[2]};
+    const real unit = larger(larger(s->radius, s->half_axes[0]), s->half_axes[1]);
+    real r[3] = {s->radius / unit, s->half_axes[0] / unit, s->half_axes[1] / unit}, n[3], u[3], square = 0;
+    geodesic_point p = {.j = 0};
+    ellipsoid_normal(s, touch, n);
+    const real off = dot3(direction, n) / dot3(n, n);
+    for (int k = 0; k < 3; k++) u[k] = direction[k] - off * n[k];
+    own_axes(s, at, p.x), own_axes(s, u, p.v);
+    const real size = sqrt(dot3(u, u));
+    for (int k = 0; k < 3; k++) p.x[k] /= unit, p.v[k] /= size, square += p.x[k] * p.x[k] / (r[k] * r[k]);
+    for (int k = 0; k < 3; k++) r[k] *= sqrt(square); /* an end within has it shrink */
+    return geodesic_bend(r, way / unit, FINE_TERM, &p);
+}
+
 int ellipsoid_is_clear(const wrap_surface *s, const real A[3], const real B[3])
 {
     egg_view v;

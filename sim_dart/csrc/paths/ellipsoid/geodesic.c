@@ -12,12 +12,15 @@
 
        n g_0 w_n = - sum_{k=1..n} (n + k) g_k w_{n-k}.
 
+   Its curvature is |x''| = D g^(-3/2), a power whose coefficients have n + k / 2 in the place of n + k.
+
    Each step is as long as the last coefficients allow.                                                   */
 #include "geodesic.h"
 
 #include "../../math/elementary.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #define ORDER 16 /* a power of 2, whose root is found by square roots */
 #define MOST_STEPS 64
@@ -83,7 +86,23 @@ static void sum_series(const taylor *t, real h, geodesic_point *p)
     p->j = sum[3], p->dj = rise[3];
 }
 
-void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p)
+/* The integral of the curvature over h. */
+static real bend_within(const real A[3], const taylor *t, real h)
+{
+    real power[ORDER - 1], along = 0, sum = 0;
+    for (int i = 0; i < 3; i++) along += A[i] * t->c[1][i] * t->c[1][i];
+    power[0] = 1 / (t->g[0] * sqrt(t->g[0]));
+    for (int n = 1; n < ORDER - 1; n++) {
+        real falls = 0;
+        for (int k = 1; k <= n; k++) falls += (n + 0.5 * k) * t->g[k] * power[n - k];
+        power[n] = -falls / (n * t->g[0]);
+    }
+    for (int n = ORDER - 2; n >= 0; n--) sum = sum * h + power[n] / (n + 1);
+    return along * t->g[0] * sum * h;
+}
+
+/* Add to `bend`, where it is asked for, by which angle it turns. */
+static void follow(const real half_axes[3], real way, real last_term, geodesic_point *p, real *bend)
 {
     taylor t;
     real A[3], left = way;
@@ -94,7 +113,20 @@ void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic
         const int is_last = value_of(fabs(left)) <= value_of(most) || step == MOST_STEPS;
         const real h = is_last ? left : value_of(left) > 0 ? most : -most;
         sum_series(&t, h, p);
+        if (bend) *bend += bend_within(A, &t, h);
         if (is_last) return;
         left -= h;
     }
+}
+
+void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p)
+{
+    follow(half_axes, way, last_term, p, NULL);
+}
+
+real geodesic_bend(const real half_axes[3], real way, real last_term, geodesic_point *p)
+{
+    real bend = 0;
+    follow(half_axes, way, last_term, p, &bend);
+    return bend;
 }

@@ -12,5 +12,7 @@ typedef struct {
 
 /* Go on by `way`, in steps whose last term is that small. Sizes are best about 1. */
 CORE_INSIDE void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p);
+/* The same; by which angle it turns on the way. */
+CORE_INSIDE real geodesic_bend(const real half_axes[3], real way, real last_term, geodesic_point *p);
 
 #endif
