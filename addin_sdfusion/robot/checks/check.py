@@ -70,7 +70,10 @@ def check(robot: Robot) -> list[Finding]:
     Returns:
         Errors first, then warnings; empty for a sound robot.
     """
-    return errors_first(finding for single in CHECKS for finding in single(robot))
+    found = [finding for single in CHECKS for finding in single(robot)]
+    if not any(finding.is_error for finding in found):
+        found += pulleys.reached_points(robot)
+    return errors_first(found)
 
 
 def require_valid(robot: Robot) -> Robot:

@@ -7,9 +7,12 @@ from collections.abc import Iterator
 
 from ..caspr_vocabulary import CASPR_PULLEYS
 from ..finding import Finding, Subject
-from ..finding_builders import all_muscles, error, unknown
+from ..finding_builders import all_muscles, error, unknown, warning
+from ..model.link_poses import initial_poses
 from ..model.muscle import BasePulley, Muscle
+from ..model.pose import Pose, Vector3
 from ..model.robot import Robot
+from ..model.rotations import apply, compose, inverse, subtract
 from ..model.tension_laws import WINCHES, law_of
 
 _OF_BEARING = ("inertia", "bearing_friction")
@@ -62,14 +65,36 @@ def _next_point(subject: Subject, muscle: Muscle, pulley: BasePulley) -> Iterato
     points = muscle.via_points[:2]
     if len(points) < 2 or points[0].link != points[1].link or any(p.moves for p in points):
         return
-    way = [b - a for a, b in zip(points[0].position, points[1].position, strict=True)]
+    if _is_inside(pulley, points[0].position, points[1].position):
+        problem = f"its via point 2 lies inside its pulley of radius {pulley.radius[0]:g} m"
+        yield error(subject, "point-in-pulley", problem)
+
+
+def reached_points(robot: Robot) -> Iterator[Finding]:
+    """The same of a point on another link, as the robot begins: of a robot without errors."""
+    poses: dict[str, Pose] = {}
+    for subject, muscle in all_muscles(robot):
+        points, pulley = muscle.via_points[:2], muscle.pulley
+        if pulley is None or points[0].link == points[1].link or any(p.moves for p in points):
+            continue
+        poses = poses or initial_poses(robot)
+        T_pulley_next = compose(inverse(poses[points[0].link]), poses[points[1].link])
+        if _is_inside(pulley, points[0].position, apply(T_pulley_next, points[1].position)):
+            problem = (
+                f"its via point 2 lies inside its pulley of radius {pulley.radius[0]:g} m "
+                "in the initial pose, so that the pulley shrinks to reach it"
+            )
+            yield warning(subject, "point-reaches-pulley", problem)
+
+
+def _is_inside(pulley: BasePulley, start: Vector3, end: Vector3) -> bool:
+    """Whether a point is in the circle that swivels to hold it, both in the pulley's frame."""
+    way = subtract(end, start)
     size = math.hypot(*pulley.entry_vector)
     along = sum(w * v for w, v in zip(way, pulley.entry_vector, strict=True)) / size
     whole = math.hypot(*way)
     across = math.sqrt(max(whole**2 - along**2, 0.0))
-    if math.hypot(along, across - pulley.radius[0]) < pulley.radius[0]:
-        problem = f"its via point 2 lies inside its pulley of radius {pulley.radius[0]:g} m"
-        yield error(subject, "point-in-pulley", problem)
+    return math.hypot(along, across - pulley.radius[0]) < pulley.radius[0]
 
 
 def _bearing(subject: Subject, muscle: Muscle, pulley: BasePulley) -> Iterator[Finding]:

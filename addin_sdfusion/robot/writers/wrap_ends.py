@@ -14,10 +14,11 @@ from collections.abc import Iterator
 from ..finding import Finding, Subject
 from ..finding_builders import warning
 from ..model.joint import Coordinate
+from ..model.link_poses import link_poses
 from ..model.muscle import Muscle, Wrap, WrapSurface
 from ..model.pose import Vector3
 from ..model.robot import WORLD, Robot, find
-from .wrap_side import ends_on, link_poses
+from .wrap_side import ends_on
 
 POSES = 40
 """How many are looked at beside the initial one."""

@@ -8,21 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..model.coupling import all_values
-from ..model.joint import Motion
+from ..model.link_poses import initial_poses
 from ..model.muscle import Muscle, Wrap
-from ..model.pose import IDENTITY, Pose, Vector3
-from ..model.robot import WORLD, Robot, find
-from ..model.rotations import (
-    apply,
-    axis_rotation,
-    compose,
-    dot,
-    inverse,
-    normalized,
-    rpy,
-    subtract,
-)
+from ..model.pose import Pose, Vector3
+from ..model.robot import Robot, find
+from ..model.rotations import apply, compose, dot, inverse, normalized, subtract
 
 
 def side_direction(robot: Robot, muscle: Muscle, wrap: Wrap) -> Vector3:
@@ -75,27 +65,3 @@ def ends_on(
         for point in muscle.via_points[wrap.segment : wrap.segment + 2]
     )
     return start, end
-
-
-def initial_poses(robot: Robot) -> dict[str, Pose]:
-    """The pose of every link in the world, at the initial values of the coordinates."""
-    return link_poses(robot, {c.name: c.initial for c in robot.coordinates})
-
-
-def link_poses(robot: Robot, q: Mapping[str, float]) -> dict[str, Pose]:
-    """The pose of every link in the world, at values of the free coordinates, in [rad] or [m]."""
-    poses, values = {WORLD: IDENTITY}, all_values(robot, q)
-    for joint in robot.joints:
-        T = compose(poses[joint.parent], joint.T_parent_joint)
-        for motion in joint.motions:
-            own = 0.0 if motion.is_fixed else values[joint.coordinates[motion.coordinate].name]
-            T = compose(T, _motion_pose(motion, motion.way(own)))
-        poses[joint.child] = compose(T, inverse(joint.T_child_joint))
-    return poses
-
-
-def _motion_pose(motion: Motion, q: float) -> Pose:
-    axis = normalized(motion.axis)
-    if motion.kind == "translation":
-        return Pose((q * axis[0], q * axis[1], q * axis[2]))
-    return Pose(rpy=rpy(axis_rotation(axis, q)))

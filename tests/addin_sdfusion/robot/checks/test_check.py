@@ -100,6 +100,12 @@ def in_pulley():
     return (start, replace(start, position=near), end)
 
 
+def reaching():
+    """The same with a point on the arm."""
+    start, near, _ = in_pulley()
+    return (start, replace(near, link="arm"))
+
+
 SCREW = BasePulley(
     "screw", (("pulley_radius", (0.1,)), ("cable_pulley_entry_vector", (0.0, 0.0, 1.0)))
 )
@@ -194,6 +200,7 @@ WARNINGS = {
     "lengths-in-millimetres": with_hand(ixx=500.0, iyy=500.0, izz=500.0),
     "no-moment-arm": with_cable(start="arm"),
     "no-force-limit": with_cable(f_max=math.inf),
+    "point-reaches-pulley": with_cable(via_points=reaching(), pulley=PULLEY),
     "idle-cable-friction": with_cable(
         via_points=(
             ViaPoint(WORLD, (0.1, 0.0, 0.0), friction=0.1),
@@ -233,6 +240,9 @@ NOT_FINITE = {
     "force": with_cable(f_min=NAN),
     "upper force": with_cable(f_max=NAN),
     "friction": with_cable(friction=NAN),
+    "friction of a point": with_cable(
+        via_points=(ViaPoint(WORLD, (1, 0, 0)), ViaPoint("arm", (0, 0, 1), friction=NAN))
+    ),
     "via point": with_cable(via_points=(ViaPoint(WORLD, (NAN, 0, 0)), ViaPoint("arm", (0, 0, 0)))),
     "task frame": with_frame(position=(0.0, NAN, 0.0)),
     "cable": with_cable(model=CableModel("linear_spring", (("K", NAN),))),

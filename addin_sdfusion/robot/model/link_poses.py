@@ -1,0 +1,35 @@
+"""Poses of a robot's links in the world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from .coupling import all_values
+from .joint import Motion
+from .pose import IDENTITY, Pose
+from .robot import WORLD, Robot
+from .rotations import axis_rotation, compose, inverse, normalized, rpy
+
+
+def initial_poses(robot: Robot) -> dict[str, Pose]:
+    """The pose of every link in the world, at the initial values of the coordinates."""
+    return link_poses(robot, {c.name: c.initial for c in robot.coordinates})
+
+
+def link_poses(robot: Robot, q: Mapping[str, float]) -> dict[str, Pose]:
+    """The pose of every link in the world, at values of the free coordinates, in [rad] or [m]."""
+    poses, values = {WORLD: IDENTITY}, all_values(robot, q)
+    for joint in robot.joints:
+        T = compose(poses[joint.parent], joint.T_parent_joint)
+        for motion in joint.motions:
+            own = 0.0 if motion.is_fixed else values[joint.coordinates[motion.coordinate].name]
+            T = compose(T, _motion_pose(motion, motion.way(own)))
+        poses[joint.child] = compose(T, inverse(joint.T_child_joint))
+    return poses
+
+
+def _motion_pose(motion: Motion, q: float) -> Pose:
+    axis = normalized(motion.axis)
+    if motion.kind == "translation":
+        return Pose((q * axis[0], q * axis[1], q * axis[2]))
+    return Pose(rpy=rpy(axis_rotation(axis, q)))
