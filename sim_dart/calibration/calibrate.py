@@ -12,10 +12,11 @@ from addin_sdfusion.robot.checks.check import require_valid
 from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
 
-from .fit import CalibrationProblem, Fit, fit
+from .fit import Fit, fit
 from .inertia import inertia_numbers
 from .markers import Marker, SeenMarkers, shown_poses
 from .parameters import Parameter, PriorSettings, free_parameters
+from .problem import CalibrationProblem
 from .readings import Readings, Window, noise, windows
 
 WINDOW = 0.08
@@ -25,6 +26,7 @@ _STAGES = ((0.25, 8), (0.5, 4), (1.0, 4))
 """Parts of windows, and one window of so many: a model that is far off stays near the readings."""
 
 _STAGE_ITERATIONS = 6
+_STAGE_GAIN = 3e-3
 _FEWEST = 10
 _LARGEST_WORK = 8e6
 """Directions times readings: of longer recordings windows are left out evenly."""
@@ -143,8 +145,8 @@ def calibrate(
     z = np.zeros(len(parameters))
     for fraction, every in _STAGES:
         some = _bounded(_windows_of(cut, fraction)[::every], len(parameters))
-        found = fit(problem, some, z, _STAGE_ITERATIONS)
-        problem.skip_idle(found.at.information)
+        found = fit(problem, some, z, _STAGE_ITERATIONS, _STAGE_GAIN)
+        problem.skip_idle(found.information)
         z = found.z
     some = _bounded(cut, len(parameters))
     found = fit(problem, some, z)
@@ -164,12 +166,12 @@ def _result(
     notes: tuple[str, ...],
 ) -> Calibration:
     P, n = len(problem.parameters), len(robot.coordinates)
-    H = found.at.information
+    H = found.information
     _, _, prior = problem.prior(found.z)
     C = np.linalg.inv(H + prior)
-    count = sum(int((~np.isnan(r)).sum()) for r in found.at.residuals)
+    count = sum(int((~np.isnan(r)).sum()) for r in found.settled.residuals)
     freedom = count - 2 * n * len(cut) - float(np.trace(H @ C))
-    misfit = found.at.cost / max(freedom, 1.0)
+    misfit = found.settled.cost / max(freedom, 1.0)
     sd = problem.sd
     none = np.zeros(P)
     return Calibration(
@@ -182,7 +184,7 @@ def _result(
         misfit=misfit,
         noise=spread,
         before=_errors(problem, none, cut),
-        after=_errors(problem, found.z, cut),
+        after=_rms(problem, found.settled.residuals),
         kept_before=_errors(problem, none, kept),
         kept_after=_errors(problem, found.z, kept),
         windows=len(cut),
@@ -204,14 +206,17 @@ def _changes(robot: Robot, problem: CalibrationProblem, z: FloatArray) -> FloatA
 
 def _errors(problem: CalibrationProblem, z: FloatArray, cut: Sequence[Window]) -> Errors:
     """With theta held, and windows beginning where they fit best."""
+    settled = problem.settled(z, cut)
+    beyond = [np.full(cut[0].measured.shape, np.inf)]
+    return _rms(problem, beyond if settled is None else settled.residuals)
+
+
+def _rms(problem: CalibrationProblem, residuals: Sequence[FloatArray]) -> Errors:
     n, m = len(problem.robot.coordinates), len(problem.robot.muscles)
-    _, left = problem.with_starts(z, cut)
-    rms = np.full(cut[0].measured.shape[1], np.inf)
-    if left is not None:
-        squares = np.concatenate(left) ** 2
-        told = ~np.isnan(squares)
-        sums = np.where(told, squares, 0.0).sum(axis=0)
-        rms = np.sqrt(np.where(told.any(axis=0), sums / np.maximum(told.sum(axis=0), 1), np.nan))
+    squares = np.concatenate(residuals) ** 2
+    told = ~np.isnan(squares)
+    sums = np.where(told, squares, 0.0).sum(axis=0)
+    rms = np.sqrt(np.where(told.any(axis=0), sums / np.maximum(told.sum(axis=0), 1), np.nan))
     return Errors(*np.split(rms, [n, n + m]))
 
 

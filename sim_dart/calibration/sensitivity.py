@@ -30,13 +30,27 @@ def _bound() -> Any:
     return core
 
 
+class Directions(NamedTuple):
+    """What a roll-out is differentiated by, besides where it begins.
+
+    Attributes:
+        robot: How the robot's numbers change along each, shape (directions, numbers).
+        changes: How tensions may change, shape (k, rows, m).
+        commanded: Of each direction, which of these goes with it, or -1, shape (directions,).
+    """
+
+    robot: FloatArray
+    changes: FloatArray
+    commanded: IntArray
+
+
 class Rolled(NamedTuple):
     """A roll-out.
 
     Attributes:
         readings: q and path lengths, shape (rows, n + m).
         derivatives: By the directions, then by q and qd at the start, shape (rows, n + m,
-            directions + 2 n).
+            directions + 2 n); no columns where there was nothing to differentiate by.
     """
 
     readings: FloatArray
@@ -53,20 +67,18 @@ class Sensitivity:
 
     Args:
         robot: The robot; its driven muscles pull with the tensions they are given.
-        directions: How its numbers change along each direction, shape (directions, numbers).
 
     Raises:
         CardsflowError: This core has no derivatives.
     """
 
-    def __init__(self, robot: Robot, directions: FloatArray) -> None:
+    def __init__(self, robot: Robot) -> None:
         self._core = Core(compile_blob(estimated_robot(robot)))
         self._c = _bound()
         size = self._c.core_sensitivity_size(self._core.handle)
         if not size:
             raise CardsflowError("this C core has no derivatives, by which robots are calibrated")
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
-        self._directions = np.ascontiguousarray(directions)
         self._memory = np.empty(-(-size // 8))
         address = self._memory.ctypes.data
         self._handle = ctypes.c_void_p(self._c.core_sensitivity_open(self._core.handle, address))
@@ -76,10 +88,9 @@ class Sensitivity:
         start: FloatArray,
         tensions: FloatArray,
         torques: FloatArray,
-        changes: FloatArray,
-        commanded: IntArray,
         h: float,
         steps: int,
+        along: Directions | None = None,
     ) -> Rolled | None:
         """Roll through the readings of a window.
 
@@ -87,24 +98,26 @@ class Sensitivity:
             start: q and qd at the first reading, shape (2 n,).
             tensions: From each reading on, shape (rows, m), in [N].
             torques: Of motors at joints, shape (rows, n), in [N·m] or [N].
-            changes: How tensions may change, shape (k, rows, m).
-            commanded: Of each direction, which of these goes with it, or -1, shape (directions,).
             h: Step, in [s].
             steps: Steps between two readings.
+            along: What to differentiate by, besides the start; None for readings alone, in a small
+                part of the time.
 
         Returns:
             None where the state has diverged.
         """
         rows, width = len(tensions), self._n + self._m
         readings = np.empty((rows, width))
-        derivatives = np.empty((rows, width, len(self._directions) + 2 * self._n))
         start, tensions = np.ascontiguousarray(start), np.ascontiguousarray(tensions)
-        torques, changes = np.ascontiguousarray(torques), np.ascontiguousarray(changes)
-        q = start.ctypes.data
+        torques, q = np.ascontiguousarray(torques), start.ctypes.data
+        arrays = [] if along is None else [np.ascontiguousarray(array) for array in along]
+        addresses = [array.ctypes.data for array in arrays] or [0] * len(Directions._fields)
+        count = 0 if along is None else len(along.commanded)
+        columns = 0 if along is None else count + 2 * self._n
+        derivatives = np.empty((rows, width, columns))
         bad = self._c.core_sensitivity_roll(
             *(self._handle, q, q + 8 * self._n, rows, steps, h),
-            *(tensions.ctypes.data, torques.ctypes.data, len(self._directions)),
-            *(self._directions.ctypes.data, changes.ctypes.data, commanded.ctypes.data),
-            *(readings.ctypes.data, derivatives.ctypes.data),
+            *(tensions.ctypes.data, torques.ctypes.data, count, *addresses),
+            *(readings.ctypes.data, derivatives.ctypes.data if columns else None),
         )
         return None if bad else Rolled(readings, derivatives)

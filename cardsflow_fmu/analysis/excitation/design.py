@@ -22,8 +22,8 @@ from addin_sdfusion.robot import CardsflowError, InputError, Robot
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.inverse_dynamics import Motion, motion_terms
 from sim_dart.calibration.calibrate import WINDOW
-from sim_dart.calibration.fit import CalibrationProblem
 from sim_dart.calibration.parameters import Parameter, PriorSettings, free_parameters
+from sim_dart.calibration.problem import CalibrationProblem
 from sim_dart.calibration.readings import Readings, Window
 
 from .motions import Motions

@@ -69,10 +69,12 @@ static int go(const core_sensitivity *s, const roll *roll, const double *dq, con
     for (int32_t row = 0; row < roll->rows; row++) {
         core_tangent_values(s->tangent, TANGENT_Q, readings + (size_t)row * (n + m));
         core_tangent_values(s->tangent, TANGENT_LENGTHS, readings + (size_t)row * (n + m) + n);
-        core_tangent_changes(s->tangent, TANGENT_Q, s->reading);
-        for (size_t k = 0; k < n; k++, derivatives += stride) *derivatives = s->reading[k];
-        core_tangent_changes(s->tangent, TANGENT_LENGTHS, s->reading);
-        for (size_t k = 0; k < m; k++, derivatives += stride) *derivatives = s->reading[k];
+        if (derivatives) {
+            core_tangent_changes(s->tangent, TANGENT_Q, s->reading);
+            for (size_t k = 0; k < n; k++, derivatives += stride) *derivatives = s->reading[k];
+            core_tangent_changes(s->tangent, TANGENT_LENGTHS, s->reading);
+            for (size_t k = 0; k < m; k++, derivatives += stride) *derivatives = s->reading[k];
+        }
         const double *change = dcommands ? dcommands + (size_t)row * m : s->none;
         core_tangent_set(s->tangent, TANGENT_COMMANDS, roll->commands + (size_t)row * m, change);
         core_tangent_set(s->tangent, TANGENT_TORQUES, roll->torques + (size_t)row * n, s->none);
@@ -96,6 +98,7 @@ int core_sensitivity_roll(core_sensitivity *s, const double *q, const double *qd
         if (bad) return bad;
     }
     core_tangent_change_robot(s->tangent, s->none);
+    if (!derivatives) return go(s, &roll, s->none, s->none, NULL, readings, NULL, 0);
     for (size_t j = 0; j < 2 * s->n; j++) {
         s->of_start[j % s->n] = 1;
         const double *dq = j < s->n ? s->of_start : s->none, *dqd = j < s->n ? s->none : s->of_start;

@@ -22,7 +22,7 @@ from sim_dart.calibration.inertia import (
 )
 from sim_dart.calibration.parameters import PriorSettings, calibrated_robot, free_parameters
 from sim_dart.calibration.readings import windows
-from sim_dart.calibration.sensitivity import Sensitivity, robot_numbers
+from sim_dart.calibration.sensitivity import Directions, Sensitivity, robot_numbers
 
 FREE = ["muscles.*.offset", "joints.*.damping"]
 
@@ -61,10 +61,9 @@ def test_derivatives_by_the_robots_numbers_are_those_of_differences(arm: Robot, 
         ends = [robot_numbers(changed(k, way * h)) for way in (1.0, -1.0)]
         with np.errstate(invalid="ignore"):
             rows.append(np.where(ends[0] == ends[1], 0.0, (ends[0] - ends[1]) / (2 * h)))
-    nothing = np.zeros((0, *tensions.shape)), np.full(len(rows), -1, dtype=np.int32)
-    exact = Sensitivity(arm_there, np.array(rows)).roll(
-        start, tensions, np.zeros((8, 2)), *nothing, 1e-3, 5
-    )
+    none = np.full(len(rows), -1, dtype=np.int32)
+    along = Directions(np.array(rows), np.zeros((0, *tensions.shape)), none)
+    exact = Sensitivity(arm_there).roll(start, tensions, np.zeros((8, 2)), 1e-3, 5, along)
     assert exact is not None
     for k in range(len(parameters)):
         ends = [rolled(changed(k, way * h), start, tensions) for way in (1.0, -1.0)]

@@ -9,7 +9,7 @@ import numpy as np
 from addin_sdfusion.robot import Robot, read_robot
 from sim_dart.calibration.markers import Marker
 from sim_dart.calibration.readings import Readings
-from sim_dart.calibration.sensitivity import Sensitivity, robot_numbers
+from sim_dart.calibration.sensitivity import Sensitivity
 from sim_dart.core.arrays import FloatArray
 
 from .robots import PLANAR_2R
@@ -36,10 +36,8 @@ def damped_arm() -> Robot:
 
 def rolled(robot: Robot, start: FloatArray, tensions: FloatArray) -> FloatArray:
     """Positions and lengths at readings of a roll-out, shape (rows, n + m)."""
-    none = np.zeros((0, robot_numbers(robot).size))
-    nothing = np.zeros((0, *tensions.shape)), np.zeros(0, dtype=np.int32)
     torques = np.zeros((len(tensions), len(robot.coordinates)))
-    found = Sensitivity(robot, none).roll(start, tensions, torques, *nothing, 1e-3, 5)
+    found = Sensitivity(robot).roll(start, tensions, torques, 1e-3, 5)
     assert found is not None
     return found.readings
 
