@@ -18,6 +18,7 @@ from .markers import Marker, SeenMarkers, shown_poses
 from .parameters import Parameter, PriorSettings, free_parameters
 from .problem import CalibrationProblem
 from .readings import Readings, Window, noise, windows
+from .same_robot import require_this_robot
 
 WINDOW = 0.08
 """Duration of a roll-out, in [s]: long enough for velocities, short enough for model errors."""
@@ -38,9 +39,6 @@ _TELLING = 0.1
 """Errors below this part of the readings' noise do not tell robots apart."""
 _SLOWEST = 0.05
 """Readings farther apart than this, in [s], show no velocities."""
-
-_OTHER_ROBOT = 0.1
-"""Lengths that differ by more, in [m], are those of another robot."""
 
 _GEOMETRY = ("point", "offset", "stiffness")
 
@@ -138,7 +136,7 @@ def calibrate(
     parameters, notes = free_parameters(robot, free, torques, believed, markers)
     if any(one.kind in _GEOMETRY for one in parameters):
         for readings in recordings:
-            _require_this_robot(robot, paths, readings)
+            require_this_robot(robot, paths, readings)
     cut, kept = _kept_out(recordings)
     spread = noise(cut)
     problem = CalibrationProblem(robot, parameters, spread, believed.inertia, seen=seen)
@@ -150,6 +148,7 @@ def calibrate(
         z = found.z
     some = _bounded(cut, len(parameters))
     found = fit(problem, some, z)
+    found = replace(found, z=problem.without_traces(found.z))
     require_valid(problem.robot_at(found.z))
     result = _result(robot, problem, found, some, kept, spread, notes)
     _require_better(result)
@@ -263,27 +262,6 @@ def _require_sensors(robot: Robot, readings: Readings) -> None:
     if mute:
         what = f"tensions of {', '.join(mute)} are missing, and commanded forces as well"
         raise InputError(f"{readings.name}: {what}")
-
-
-def _require_this_robot(robot: Robot, paths: MusclePaths, readings: Readings) -> None:
-    """Refuse lengths that are another robot's.
-
-    Raises:
-        InputError: They do not follow the robot's own, be they off by a constant.
-    """
-    q = readings.poses
-    rows = np.flatnonzero(~np.isnan(q).any(axis=1))
-    rows = rows[:: max(1, len(rows) // 200)]
-    lengths = [paths.evaluate(q[row]).lengths.copy() for row in rows]
-    off = readings.lengths[rows] - np.reshape(lengths, (len(rows), len(robot.muscles)))
-    for muscle, differences in zip(robot.muscles, off.T, strict=True):
-        known = differences[~np.isnan(differences)]
-        most = float(np.abs(known - np.median(known)).max()) if len(known) else 0.0
-        if not most <= _OTHER_ROBOT:
-            raise InputError(
-                f"{readings.name}: the length of {muscle.name!r} differs from this robot's by up "
-                f"to {1e3 * most:.3g} mm, besides a constant: it is another robot's"
-            )
 
 
 def _require_better(result: Calibration) -> None:

@@ -125,7 +125,8 @@ class CalibrationProblem:
         self._noise, self._longest = noise, longest_step
         self.sd = np.array([one.sd for one in parameters])
         self.low = np.array([(one.low - one.value) / one.sd for one in parameters])
-        self.low[[one.kind == "friction" for one in parameters]] += _LEAST_FRICTION
+        self._rubs = np.array([one.kind == "friction" for one in parameters], dtype=bool)
+        self.low[self._rubs] += _LEAST_FRICTION
         self._compliance = cable_compliances(robot)
         self._directions = np.zeros((len(self.parameters), robot_numbers(robot).size))
         self._priors = _inertia_priors(self.robot, self.parameters, inertia_sd)
@@ -148,6 +149,10 @@ class CalibrationProblem:
     def robot_at(self, z: FloatArray) -> Robot:
         """The robot with theta = z sd."""
         return calibrated_robot(self.robot, self.parameters, z * self.sd)
+
+    def without_traces(self, z: FloatArray) -> FloatArray:
+        """Z, but no friction where it is at its least."""
+        return np.where(self._rubs & (z <= self.low), z - _LEAST_FRICTION, z)
 
     def prior(self, z: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """The cost of theta by what was believed, half its gradient and half its Hessian."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 from pathlib import Path
 from typing import Any
@@ -12,11 +13,17 @@ from support.cases import LONG
 from support.command_line import CommandLine
 from support.hardware.hardware_devices import served
 from support.robots.recorded_arm import damped_arm
-from support.robots.unknown import true_robot
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot.writers.convert import convert
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
+
+_spec = importlib.util.spec_from_file_location("true_arm", EXAMPLES / "unknown_arm/true_arm.py")
+assert _spec is not None
+assert _spec.loader is not None
+true_arm = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(true_arm)
 
 FREE = "muscles.*.offset, muscles.*.via_points, links.*.inertia, joints.*"
 LOCKSTEP = {"hardware.use": True, "hardware.mode": "lockstep"}
@@ -30,7 +37,7 @@ def test_an_arm_of_unknown_truth_is_calibrated_and_then_needs_no_encoders(
     """Before, no pose fits its lengths; with the calibrated robot they tell it to 1 mrad."""
     rng, cad = np.random.default_rng(1), damped_arm()
     convert(cad, "sdf", tmp_path / "cad")
-    convert(true_robot(cad, rng), "sdf", tmp_path / "truth")
+    convert(true_arm.true_robot(cad, rng), "sdf", tmp_path / "truth")
     exciting, new = tmp_path / "exciting", tmp_path / "calibrated"
     words = [tmp_path / "cad", "--free", FREE, "--duration", "6", "-o", exciting]
     assert cardsflow("excite", *words)[0] == 0

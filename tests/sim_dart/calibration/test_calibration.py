@@ -131,6 +131,18 @@ def test_hidden_numbers_are_found_within_their_deviations(arm: Robot) -> None:
 
 
 @pytest.mark.slow
+def test_friction_of_joints_is_found_where_files_have_none(arm: Robot) -> None:
+    hidden = (0.0, 0.2)
+    free = ["joints.*.friction"]
+    parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())
+    truth = calibrated_robot(arm, parameters, np.array(hidden))
+    result = calibrate(arm, [recording(truth, np.zeros(4), 1)], free)
+    assert (np.abs(result.change - hidden) < 3.0 * result.sd).all()
+    assert (result.sd < 0.01).all()
+    assert result.misfit < 1.2
+
+
+@pytest.mark.slow
 def test_friction_of_cables_is_found(arm: Robot) -> None:
     arm, free = bent(arm, 0.15, (0.2, -0.3)), ["muscles.*.friction"]
     parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())
@@ -156,6 +168,11 @@ def test_what_is_not_identifiable_is_refused(arm: Robot) -> None:
         calibrate(arm, [replace(whole, tensions=np.full_like(whole.tensions, np.nan))], FREE)
     with pytest.raises(InputError, match="another robot's"):
         calibrate(arm, [replace(whole, lengths=whole.lengths * [1, np.nan, 2, 1])], FREE)
+    crossed = whole.lengths[:, [2, 1, 0, 3]]
+    with pytest.raises(InputError, match=r"'l\.cable_1' and 'l\.cable_3' look swapped"):
+        calibrate(arm, [replace(whole, lengths=crossed)], FREE)
+    with pytest.raises(InputError, match=r"'q\.joint_1' and 'q\.joint_2' look swapped"):
+        calibrate(arm, [replace(whole, q=whole.q[:, ::-1])], FREE)
     with pytest.raises(InputError, match="is nothing of this robot"):
         calibrate(arm, [whole], ["muscles.*.ofset"])
     with pytest.raises(InputError, match=r"readings are 5 s apart, .* times are in s"):
