@@ -8,6 +8,7 @@ otherwise than in OpenSim, or is left out, is a finding.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -31,6 +32,7 @@ from .joints import about, free_joint, read_joint
 from .loops import read_loops
 from .muscles import is_muscle, read_muscle
 from .paths import Surroundings
+from .tori import Torus, with_cylinders
 from .wraps import read_wrap_objects
 
 GRAVITY = (0.0, -9.80665, 0.0)
@@ -80,9 +82,9 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     _note_left_out(model)
     note_shapes(model)
     note_missing_meshes(model, links)
-    _note_approximations(model, read)
+    surfaces = {name: wrap.surface for name, wrap in wraps.items() if wrap is not None}
     gravity = model.vector("gravity") if model.all("gravity") else GRAVITY
-    return Robot(
+    robot = Robot(
         model.subject.name,
         tuple(links),
         tuple(joints),
@@ -90,9 +92,12 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
         DEFAULT_SET if read else "",
         tuple(_markers(model, frames)),
         gravity=gravity,
-        wrap_surfaces=tuple(wrap.surface for wrap in wraps.values() if wrap is not None),
+        wrap_surfaces=tuple(s for s in surfaces.values() if not isinstance(s, Torus)),
         loops=loops,
     )
+    robot = with_cylinders(robot, {n: s for n, s in surfaces.items() if isinstance(s, Torus)})
+    _note_approximations(model, robot.muscles)
+    return robot
 
 
 def _coordinates(joint: Node) -> list[Node]:
@@ -127,7 +132,7 @@ def _note_left_out(model: Node) -> None:
             parts[0].warning("part-left-out", f"{len(parts)} {what} are left out: {names}")
 
 
-def _note_approximations(model: Node, muscles: list[Muscle]) -> None:
+def _note_approximations(model: Node, muscles: Sequence[Muscle]) -> None:
     wrapped = sum(bool(muscle.wraps) for muscle in muscles)
     if wrapped:
         problem = (

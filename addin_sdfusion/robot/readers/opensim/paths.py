@@ -72,7 +72,7 @@ def read_wraps(path: Node, around: Surroundings, points: int) -> Iterator[Wrap]:
             continue
         segments = None if end == start + 1 else end - 1
         yield Wrap(
-            wrap.surface.name,
+            name,
             start,
             rule="opensim",
             quadrant=wrap.quadrant,

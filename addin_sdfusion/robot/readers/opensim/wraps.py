@@ -4,27 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple, cast, get_args
 
+from ...finding import Subject
 from ...model.muscle import Quadrant, WrapSurface
 from ...model.robot import WORLD
 from ...model.transform import IDENTITY, Transform
 from ..xml import Node, shortened
 from .document import is_true, objects, text
 from .frames import Frames, offset, pose_of
+from .tori import Torus
 
-SHAPES = ("WrapSphere", "WrapCylinder", "WrapEllipsoid")
+SHAPES = ("WrapSphere", "WrapCylinder", "WrapEllipsoid", "WrapTorus")
 
 
 class WrapObject(NamedTuple):
     """A wrap object.
 
     Attributes:
-        surface: The surface.
+        surface: The surface; a torus, which is none of ours.
         quadrant: The half of space that paths over it keep to.
     """
 
-    surface: WrapSurface
+    surface: WrapSurface | Torus
     quadrant: Quadrant
 
 
@@ -34,8 +37,9 @@ def read_wrap_objects(model: Node, frames: Frames) -> dict[str, WrapObject | Non
     for link, T_link_frame, owner in _owners(model, frames):
         for node in objects(owner, "WrapObjectSet"):
             name = node.attribute("name")
+            node = replace(node, subject=Subject("wrap_surface", name))
             if name in found:
-                problem = f"an earlier wrap object is {name!r} too, and is meant by it"
+                problem = "an earlier wrap object has that name, too, and is meant by it"
                 node.warning("duplicate-wrap-surface", problem)
             elif is_true(node, "active", True):
                 found[name] = _read(node, name, link, T_link_frame)
@@ -69,6 +73,9 @@ def _read(node: Node, name: str, link: str, T_link_frame: Transform) -> WrapObje
         a, b, c = node.vector("dimensions")
         surface = WrapSurface(name, link, "ellipsoid", a, pose, half_axes=(b, c))
         return WrapObject(surface, quadrant)
+    if node.tag == "WrapTorus":
+        tube, ring = node.number("inner_radius"), node.number("outer_radius")
+        return WrapObject(Torus(node, link, pose, tube, ring), quadrant)
     known = ", ".join(SHAPES)
     problem = f"<{node.tag}> {name!r} is not supported ({known} are): paths go straight there"
     node.warning("wrap-left-out", problem)
