@@ -36,6 +36,9 @@ int native_robot_open(struct native_robot *robot, const struct native_file *file
     robot->bias = array(c, "coriolis", &length);
     robot->tensions = array(c, "tensions", &length);
     robot->far_tensions = array(c, "far_tensions", &robot->far);
+    robot->force_low = array(c, "force_low", &length);
+    robot->force_high = array(c, "force_high", &length);
+    robot->commands = array(c, "commands", &length);
     robot->pull_jacobian = array(c, "pull_jacobian", &length);
     robot->states = array(c, "law_states", &robot->s);
     array(c, "bend_grip", &robot->bends);

@@ -57,9 +57,7 @@ void native_muscles_set_state(struct native_muscles *muscles, const struct nativ
                         const double *qd, const double *states, const double *f_min, const double *f_max,
                         double period)
 {
-    size_t length;
-    const double *low = core_array(robot->core, "force_low", &length);
-    const double *high = core_array(robot->core, "force_high", &length);
+    const double *low = robot->force_low, *high = robot->force_high;
     go(robot, q, qd);
     for (size_t i = 0; i < muscles->settings->of.states.count; i++)
         robot->states[muscles->settings->state_order[i]] = states[i];
@@ -79,10 +77,9 @@ void native_muscles_set_state(struct native_muscles *muscles, const struct nativ
 void native_muscles_update(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
                          const double *qd, const double *forces, double period)
 {
-    size_t length;
     go(robot, q, qd);
     core_invert(robot->core, forces, ahead(muscles, period), period);
-    memcpy(muscles->commands, core_array(robot->core, "commands", &length), muscles->m * sizeof(double));
+    memcpy(muscles->commands, robot->commands, muscles->m * sizeof(double));
     core_drive(robot->core, qd, muscles->commands);
     memcpy(muscles->began, robot->tensions, muscles->m * sizeof(double));
     muscles->has_ticked[0] = 1;
