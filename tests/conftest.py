@@ -56,6 +56,20 @@ def pytest_configure(config: pytest.Config) -> None:
     """
     if os.environ.pop("PYTHONDONTWRITEBYTECODE", "") and hasattr(config, "cache"):
         os.environ["PYTHONPYCACHEPREFIX"] = str(config.cache.mkdir("bytecode"))
+    if config.args == config.getini("testpaths"):
+        _begin_elsewhere(config)
+
+
+def _begin_elsewhere(config: pytest.Config) -> None:
+    """Each worker collects in an order of its own: what one has compiled, the others find."""
+    count = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    number = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+    tests = Path(__file__).parent
+    files = [f for f in tests.rglob("test_*.py") if "benchmarks" not in f.parts]
+    folders = sorted({str(file.parent) for file in files} - {str(tests)})
+    paths = [*folders, *sorted(str(file) for file in files if file.parent == tests)]
+    first = number * len(paths) // count
+    config.args[:] = paths[first:] + paths[:first]
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
@@ -65,7 +79,8 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Of tests with many cases that are alike, as many run as their mark `cases` says."""
+    """In one order; of tests with many cases that are alike, as many as their mark `cases` says."""
+    items.sort(key=lambda item: item.location[0])
     if "CARDSFLOW_LONG_TESTS" in os.environ:
         return
     tests: dict[str, list[pytest.Item]] = {}
