@@ -83,13 +83,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items.sort(key=lambda item: item.location[0])
     if "CARDSFLOW_LONG_TESTS" in os.environ:
         return
-    tests: dict[str, list[pytest.Item]] = {}
+    tests: dict[tuple[str, int], list[pytest.Item]] = {}
     for item in items:
-        if item.get_closest_marker("cases"):
-            tests.setdefault(item.nodeid.partition("[")[0], []).append(item)
+        for mark in item.iter_markers("cases"):
+            tests.setdefault((item.nodeid.partition("[")[0], mark.args[0]), []).append(item)
     left_out: set[pytest.Item] = set()
-    for cases in tests.values():
-        count = cases[0].get_closest_marker("cases").args[0]
+    for (_, count), cases in tests.items():
         left_out |= {*cases} - {cases[k * len(cases) // count] for k in range(count)}
     if left_out:
         config.hook.pytest_deselected(items=[item for item in items if item in left_out])

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.cases import few
 from support.command_line import CommandLine
 from support.fmu.bare_environment import BareEnvironment
 from support.robots.robots import EXAMPLES, PLANAR_2R
@@ -70,16 +69,13 @@ def cardsflow(capsys: pytest.CaptureFixture[str]) -> CommandLine:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "settings"),
-    few(
-        [
-            ("roboy_left_arm", {}),
-            ("planar_2r", {"controller.period": 0.01}),
-            ("pick_up", {}),
-            ("hill_arm", {}),
-            ("planar_2r", {}),
-        ],
-        slow=2,
-    ),
+    [
+        ("roboy_left_arm", {}),
+        ("planar_2r", {"controller.period": 0.01}),
+        ("pick_up", {}),
+        ("hill_arm", {}),
+        ("planar_2r", {}),
+    ],
     ids=str,
 )
 def test_the_script_steps_as_run_does(

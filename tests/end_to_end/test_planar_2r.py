@@ -288,13 +288,11 @@ def test_a_start_half_a_radian_off_is_recovered(start: list[float], period: floa
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("type_", "kp", "kd", "largest"),
-    few(
-        [
-            ("force_position", 2000.0, 90.0, 1e-3),
-            ("lyapunov", [480.0, 50.0], [21.0, 2.2], 1e-3),
-            ("torque_position", [480.0, 50.0], [21.0, 2.2], 0.03),
-        ]
-    ),
+    [
+        ("force_position", 2000.0, 90.0, 1e-3),
+        ("lyapunov", [480.0, 50.0], [21.0, 2.2], 1e-3),
+        ("torque_position", [480.0, 50.0], [21.0, 2.2], 0.03),
+    ],
 )
 def test_other_controllers_of_joints_run_as_fmus(
     type_: str, kp: object, kd: object, largest: float, tmp_path: Path

@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from support.cases import few
 from support.robots.robots import EXAMPLES
 
 HEAVY = {
@@ -42,16 +41,13 @@ def imported(words: tuple[str, ...], folder: Path) -> set[str]:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "needed"),
-    few(
-        [
-            (("--version",), set()),
-            (("check", str(ARM / "robot")), {"numpy", "pydantic", "scipy"}),
-            (("build", str(ARM), "-o", "out"), {"numpy", "pydantic", "fmpy"}),
-            (("run", str(ARM), *SHORT), {"numpy", "pydantic", "fmpy", "matplotlib"}),
-            (("info", str(ARM / "robot")), {"numpy"}),
-        ],
-        2,
-    ),
+    [
+        (("--version",), set()),
+        (("check", str(ARM / "robot")), {"numpy", "pydantic", "scipy"}),
+        (("build", str(ARM), "-o", "out"), {"numpy", "pydantic", "fmpy"}),
+        (("run", str(ARM), *SHORT), {"numpy", "pydantic", "fmpy", "matplotlib"}),
+        (("info", str(ARM / "robot")), {"numpy"}),
+    ],
     ids=lambda value: value[0] if isinstance(value, tuple) else "",
 )
 def test_a_command_imports_what_it_needs(

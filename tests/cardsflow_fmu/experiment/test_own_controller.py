@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.cases import few
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
@@ -152,15 +151,12 @@ def test_what_it_does_wrong_is_one_line_with_the_place(
 
 @pytest.mark.parametrize(
     ("code", "message"),
-    few(
-        [
-            ("class Mine(:\n    pass\n", "mine.py:1: cannot be read: "),
-            ("import nothing_of_this_name\nclass Mine:\n    pass\n", "mine.py:1: ModuleNotFound"),
-            ("raise SystemError('odd')\nclass Mine:\n    pass\n", "mine.py:1: SystemError: odd"),
-            ("\0", "mine.py: cannot be read: "),
-        ],
-        count=4,
-    ),
+    [
+        ("class Mine(:\n    pass\n", "mine.py:1: cannot be read: "),
+        ("import nothing_of_this_name\nclass Mine:\n    pass\n", "mine.py:1: ModuleNotFound"),
+        ("raise SystemError('odd')\nclass Mine:\n    pass\n", "mine.py:1: SystemError: odd"),
+        ("\0", "mine.py: cannot be read: "),
+    ],
 )
 def test_a_file_that_cannot_be_run(folder: Path, code: str, message: str) -> None:
     (folder / "mine.py").write_text(code)

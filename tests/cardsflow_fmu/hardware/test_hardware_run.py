@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.cases import few
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
@@ -532,21 +531,17 @@ def test_ctrl_c_during_the_handshake(tmp_path: Path, host: str, times: int) -> N
     assert not out.exists()
 
 
-@pytest.mark.cases(1)
+@pytest.mark.cases(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("host", "signal_"),
-    few(
-        [
-            ("in-process", signal.SIGINT),
-            ("in-process", signal.SIGHUP),
-            ("in-process", signal.SIGKILL),
-            ("worker", signal.SIGTERM),
-            ("worker", signal.SIGKILL),
-        ],
-        2,
-        slow=1,
-    ),
+    [
+        ("in-process", signal.SIGINT),
+        ("in-process", signal.SIGHUP),
+        ("in-process", signal.SIGKILL),
+        ("worker", signal.SIGTERM),
+        ("worker", signal.SIGKILL),
+    ],
 )
 def test_every_end_of_a_run_leads_to_the_safe_state(
     served: DeviceServer, tmp_path: Path, host: str, signal_: signal.Signals

@@ -12,7 +12,6 @@ import mujoco
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from support.cases import few
 from support.oracles.mujoco_model import MujocoRobot
 from support.robots.plants import steps
 from support.robots.random_robots import random_robot
@@ -165,18 +164,16 @@ def test_the_reference_agrees_with_itself(name: str) -> None:
     assert np.abs(made.reference(1e-10) - expected).max() < 1e-7
 
 
+@pytest.mark.cases(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "error"),
-    few(
-        [
-            ("hanging, cables that go slack", 2e-3),
-            ("hanging", 5e-3),
-            ("driven, damped", 2e-3),
-            ("Roboy's arm, damped", 2e-3),
-        ],
-        slow=1,
-    ),
+    [
+        ("hanging, cables that go slack", 2e-3),
+        ("hanging", 5e-3),
+        ("driven, damped", 2e-3),
+        ("Roboy's arm, damped", 2e-3),
+    ],
 )
 def test_semi_implicit_euler_is_of_first_order(name: str, error: float) -> None:
     coarse, fine = worst(name, 1e-3), worst(name, 5e-4)
