@@ -125,6 +125,8 @@ def experiment_settings(
     hardware = read_hardware(data.get("hardware", {}), context, run.step)
     folder = mains[0].parent if tables.robots is None else None
     estimator = _estimator(data.get("estimator"), tables, context, robot, folder, run)
+    if hardware.use and not hardware.has_positions:
+        _require_estimate(estimator, context)
     wiring = complete_wiring(tables.wiring, robot, disturbance, plant)
     if estimator is not None:
         wiring = _estimation(robot, estimator, hardware) | wiring
@@ -163,6 +165,16 @@ def _estimator(
         what = "there is no [estimator] in use whose place it could take"
         raise context.error("fmus.estimator", what)
     return None
+
+
+def _require_estimate(estimator: EstimatorTable | None, context: Context) -> None:
+    """Refuse hardware without joint encoders whose controller would need them."""
+    key = "hardware.has_positions"
+    if estimator is None or not estimator.feeds:
+        raise context.error(key, "without positions of joints the controller needs an [estimator]")
+    if estimator.encoded:
+        what = "encoders of estimator.encoder_noise are among what is not measured"
+        raise context.error(key, what)
 
 
 def _estimation(

@@ -18,6 +18,9 @@ def estimation(
 ) -> dict[str, Any]:
     """Errors, deviations, innovations, and when the estimate was lost; nothing without any.
 
+    Hardware without joint encoders has no truth, and so no errors: `fitted` says that its
+    positions are those that fit the lengths.
+
     Args:
         experiment: The experiment.
         columns: Those of the run.
@@ -25,6 +28,8 @@ def estimation(
     """
     if experiment.estimator is None or VALID not in columns or not len(columns[VALID]):
         return {}
+    hardware = experiment.hardware
+    is_known = hardware.has_positions or not hardware.use
     robot, valid, time = experiment.robot, columns[VALID] != 0, columns["time"]
     lost = np.flatnonzero(~valid)
     return {
@@ -34,6 +39,7 @@ def estimation(
             "last_lost_at_s": float(time[lost[-1]]) if lost.size else None,
             "status": STATUSES[int(columns["status"][-1])],
             "innovation": float(columns["innovation"].mean()),
+            **({} if is_known else {"fitted": True}),
             "feeds": experiment.estimator.feeds,
             "observability": dict(observed),
             "per_signal": {
@@ -45,7 +51,7 @@ def estimation(
                     robot.coordinates,
                     strict=True,
                 )
-                if {q, hat, sd} <= set(columns)
+                if is_known and {q, hat, sd} <= set(columns)
             },
         }
     }

@@ -117,6 +117,8 @@ def _estimation_lines(summary: Mapping[str, Any], most: int | None) -> list[str]
     title = f"estimate    valid {estimate['valid_share']:.1%} of the time, "
     title += f"mean innovation {_text(estimate['innovation'])}"
     lines = [title if estimate["feeds"] else f"{title}; it only watches"]
+    if estimate.get("fitted"):
+        lines.append("  no joint encoders: q, and y by it, is the pose that fits each reading best")
     return [*lines, *_rows(rows, _by_size(rows, lambda name: signals[name]["max"]), most)]
 
 

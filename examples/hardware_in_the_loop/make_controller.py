@@ -178,6 +178,8 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c commands muscles, not motors at joints")
     if any(frame.is_orientation for frame in frames):
         raise InputError("controller.c follows points, not orientations")
+    if not experiment.hardware.has_positions:
+        raise InputError("controller.c expects positions and velocities of the device")
     if not (experiment.hardware.has_lengths and experiment.hardware.has_tensions):
         raise InputError("controller.c expects lengths and tensions of the device")
     if experiment.hardware.motors.command != "force" or experiment.hardware.scale != 1.0:

@@ -150,6 +150,9 @@ class LinkSettings(Table):
     )
     timeout: Positive = setting("longest wait for an answer in lockstep, in s", 1.0)
     scale: Positive = setting("values travel divided by it", 1.0)
+    has_positions: bool = setting(
+        "whether joints' positions and velocities are measured; else an estimator finds them", True
+    )
     has_lengths: bool = setting("whether muscle lengths are measured", True)
     has_tensions: bool = setting("whether tensions, and torques of motors, are measured", True)
     approach: Positive = setting("to where the reference begins, in s", None)
@@ -206,8 +209,10 @@ class HardwareSettings(SafetySettings, LinkSettings):
         return self.is_paced and not self.is_emulated
 
     def states(self, coordinates: int, muscles: int, motors: int = 0) -> int:
-        """Number of values of a state: q, qd, and what is measured of l, tension and torque."""
-        values = 2 * coordinates + (self.has_lengths + self.has_tensions) * muscles
+        """Number of values of a state: what is measured of q, qd, l, tension and torque."""
+        values = (
+            2 * self.has_positions * coordinates + (self.has_lengths + self.has_tensions) * muscles
+        )
         return values + self.has_tensions * motors
 
 
@@ -224,6 +229,13 @@ def read_hardware(data: Mapping[str, Any], context: Context, step: float) -> Har
     if settings.emulator.any and settings.link.startswith("loopback"):
         what = "frames of loopback: meet no faults; use link = 'emulated:'"
         raise context.error("hardware.emulator", what)
+    if not settings.has_positions:
+        if not (settings.has_lengths and settings.has_tensions):
+            what = "poses without joint encoders come from lengths and tensions: measure both"
+            raise context.error("hardware.has_positions", what)
+        if settings.motors.command != "force":
+            what = f"motors that take a {settings.motors.command} need the joints' velocities"
+            raise context.error("hardware.has_positions", what)
     if settings.tension_max and not settings.has_tensions:
         what = "limits what has_tensions = false says is not measured"
         raise context.error("hardware.tension_max", what)

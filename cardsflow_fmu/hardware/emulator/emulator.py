@@ -36,6 +36,7 @@ class EmulatedRobot:
         motors: Settings or a model of the motors; ideal force control when None.
         motor_lag: Time constant of the motors, in [s].
         sensors: Errors of the sensors; perfect when None.
+        has_positions: Whether positions and velocities of joints are measured.
         has_lengths: Whether path lengths are measured.
         has_tensions: Whether tensions are measured.
         safe_forces: Tensions of the safe state, a number or shape (m,), in [N]; f_min when None.
@@ -49,7 +50,7 @@ class EmulatedRobot:
         drive: The motors.
         commands: Number of commands: of the muscles, and of motors at joints behind them.
         bounds: Least and largest commands, shape (commands,).
-        states: Number of state values: q, qd, and l, tension and torque where they are measured.
+        states: Number of state values: q, qd, l, tension and torque where they are measured.
     """
 
     def __init__(
@@ -63,6 +64,7 @@ class EmulatedRobot:
         motors: MotorSettings | Drive | None = None,
         motor_lag: float = 0.0,
         sensors: SensorSettings | None = None,
+        has_positions: bool = True,
         has_lengths: bool = True,
         has_tensions: bool = True,
         safe_forces: ArrayLike | None = None,
@@ -70,8 +72,9 @@ class EmulatedRobot:
         self.plant = Plant(robot, step)
         n, m, motors_ = len(robot.coordinates), len(robot.muscles), len(robot.motors)
         self._m, self.commands = m, m + motors_
-        self.states = 2 * n + (has_lengths + has_tensions) * m + has_tensions * motors_
-        self._measured = (has_lengths, has_tensions)
+        lengths, tensions = has_lengths * m, has_tensions * (m + motors_)
+        self.states = 2 * has_positions * n + lengths + tensions
+        self._measured = (*2 * (has_positions,), has_lengths, *2 * (has_tensions,))
         self._start = (q, qd)
         self._disturbance = disturbance
         if motors is None or isinstance(motors, MotorSettings):
@@ -115,6 +118,7 @@ class EmulatedRobot:
             motors=experiment.hardware.motors,
             motor_lag=motor_lag,
             sensors=sensors,
+            has_positions=experiment.hardware.has_positions,
             has_lengths=experiment.hardware.has_lengths,
             has_tensions=experiment.hardware.has_tensions,
         )
@@ -174,13 +178,11 @@ class EmulatedRobot:
             self._sensors.read(plant.q, plant.qd, plant.lengths_view, steps * step)
 
     def state(self) -> FloatArray:
-        """q, qd, and l, tension and torque where they are measured, as last read, (states,)."""
-        read, (has_lengths, has_tensions) = self._sensors, self._measured
-        measured = (has_lengths, has_tensions, has_tensions)
-        optional = zip(measured, (read.lengths, self._tension, self._torque), strict=True)
-        return np.concatenate(
-            [read.q, read.qd, *(row for is_measured, row in optional if is_measured)]
-        )
+        """What is measured of q, qd, l, tension and torque, as last read, shape (states,)."""
+        read = self._sensors
+        rows = (read.q, read.qd, read.lengths, self._tension, self._torque)
+        measured = zip(self._measured, rows, strict=True)
+        return np.concatenate([np.zeros(0), *(row for told, row in measured if told)])
 
     def _desired_tensions(self) -> FloatArray:
         """The input of the motors' lag, shape (m,)."""

@@ -55,6 +55,9 @@ class DeviceTopics:
         if settings.motors.command != "force" or settings.scale != 1.0:
             what = "commands by ROS are forces in N: leave out [hardware.motors] and the scale"
             raise InputError(what, key="hardware.motors")
+        if not settings.has_positions:
+            what = "robots by ROS tell their joints' positions: leave it out"
+            raise InputError(what, key="hardware.has_positions")
         joints = tuple(c.name for c in robot.coordinates)
         muscles = tuple(muscle.name for muscle in robot.muscles)
         motors = tuple(motor.name for motor in robot.motors)

@@ -42,12 +42,10 @@ def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignal
     """
     require_forces(robot)
     prefix, unit = _command(settings.motors)
-    states = [
-        *zip(coordinate_signals("q", robot), (c.unit for c in robot.coordinates), strict=True),
-        *zip(
-            coordinate_signals("qd", robot), (f"{c.unit}/s" for c in robot.coordinates), strict=True
-        ),
-    ]
+    states: Signals = []
+    for letter, per in (("q", ""), ("qd", "/s")) if settings.has_positions else ():
+        units = (f"{c.unit}{per}" for c in robot.coordinates)
+        states += zip(coordinate_signals(letter, robot), units, strict=True)
     for measured, letter, its_unit in (
         (settings.has_lengths, "l", "m"),
         (settings.has_tensions, "tension", "N"),

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
@@ -24,6 +26,7 @@ from cardsflow_fmu.hardware.protocol.signals import (
     require_forces,
 )
 from cardsflow_fmu.utils.key_file import read_key
+from sim_dart.estimation.fitted_pose import FittedPose
 
 from .open_link import ADDRESSES, open_link
 from .session import HardwareSession
@@ -119,7 +122,17 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
         settings = settings.replaced(max_missed=max(most, settings.max_missed))
     file = connection.recording
     make_recorder = (lambda: Recorder(file, _header(robot, settings, link))) if file else None
-    return HardwareSession(robot, settings, link, handshake, make_recorder, link.clock)
+    pose = None if settings.has_positions else _fitted_pose(experiment)
+    return HardwareSession(robot, settings, link, handshake, make_recorder, link.clock, pose)
+
+
+def _fitted_pose(experiment: Experiment) -> FittedPose:
+    """By the offsets that the estimator knows of, from the start on."""
+    estimator, q = experiment.estimator, np.array(experiment.start.q)
+    if estimator is None:
+        what = "without positions of joints the experiment needs an [estimator]"
+        raise InputError(what, file=experiment.file, key="hardware.has_positions")
+    return FittedPose(experiment.robot, q, np.array(estimator.offset), estimator.slack)
 
 
 def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Handshake:

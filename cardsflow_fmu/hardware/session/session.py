@@ -22,6 +22,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
 from controllers.force_distribution.gravity_compensation import gravity_compensation
 from sim_dart import MusclePaths, control_dynamics
+from sim_dart.estimation.fitted_pose import FittedPose
 
 from .motors import MotorMap
 from .safety import Guard
@@ -44,10 +45,12 @@ class HardwareSession:
         handshake: Parameters of the run.
         make_recorder: Makes the recorder, once the link is open; nothing is recorded when None.
         clock: Clock of both ends of the link.
+        pose: Follows the lengths where positions are not measured; else None.
 
     Attributes:
-        state: The newest state, shape (states,); q, qd, lengths and tensions are parts of it.
-        q, qd: Shape (n,), in [rad] or [m], and per [s].
+        state: The newest state, shape (states,); what is measured is part of it.
+        q, qd: Shape (n,), in [rad] or [m], and per [s]; where they are not measured q is the pose
+            that fits the lengths best, and qd is 0.
         lengths: l, shape (m,), in [m]; computed where they are not measured.
         tensions: Shape (m,), in [N]; shape (0,) where they are not measured.
         torques: Of motors at joints, in [N·m] or [N], likewise.
@@ -66,6 +69,7 @@ class HardwareSession:
         handshake: Handshake,
         make_recorder: Callable[[], Recorder] | None = None,
         clock: Clock = time,
+        pose: FittedPose | None = None,
     ) -> None:
         n, m = len(robot.coordinates), len(robot.muscles)
         self._robot = robot
@@ -83,8 +87,11 @@ class HardwareSession:
         lengths, tensions = (
             m if measured else 0 for measured in (settings.has_lengths, settings.has_tensions)
         )
-        ends = np.cumsum([n, n, lengths, tensions])
+        encoders, self._pose = n if pose is None else 0, pose
+        ends = np.cumsum([encoders, encoders, lengths, tensions])
         self.q, self.qd, measured, self.tensions, self.torques = np.split(self.state, ends)
+        if pose is not None:
+            self.q, self.qd = pose.q, np.zeros(n)
         self.lengths: FloatArray = measured if settings.has_lengths else np.zeros(m)
         self.age = self.lateness = self.round_trip = 0.0
         self.missed = self._missed_in_a_row = 0
@@ -248,6 +255,8 @@ class HardwareSession:
 
     def _store(self, state: FloatArray) -> None:
         self.state[:] = state
+        if self._pose is not None:
+            self._pose.follow(self.lengths, self.tensions)
         if not self._settings.has_lengths:
             self.lengths[:] = self._paths.evaluate(self.q).lengths
 

@@ -12,15 +12,18 @@ import pytest
 from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu import Experiment
+from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.analysis.observable import (
     observability_remarks,
     observability_warnings,
     observed_poses,
 )
 from cardsflow_fmu.experiment.writer import experiment_data
+from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, read_recording
+from cardsflow_fmu.report.readings import read_readings
 from cardsflow_fmu.simulation.result import Result
 from cardsflow_fmu.simulation.run import simulate
+from sim_dart.calibration.calibrate import calibrate
 
 UNITS = [
     {"link": "upper_arm_left"},
@@ -204,3 +207,23 @@ def test_what_cannot_be_observed_is_told_before_a_run() -> None:
     )
     assert not observability_warnings(observed_poses(helped))
     assert line in simulate(blind, through="native").summary["warnings"]
+
+
+@pytest.mark.slow
+def test_hardware_without_joint_encoders_sends_lengths_and_tensions_alone(tmp_path: Path) -> None:
+    """The estimate stays near the pose that fits the lengths, of which no error is told."""
+    settings = {"use": True, "mode": "lockstep", "link": "loopback:", "has_positions": False}
+    settings["emulator"] = {"noise": 1e-4}
+    own = {"estimator": {"search": True}, "hardware": settings, "run.duration": 0.1}
+    experiment = Experiment.load(EXAMPLES / "roboy_left_arm", own)
+    result = run(experiment, tmp_path / "out", through="direct")
+    header = read_recording(tmp_path / "out" / RECORDING_FILE).header
+    assert {name.partition(".")[0] for name in header.state_names} == {"l", "tension"}
+    assert result["valid"].all()
+    for c in experiment.robot.coordinates:
+        off = result[f"q.{c.name}"] - result[f"q_hat.{c.name}"]
+        assert 0 < np.sqrt(np.mean(off**2)) < 0.02
+    estimation = result.summary["estimation"]
+    assert (estimation["per_signal"], estimation["fitted"]) == ({}, True)
+    with pytest.raises(InputError, match="from lengths alone"):
+        calibrate(experiment.robot, [read_readings(tmp_path / "out", experiment.robot)], ["*"])

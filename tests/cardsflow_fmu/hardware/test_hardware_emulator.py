@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -210,17 +211,21 @@ def test_motors_are_the_inverse_of_the_map_of_motors(
 
 
 def test_states_lack_quantities_that_are_not_measured() -> None:
-    for lengths in (False, True):
-        for tensions in (False, True):
-            emulated = EmulatedRobot(
-                planar_2r(), STEP, q=[0.1, 0.2], has_lengths=lengths, has_tensions=tensions
-            )
-            plant = emulated.plant
-            parts = [plant.q, plant.qd]
-            parts += [plant.muscle_lengths] if lengths else []
-            parts += [emulated.tension] if tensions else []
-            np.testing.assert_array_equal(emulated.state(), np.concatenate(parts))
-            assert emulated.states == sum(map(len, parts))
+    for positions, lengths, tensions in product((False, True), repeat=3):
+        emulated = EmulatedRobot(
+            planar_2r(),
+            STEP,
+            q=[0.1, 0.2],
+            has_positions=positions,
+            has_lengths=lengths,
+            has_tensions=tensions,
+        )
+        plant = emulated.plant
+        parts = [plant.q, plant.qd] if positions else []
+        parts += [plant.muscle_lengths] if lengths else []
+        parts += [emulated.tension] if tensions else []
+        np.testing.assert_array_equal(emulated.state(), np.concatenate([[], *parts]))
+        assert emulated.states == sum(map(len, parts))
 
 
 @pytest.mark.parametrize("kind", ["force", "length", "velocity"])

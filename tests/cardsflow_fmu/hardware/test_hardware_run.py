@@ -440,6 +440,29 @@ def test_without_a_table_there_are_defaults() -> None:
             {"hardware.tension_max": 9.0, "hardware.has_tensions": False},
             "has_tensions = false says is not measured",
         ),
+        (
+            {"hardware.has_positions": False, "hardware.has_lengths": False},
+            "come from lengths and tensions: measure both",
+        ),
+        (
+            {
+                "hardware.has_positions": False,
+                "hardware.motors": {"command": "length", "stiffness": 1.0},
+            },
+            "motors that take a length need the joints' velocities",
+        ),
+        (
+            {"hardware.has_positions": False, "hardware.use": True},
+            "the controller needs an [estimator]",
+        ),
+        (
+            {
+                "hardware.has_positions": False,
+                "hardware.use": True,
+                "estimator": {"encoder_noise": {"joint_1": 1e-3}},
+            },
+            "encoders of estimator.encoder_noise are among what is not measured",
+        ),
         ({"hardware.motors": {"command": "thought"}}, "no command 'thought'"),
         ({"hardware.motors": {"stiffness": 3.0}}, "no key 'stiffness'"),
         ({"hardware.motors": {"command": "length"}}, "hardware.motors.stiffness: missing"),

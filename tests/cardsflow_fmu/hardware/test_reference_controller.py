@@ -409,6 +409,7 @@ def test_errors_are_messages(planar: Path, tmp_path: Path) -> None:
     ("settings", "message"),
     [
         ({"run.step": 0.001, "controller.period": 0.005}, "make run.step the controller's period"),
+        ({"hardware.has_positions": False}, "expects positions and velocities"),
         ({"hardware.has_tensions": False}, "expects lengths and tensions"),
         ({"hardware.scale": 2.0}, "in SI units"),
     ],
