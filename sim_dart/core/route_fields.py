@@ -72,7 +72,7 @@ def route_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLi
         "branch_divisor": [branch.divisor for r in routes for branch in r.muscle.branches],
         "path_term_muscle": [r.number for r in routes for _ in r.muscle.terms],
         "path_term_coordinate": [
-            _coordinate(robot, r.muscle, term.coordinate) for r in routes for term in r.muscle.terms
+            _counted(robot, r.muscle, term.coordinate) for r in routes for term in r.muscle.terms
         ],
         "path_term_factor": [term.factor for r in routes for term in r.muscle.terms],
     }
@@ -134,7 +134,7 @@ def _condition_fields(robot: Robot, routes: list[_Route]) -> dict[str, ArrayLike
     return {
         "condition_point": [k for _, k, _ in conditions],
         "condition_coordinate": [
-            _coordinate(robot, r.muscle, w.coordinate, is_constant=True) for r, _, w in conditions
+            _coordinate(robot, r.muscle, w.coordinate) for r, _, w in conditions
         ],
         "condition_low": [low for low, _ in ends],
         "condition_high": [high for _, high in ends],
@@ -155,9 +155,7 @@ def _move_fields(
     counts = [len(each) for each in pieces]
     return {
         "move_point": [k for _, k, _, _ in moves],
-        "move_coordinate": [
-            _coordinate(robot, r.muscle, m.coordinate, is_constant=True) for r, _, _, m in moves
-        ],
+        "move_coordinate": [_coordinate(robot, r.muscle, m.coordinate) for r, _, _, m in moves],
         "move_axis": [place.T_frame_link[:3, :3] @ np.array(m.axis) for _, _, place, m in moves],
         "move_low": [move.low for _, _, _, move in moves],
         "move_high": [move.high for _, _, _, move in moves],
@@ -204,14 +202,21 @@ def _pieces(robot: Robot, move: PointMotion) -> tuple[Cubic, ...]:
     return ((0.0, a, b, c, d),)
 
 
-def _coordinate(robot: Robot, muscle: Muscle, name: str, *, is_constant: bool = False) -> int:
-    """The variable of a coordinate; any, for what is constant where the coordinate is held."""
-    index = robot_variables(robot).index
-    if name in index:
-        return index[name]
-    if not (is_constant and index):
+def _counted(robot: Robot, muscle: Muscle, name: str) -> int:
+    """The variable of a coordinate that a length counts."""
+    variables = robot_variables(robot)
+    found = variables.index.get(name, variables.held.get(name))
+    if found is None:
         raise _held(muscle, name)
-    return 0
+    return found
+
+
+def _coordinate(robot: Robot, muscle: Muscle, name: str) -> int:
+    """The variable of a coordinate; any, where it is held and what it gives is constant."""
+    index = robot_variables(robot).index
+    if not index:
+        raise _held(muscle, name)
+    return index.get(name, 0)
 
 
 def _held(muscle: Muscle, name: str) -> CardsflowError:

@@ -45,6 +45,7 @@ class Variables:
             stands still.
         still: How far each motion goes that stands still, by the names of the joints.
         index: The variable of each coordinate that moves, by name.
+        held: The variable of each that stands still and that the length of a muscle counts.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -52,6 +53,7 @@ class Variables:
     driver: dict[str, tuple[int | None, ...]]
     still: dict[str, tuple[float, ...]]
     index: dict[str, int]
+    held: dict[str, int]
 
 
 def robot_variables(robot: Robot) -> Variables:
@@ -73,7 +75,12 @@ def robot_variables(robot: Robot) -> Variables:
         drivers = [_driver(joint, motion, index, terms, direct) for motion in joint.motions]
         driver[joint.name] = tuple(drivers)
         still[joint.name] = tuple(_still(joint, motion, values) for motion in joint.motions)
-    return Variables(coordinates, tuple(terms), driver, still, index)
+    counted = {t.coordinate for m in robot.muscles for t in m.terms if t.coordinate not in index}
+    held = {}
+    for name in sorted(counted) if index else ():
+        held[name] = len(terms)
+        terms.append((FunctionTerm(0, Polynomial((values[name],))),))
+    return Variables(coordinates, tuple(terms), driver, still, index, held)
 
 
 def _driver(

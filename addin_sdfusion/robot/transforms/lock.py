@@ -21,8 +21,8 @@ from ..model.transform import IDENTITY, Transform
 def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
     """The robot without some coordinates; a joint that keeps none becomes a fixed one.
 
-    In a robot with functions or couplings, or with points of muscles that depend on them, they stay
-    in its joints, and are locked there.
+    In a robot with functions or couplings, or with muscles that depend on them beside their bodies,
+    they stay in its joints, and are locked there.
 
     Args:
         robot: The robot.
@@ -30,8 +30,8 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
 
     Raises:
         UnknownNameError: There is no such coordinate.
-        InputError: A muscle's length counts one, or a translation between two rotations of one
-            joint would be held elsewhere than at 0, which no joint can express.
+        InputError: A translation between two rotations of one joint would be held elsewhere than at
+            0, which no joint can express.
     """
     for name in positions:
         find("coordinate", name, robot.coordinates)
@@ -39,10 +39,7 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
     for _, muscle in all_muscles(robot):
         named |= {point.when.coordinate for point in muscle.via_points if point.when is not None}
         named |= {move.coordinate for point in muscle.via_points for move in point.moves}
-        for term in muscle.terms:
-            if term.coordinate in positions:
-                problem = f"length of muscle {muscle.name!r} counts coordinate {term.coordinate!r}"
-                raise InputError(f"{problem}: do not hold it")
+        named |= {term.coordinate for term in muscle.terms}
     if robot.driven_joints or named & set(positions):
         # what follows a coordinate is to follow it where it is held
         return replace(robot, joints=tuple(_held(joint, positions) for joint in robot.joints))

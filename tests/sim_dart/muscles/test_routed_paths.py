@@ -64,14 +64,19 @@ def _point(robot: Robot, q: FloatArray, via: ViaPoint) -> FloatArray:
 
 
 @pytest.mark.parametrize("at", [-0.7, -0.2, 0.4])
-def test_points_that_depend_on_a_held_coordinate(at: float) -> None:
-    """They are where they are, and in use or not, as if it moved and were there."""
+def test_paths_that_depend_on_a_held_coordinate(at: float) -> None:
+    """Points are where they are, and in use or not, and lengths count, as if it moved there."""
     when, motion = (
         PointCondition("joint_0", -0.5, 0.25),
         PointMotion((0.0, 0.0, 1.0), "joint_0", SPLINE),
     )
     moved = replace(MIDDLE, position=(0.3, 0.5, 0.1), moves=(replace(motion, low=-0.5, high=0.3),))
-    free = carriage([Muscle("m", (A, replace(MIDDLE, when=when), moved, B), f_max=1.0)], [])
+    terms = (CoordinateTerm("joint_1", -0.2), CoordinateTerm("joint_0", 0.3))
+    muscles = [
+        Muscle("m", (A, replace(MIDDLE, when=when), moved, B), f_max=1.0),
+        Muscle("s", (A, B), f_max=1.0, terms=terms),
+    ]
+    free = carriage(muscles, [])
     joint, *others = free.joints
     (c,) = joint.coordinates
     stays = replace(joint, coordinates=(replace(c, locked=True, initial=at),))
