@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from controllers.arrays import FloatArray
 
@@ -48,8 +49,12 @@ class SplineReference:
         times: When each segment begins, and the last one ends, in [s].
         coefficients: Of the powers of the time since a segment's begin, lowest first, of
             positions, velocities and accelerations, shape (segments, powers, 3, n).
+
+    Raises:
+        InputError: Between two points is more motion than numbers have room for.
     """
 
+    @np.errstate(all="ignore")  # what overflows is refused at the end
     def __init__(self, trajectory: Trajectory) -> None:
         points = trajectory.points
         self.name = trajectory.name
@@ -60,6 +65,12 @@ class SplineReference:
             self.times, coefficients = _blends(points)
         else:
             self.times, coefficients = _splines(points)
+        if not np.isfinite(coefficients).all():
+            segment = int((~np.isfinite(coefficients)).any(axis=(1, 2, 3)).argmax())
+            raise InputError(
+                f"trajectory {self.name!r} cannot be followed from {self.times[segment]:.6g} s on: "
+                "its points there are too far apart for the time between them"
+            )
         self.coefficients = coefficients
         self._orders = np.arange(coefficients.shape[1], dtype=np.float64)
         self._coefficients = coefficients.reshape(*coefficients.shape[:2], -1)

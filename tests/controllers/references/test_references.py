@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly, PPoly
 from support.robots.robots import PLANAR_2R
 
-from addin_sdfusion.robot import Trajectory, TrajectoryPoint
+from addin_sdfusion.robot import InputError, Trajectory, TrajectoryPoint
 from addin_sdfusion.robot.readers import read_trajectory
 from controllers import SplineReference
 
@@ -167,3 +168,15 @@ def test_coefficients_are_those_of_scipys_piecewise_polynomials(
         derivative = piecewise.derivative(order).c[::-1].transpose(1, 0, 2)
         found = reference.coefficients[:, : derivative.shape[1], order]
         np.testing.assert_array_equal(found, derivative)
+
+
+@pytest.mark.parametrize("spline", ["linear", "cubic", "quintic", "samples", "parabolic_blend"])
+def test_points_that_are_too_far_apart_are_refused(spline: Any) -> None:
+    rest = (0.0, 0.0)
+    points = (
+        TrajectoryPoint(0.0, rest, rest, rest),
+        TrajectoryPoint(1.0, rest, rest, rest, 0.5),
+        TrajectoryPoint(1.0 + 1e-9, (1e304, 0.0), rest, rest, 1e-10),
+    )
+    with pytest.raises(InputError, match="'far' cannot be followed from 1 s on: its points there"):
+        SplineReference(Trajectory("far", spline, points, 0.01))

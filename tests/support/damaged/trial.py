@@ -14,7 +14,10 @@ import shutil
 import signal
 import sys
 import traceback
+from functools import cache
 from pathlib import Path
+
+from cardsflow_fmu.cli import main
 
 from .kinds import KINDS, SECONDS, Kind, command
 
@@ -82,11 +85,12 @@ def tried(name: str, numbers: range, source: Path, work: Path) -> dict[int, str]
     return faults
 
 
-def main() -> None:
+def trial() -> None:
     """First number, end, a folder, and kinds that have good files in it: prints the faults."""
     first, end, folder = int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3])
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
+    main._parser = cache(main._parser)  # half of the time of most
     failed = 0
     for name in sys.argv[4:]:
         print(name, flush=True)
@@ -98,4 +102,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    trial()
