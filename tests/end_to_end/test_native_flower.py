@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.cases import LONG
 from support.fmu.co_simulation import co_simulate
 from support.robots.robots import EXAMPLES
 
@@ -22,6 +23,7 @@ def apart(found: Callable[[str], np.ndarray], reference: Result) -> float:
     return max(float(np.abs(found(name) - reference[name]).max()) for name in names)
 
 
+@LONG
 @pytest.mark.slow
 def test_the_flower_stays_together(tmp_path: Path) -> None:
     arm = EXAMPLES / "roboy_left_arm"

@@ -15,8 +15,8 @@ from cardsflow_fmu import Experiment
 
 pytestmark = pytest.mark.slow
 
-STEPS = int(os.environ.get("CARDSFLOW_STEPS", "200000"))
-TICKS = int(os.environ.get("CARDSFLOW_TICKS", "20000"))
+STEPS = int(os.environ.get("CARDSFLOW_STEPS", "100000"))
+TICKS = int(os.environ.get("CARDSFLOW_TICKS", "10000"))
 
 
 @pytest.mark.cases(1)

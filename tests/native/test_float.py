@@ -136,7 +136,7 @@ def test_terms_are_off_by_rounding_errors_only(single: Precision, double: Precis
     assert all(off <= TERMS[name] for name, off in worst.items()), worst
 
 
-@pytest.mark.cases(3)
+@pytest.mark.cases(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "rule", "friction"),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.cases import LONG
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
 
@@ -16,6 +17,7 @@ ROBOT = PLANAR_2R / "robot"
 FREE = "muscles.*.offset, joints.*.damping"
 
 
+@LONG
 @pytest.mark.slow
 def test_a_designed_motion_is_run_and_calibrated_from(
     cardsflow: CommandLine, tmp_path: Path

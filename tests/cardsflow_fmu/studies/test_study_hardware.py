@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.cases import LONG
 from support.small_studies import PLANAR, run_here, small_study
 
 from addin_sdfusion.robot import InputError
@@ -89,6 +90,7 @@ def test_an_outage_loses_the_hardware() -> None:
         emulated(outages=[[0.2, 0.1]])
 
 
+@LONG
 @pytest.mark.slow
 def test_faults_are_varied_the_same_through_fmus(tmp_path: Path) -> None:
     rows = {}

@@ -138,7 +138,7 @@ def test_two_spheres_are_passed_on_a_taut_way_near_the_shortest() -> None:
     assert shortest >= 20
 
 
-@pytest.mark.cases(2)
+@pytest.mark.cases(10)
 @pytest.mark.parametrize("count", few([2, 3, 5], 2))
 @pytest.mark.parametrize("options", KINDS, ids=NAMES)
 def test_jacobian_is_the_derivative_of_the_lengths(options: dict[str, object], count: int) -> None:

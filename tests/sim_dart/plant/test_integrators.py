@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from support.cases import LONG
 from support.oracles.mujoco_model import MujocoRobot
 from support.robots.plants import steps
 from support.robots.random_robots import random_robot
@@ -189,14 +190,13 @@ def test_rk4_is_of_fourth_order_where_all_is_smooth() -> None:
         assert coarse / fine == pytest.approx(16.0, rel=0.15)
 
 
-@pytest.mark.cases(1)
 @pytest.mark.parametrize(
     ("name", "gain"),
     [
         ("hanging", 1e5),
         ("hanging, cables that go slack", 1e3),
-        pytest.param("driven, damped", 300.0, marks=pytest.mark.slow),
-        pytest.param("Roboy's arm, damped", 1e3, marks=pytest.mark.slow),
+        pytest.param("driven, damped", 300.0, marks=[pytest.mark.slow, LONG]),
+        pytest.param("Roboy's arm, damped", 1e3, marks=[pytest.mark.slow, LONG]),
     ],
 )
 def test_rk4_beats_euler_at_the_same_step(name: str, gain: float) -> None:
