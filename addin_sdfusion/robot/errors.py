@@ -48,7 +48,7 @@ class InputError(CardsflowError):
         place = "" if self.file is None else str(self.file)
         if place and self.line is not None:
             place += f":{self.line}"
-        parts = [part for part in (place, cut(self.key or ""), cut(self.what)) if part]
+        parts = [part for part in (place, cut(self.key or "", _LONGEST), cut(self.what)) if part]
         return "\n".join([": ".join(parts), *map(str, self.more)])
 
 

@@ -13,9 +13,9 @@ _LONGEST = 2000
 """Characters of a message: what it quotes of a file may be as long as the file."""
 
 
-def cut(message: str) -> str:
+def cut(message: str, most: int = _LONGEST) -> str:
     """A message without the end that nobody reads."""
-    return message if len(message) <= _LONGEST else f"{message[:_LONGEST]} ..."
+    return message if len(message) <= most else f"{message[:most]} ..."
 
 
 class Subject(NamedTuple):

@@ -19,7 +19,6 @@ STEPS = int(os.environ.get("CARDSFLOW_STEPS", "100000"))
 TICKS = int(os.environ.get("CARDSFLOW_TICKS", "10000"))
 
 
-@pytest.mark.cases(1)
 @pytest.mark.parametrize("example", ["planar_2r", marked("roboy_left_arm", LONG)])
 def test_the_heap_stays_as_it_is(example: str, tmp_path: Path) -> None:
     """CARDSFLOW_STEPS and CARDSFLOW_TICKS for longer runs: 10 million and 300,000."""

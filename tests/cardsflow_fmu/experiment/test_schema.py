@@ -126,6 +126,13 @@ def test_an_unknown_key_is_refused_by_schema_and_reader(path: Path_) -> None:
     assert errors("experiment", data)
 
 
+def test_of_a_long_key_the_begin_is_quoted() -> None:
+    file = PLANAR_2R / "experiment.toml"
+    with pytest.raises(UnknownNameError) as caught:
+        read_data(with_key(content(file), ("controller",), "k" * 5000, 1.0), file)
+    assert len(str(caught.value)) < 3000
+
+
 @pytest.mark.parametrize("path", list(tables(STUDY)), ids=written)
 def test_an_unknown_key_of_a_study_is_refused_by_both(path: Path_) -> None:
     file = STUDIES[0]
