@@ -9,7 +9,7 @@ import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, InputError, Robot
 from addin_sdfusion.robot.checks.check import require_valid
-from sim_dart.core.arrays import FloatArray
+from sim_dart.core.arrays import BoolArray, FloatArray
 from sim_dart.muscles.paths import MusclePaths
 
 from .fit import Fit, fit
@@ -37,6 +37,9 @@ _KEPT_OUT = 5
 
 _TELLING = 0.1
 """Errors below this part of the readings' noise do not tell robots apart."""
+_NEAR_STOP = 2e-3
+"""Of a limit, in [rad] or [m]: readings have noise, and stops are not where files say, quite."""
+
 _SLOWEST = 0.05
 """Readings farther apart than this, in [s], show no velocities."""
 
@@ -137,7 +140,8 @@ def calibrate(
     if any(one.kind in _GEOMETRY for one in parameters):
         for readings in recordings:
             require_this_robot(robot, paths, readings)
-    cut, kept = _kept_out(recordings)
+    cut, kept, stopped = _kept_out(robot, recordings)
+    notes = (*notes, *stopped)
     spread = noise(cut)
     problem = CalibrationProblem(robot, parameters, spread, believed.inertia, seen=seen)
     z = np.zeros(len(parameters))
@@ -285,21 +289,50 @@ def _size(result: Calibration, errors: Errors) -> float:
     return float(np.sqrt(np.nanmean(all_**2)))
 
 
-def _kept_out(recordings: Sequence[Readings]) -> tuple[list[Window], list[Window]]:
-    """Windows to calibrate from, and those that are kept out."""
+def _kept_out(
+    robot: Robot, recordings: Sequence[Readings]
+) -> tuple[list[Window], list[Window], list[str]]:
+    """Windows to calibrate from, those that are kept out, and a line on those left out."""
     if len(recordings) > 1:
         cut, kept = windows(recordings[:-1], WINDOW), windows(recordings[-1:], WINDOW)
     else:
         every = windows(recordings, WINDOW)
         last = len(every) - len(every) // _KEPT_OUT
         cut, kept = every[:last], every[last:]
+    count, stops = len(cut) + len(kept), _Stops(robot)
+    cut, kept = ([w for w in some if not stops.touched(w)] for some in (cut, kept))
     for name, some in (("to calibrate from", cut), ("to keep out", kept)):
         if len(some) < (_FEWEST if some is cut else 2):
             raise InputError(
                 f"{', '.join(r.name for r in recordings)}: there are {len(some)} stretches of "
-                f"{WINDOW} s without a gap {name}: record for longer"
+                f"{WINDOW} s without a gap, and with no joint at its limit, {name}: record for "
+                "longer"
             )
-    return cut, kept
+    out = count - len(cut) - len(kept)
+    what = f"{out} of {count} windows are left out, in which {', '.join(stops.met)} is at a limit"
+    return cut, kept, [what] if out else []
+
+
+class _Stops:
+    """Limits of joints, which windows may not touch: stops push by forces that nobody measures.
+
+    Attributes:
+        met: Names of those that were touched.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._names = [c.name for c in robot.coordinates]
+        self._lower = np.array([c.lower for c in robot.coordinates]) + _NEAR_STOP
+        self._upper = np.array([c.upper for c in robot.coordinates]) - _NEAR_STOP
+        self.met: list[str] = []
+
+    def touched(self, window: Window) -> bool:
+        """Whether a joint is at a limit in a window."""
+        poses = window.readings.poses[window.first : window.first + len(window.measured)]
+        at: BoolArray = np.any((poses <= self._lower) | (poses >= self._upper), axis=0)
+        names = [name for name, is_at in zip(self._names, at, strict=True) if is_at]
+        self.met += [name for name in names if name not in self.met]
+        return bool(names)
 
 
 def _windows_of(cut: Sequence[Window], fraction: float) -> list[Window]:

@@ -48,7 +48,8 @@ _LEAST_FRICTION = 1e-3
 _NEAR = 0.01
 """Numbers of inertias are linear, nearly, in changes below so much of their prior's deviation."""
 
-_START_ITERATIONS = 8
+_START_ITERATIONS = 40
+_MOST_DAMPING = 1e6
 _START_GAIN = 1e-2
 """Of a window's cost, below which its start is fitted: of thousands of readings' squares."""
 
@@ -210,6 +211,8 @@ class CalibrationProblem:
             after = np.inf if new is None else float(new @ new)
             if tried is None or after > cost:
                 damping = max(10.0 * damping, 1e-2)
+                if damping > _MOST_DAMPING:
+                    break
                 continue
             gain, start, cost, left, damping = (
                 cost - after,
