@@ -16,6 +16,7 @@ from cardsflow_fmu.hardware.protocol.recording import (
     read_recording,
 )
 from cardsflow_fmu.results.saved_run import read_results
+from cardsflow_fmu.signals.hardware import MEASURED_TORQUE
 from cardsflow_fmu.signals.muscles import driven_muscles, tension_signals
 from cardsflow_fmu.signals.port import coordinate_signals, motor_signals, muscle_signals
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -29,6 +30,8 @@ _JITTER = 0.25
 """Of a step: times farther from equal steps are a gap, or no equal steps at all."""
 
 _MOST_ROWS = 10_000_000
+
+_ACTING = ("tension", MEASURED_TORQUE)
 
 
 def read_readings(
@@ -116,7 +119,11 @@ def _tension(names: Sequence[str], columns: Mapping[str, FloatArray]) -> str:
 
 
 def _of_hardware(path: Path) -> dict[str, FloatArray]:
-    """Columns of a hardware.rec: a state that came at a step's end is with the next command."""
+    """Columns of a hardware.rec: a state that came at a step's end is with the next command.
+
+    Tensions and torques that it measured have acted up to then: those that act from then on are in
+    the state behind it.
+    """
     recording = read_recording(path)
     if recording.lost_bytes:
         raise InputError(
@@ -127,7 +134,9 @@ def _of_hardware(path: Path) -> dict[str, FloatArray]:
     header = recording.header
     states = np.where(((recording.flags & MISSED) != 0)[:, None], np.nan, recording.states)
     columns = {"time": recording.t[1:]}
-    columns |= dict(zip(header.state_names, states[:-1].T, strict=True))
+    for k, name in enumerate(header.state_names):
+        acts = name.partition(".")[0] in _ACTING
+        columns[name] = states[1:, k] if acts else states[:-1, k]
     commands = zip(header.command_names, recording.commands[1:].T, strict=True)
     return columns | {name: one for name, one in commands if name not in columns}
 

@@ -99,22 +99,30 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
 
 
 def test_recordings_of_hardware(cardsflow: CommandLine, tmp_path: Path) -> None:
-    """A state at the end of a step is that with the next command; cut short is refused."""
+    """A state at the end of a step is that with the next command; cut short is refused.
+
+    Tensions that it measured are those of the step that ends with it.
+    """
     robot = read_robot(ROBOT)
-    states = ("q.joint_1", "q.joint_2", *(f"l.cable_{k}" for k in range(1, 5)))
-    forces = tuple(f"f.cable_{k}" for k in range(1, 5))
-    units = ("rad", "rad", *("m",) * 4)
-    header = RecordingHeader(forces, ("N",) * 4, states, units, 1, 0.01)
+    forces, lengths, measured = (
+        [f"{x}.cable_{k}" for k in range(1, 5)] for x in ["f", "l", "tension"]
+    )
+    q = ["q.joint_1", "q.joint_2"]
     file = tmp_path / "hardware.rec"
-    with Recorder(file, header) as recorder:
-        for k in range(6):
-            state = None if k == 2 else np.arange(6.0) + k
-            recorder.write(0.01 * k, np.full(4, 10.0 + k), Exchange(state, k, 0.0, 0.0, 0))
-    readings = read_readings(file, robot)
-    assert readings.step == pytest.approx(0.01)
-    np.testing.assert_array_equal(readings.q[:, 0], [0.0, 1.0, np.nan, 3.0, 4.0])
-    np.testing.assert_array_equal(readings.tensions[:, 0], [11.0, 12.0, 13.0, 14.0, 15.0])
-    np.testing.assert_array_equal(readings.lengths[0], [2.0, 3.0, 4.0, 5.0])
+    for more in (measured, []):
+        states = (*q, *lengths, *more)
+        units = ("rad", "rad", *("m",) * 4, *("N",) * len(more))
+        header = RecordingHeader(tuple(forces), ("N",) * 4, states, units, 1, 0.01)
+        with Recorder(file, header) as recorder:
+            for k in range(6):
+                state = None if k == 2 else np.arange(float(len(states))) + k
+                recorder.write(0.01 * k, np.full(4, 10.0 + k), Exchange(state, k, 0.0, 0.0, 0))
+        readings = read_readings(file, robot)
+        assert readings.step == pytest.approx(0.01)
+        np.testing.assert_array_equal(readings.q[:, 0], [0.0, 1.0, np.nan, 3.0, 4.0])
+        np.testing.assert_array_equal(readings.lengths[0], [2.0, 3.0, 4.0, 5.0])
+        acting = [7.0, np.nan, 9.0, 10.0, 11.0] if more else [11.0, 12.0, 13.0, 14.0, 15.0]
+        np.testing.assert_array_equal(readings.tensions[:, 0], acting)
     file.write_bytes(file.read_bytes()[:-7])
     assert "cut short" in cardsflow.refused(*command(file, tmp_path / "new"))
     assert not (tmp_path / "new").exists()
