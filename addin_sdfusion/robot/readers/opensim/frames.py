@@ -24,6 +24,7 @@ class Frames:
         self.bodies = {"ground": WORLD}
         self._offsets: dict[str, tuple[Node, str]] = {}
         self._by_name: dict[str, list[str]] = {}
+        self._places: dict[str, tuple[str, Transform] | None] = {}
         for ground in model.all("Ground"):
             self._add_offsets(ground, GROUND, "components")
         for body in objects(model, "BodySet"):
@@ -45,7 +46,7 @@ class Frames:
         return [
             (path, node)
             for path, (node, _) in self._offsets.items()
-            if (found := self._found(path, 0)) is not None and found[0] == link
+            if (found := self._place(path)) is not None and found[0] == link
         ]
 
     def place(self, node: Node, tag: str, owner: str) -> tuple[str, Transform]:
@@ -60,7 +61,7 @@ class Frames:
         if socket is None:
             node.error("missing-element", f"<{node.tag}> has no <{tag}>")
             return WORLD, IDENTITY
-        found = self._found(self._path(socket.text, owner), 0)
+        found = self._place(self._path(socket.text, owner))
         if found is None:
             known = [*self.bodies, *self._by_name]
             socket.error("unknown-frame", f"<{tag}>: {unknown('frame', socket.text, known)}")
@@ -95,7 +96,7 @@ class Frames:
             elif word != ".":
                 parts.append(word)
         path = "/".join(parts)
-        if self._found(path, 0) is not None:
+        if self._place(path) is not None:
             return path
         name = last_name(words)
         if name in self.bodies:
@@ -103,8 +104,14 @@ class Frames:
         paths = self._by_name.get(name, [])
         return paths[0] if len(paths) == 1 else path
 
+    def _place(self, path: str) -> tuple[str, Transform] | None:
+        """The link of a frame and the place in it; None where there is no such frame."""
+        if path not in self._places:
+            self._places[path] = self._found(path, 0)
+        return self._places[path]
+
     def _found(self, path: str, depth: int) -> tuple[str, Transform] | None:
-        """The link and the place in it; None where there is no such frame."""
+        """As `_place`, of a frame that so many hang on."""
         kind, _, name = path.rpartition("/")
         if path == GROUND or (kind == "/bodyset" and name in self.bodies):
             return self.bodies[name], IDENTITY
