@@ -189,8 +189,8 @@ class Wrap:
       the quadrant says; over an ellipsoid only where the straight line meets it, and of several
       shortest paths along one that touches it in that half. A cylinder is left where the cable
       touches it beyond its ends only. Of the segments up to `last_segment` the cable goes round in
-      the first whose straight line meets the surface, else in the one that becomes longer by the
-      least.
+      the first whose straight line meets the surface, else, and over a sphere in the quadrant
+      `all`, in the one that becomes longer by the least.
 
     Attributes:
         surface: Name of the surface.

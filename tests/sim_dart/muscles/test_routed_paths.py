@@ -88,6 +88,29 @@ def test_paths_that_depend_on_a_held_coordinate(at: float) -> None:
     np.testing.assert_allclose(held.evaluate(q).jacobian, L[:, 1:], atol=1e-15)
 
 
+def _around(p: FloatArray, q: FloatArray, radius: float) -> float:
+    """The way from p to q around a circle about the origin."""
+    cosine = p @ q / (np.linalg.norm(p) * np.linalg.norm(q))
+    reach = [math.sqrt(x @ x - radius**2) for x in (p, q)]
+    turns = [math.acos(radius / np.linalg.norm(x)) for x in (p, q)]
+    return float(sum(reach) + radius * (math.acos(cosine) - sum(turns)))
+
+
+@pytest.mark.parametrize(("shape", "wrapped"), [("cylinder", 0), ("sphere", 1)])
+def test_opensim_takes_the_first_segment_over_cylinders_alone(shape: str, wrapped: int) -> None:
+    """Both segments meet the surface, the first one deeper."""
+    places = np.array([(-1.0, 0.05), (1.0, 0.1), (-1.0, -0.45)])
+    surface = WrapSurface("ball", WORLD, shape, 0.3)  # type: ignore[arg-type]
+    wrap = Wrap("ball", 0, rule="opensim", last_segment=1)
+    links = (WORLD, "link_0", WORLD)
+    points = (ViaPoint(link, (x, y, 0.0)) for link, (x, y) in zip(links, places, strict=True))
+    muscle = Muscle("m", tuple(points), f_max=1.0, wraps=(wrap,))
+    (length,) = MusclePaths(carriage([muscle], [surface])).evaluate(np.zeros(3)).lengths
+    ways = [math.dist(*places[k : k + 2]) for k in range(2)]
+    ways[wrapped] = _around(places[wrapped], places[wrapped + 1], 0.3)
+    assert length == pytest.approx(sum(ways), rel=1e-14)
+
+
 def test_points_in_use_at_times() -> None:
     """A jump at the ends of the range; or the share's mean of both lengths, and its gradient."""
     when = PointCondition("joint_0", -0.5, 0.25)

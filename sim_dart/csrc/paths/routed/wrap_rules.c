@@ -158,11 +158,13 @@ static int opensim_rule(const wrap_surface *s, const flat *f, const real *guide,
 {
     const int is_met = value_of(dot3(f->near, f->near)) < value_of(f->RR) && value_of(f->t) > 0 && value_of(f->t) < 1;
     const int natural = value_of(turned(f, f->a, f->b)) >= 0 ? 1 : -1;
-    if (s->kind != SURFACE_CYLINDER || !guide) {
+    const int is_sphere = s->kind != SURFACE_CYLINDER;
+    if (is_sphere || !guide) {
         if (!is_met) return RULE_STRAIGHT;
         way->side = natural;
         if (guide && value_of(dot3(f->near, guide)) < 0) way->side = -natural;
-        return is_beyond(s, f, way->side) && s->kind == SURFACE_CYLINDER ? RULE_STRAIGHT : RULE_MEETS;
+        if (!is_sphere) return is_beyond(s, f, way->side) ? RULE_STRAIGHT : RULE_MEETS;
+        return guide && (is_on(f, guide, f->a, f->za) || is_on(f, guide, f->b, f->zb)) ? RULE_MEETS : RULE_WRAPS;
     }
     const int is_a = is_on(f, guide, f->a, f->za), is_b = is_on(f, guide, f->b, f->zb);
     const int is_passed = is_a != is_b && !is_on(f, guide, f->near, f->za + f->t * (f->zb - f->za));
