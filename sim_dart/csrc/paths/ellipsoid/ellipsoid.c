@@ -127,7 +127,7 @@ static void shoot(const egg_view *v, const tangent_cone cones[2], real last_term
     memcpy(s->end.x, s->a.x, sizeof s->end.x);
     memcpy(s->end.v, s->a.t, sizeof s->end.v);
     s->end.j = s->a.by_m, s->end.dj = s->a.turn;
-    geodesic_follow(v->r, s->way.contact, last_term, &s->end);
+    geodesic_follow(v->r, s->way.contact, last_term, &s->end, NULL);
     for (int k = 0; k < 3; k++) missed[k] = s->end.x[k] - s->b.x[k];
     s->gap[0] = dot3(missed, s->b.t), s->gap[1] = dot3(missed, s->b.m), s->gap[2] = dot3(s->end.v, s->b.m);
     s->square = dot3(s->gap, s->gap);
@@ -327,39 +327,31 @@ int ellipsoid_over(const wrap_surface *s, const wrap_way *way, const real A[3], 
     return 1;
 }
 
-/* A point or a normal in the ellipsoid's own axes. */
-static void own_axes(const wrap_surface *s, const real d[3], real out[3])
-{
-    real across[3];
-    cross3(across, s->axis, s->across);
-    out[0] = dot3(s->across, d), out[1] = dot3(across, d), out[2] = dot3(s->axis, d);
-}
-
 void ellipsoid_normal(const wrap_surface *s, const real touch[3], real normal[3])
 {
-    const real r[3] = {touch[0] - s->centre[0], touch[1] - s->centre[1], touch[2] - s->centre[2]};
-    const real size[3] = {s->radius, s->half_axes[0], s->half_axes[1]};
-    real across[3], x[3];
-    cross3(across, s->axis, s->across);
-    own_axes(s, r, x);
-    for (int k = 0; k < 3; k++) x[k] /= size[k] * size[k];
-    for (int k = 0; k < 3; k++) normal[k] = x[0] * s->across[k] + x[1] * across[k] + x[2] * s->axis[k];
+    egg_view v;
+    view_egg(s, touch, touch, &v);
+    memset(normal, 0, 3 * sizeof *normal);
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < 3; i++) normal[i] += v.a[k] / (v.r[k] * v.r[k]) * v.R[k][i];
 }
 
 real ellipsoid_bend(const wrap_surface *s, const real touch[3], const real direction[3], real way)
 {
-    const real at[3] = {touch[0] - s->centre[0], touch[1] - s->centre[1], touch[2] - s->centre[2]};
-    const real unit = larger(larger(s->radius, s->half_axes[0]), s->half_axes[1]);
-    real r[3] = {s->radius / unit, s->half_axes[0] / unit, s->half_axes[1] / unit}, n[3], u[3], square = 0;
+    egg_view v;
     geodesic_point p = {.j = 0};
+    real n[3], bend = 0;
+    view_egg(s, touch, touch, &v);
     ellipsoid_normal(s, touch, n);
-    const real off = dot3(direction, n) / dot3(n, n);
-    for (int k = 0; k < 3; k++) u[k] = direction[k] - off * n[k];
-    own_axes(s, at, p.x), own_axes(s, u, p.v);
-    const real size = sqrt(dot3(u, u));
-    for (int k = 0; k < 3; k++) p.x[k] /= unit, p.v[k] /= size, square += p.x[k] * p.x[k] / (r[k] * r[k]);
-    for (int k = 0; k < 3; k++) r[k] *= sqrt(square); /* an end within has it shrink */
-    return geodesic_bend(r, way / unit, FINE_TERM, &p);
+    const real off = dot3(direction, n) / dot3(n, n), scale = sqrt(dot3(v.scaled_a, v.scaled_a));
+    for (int k = 0; k < 3; k++) n[k] = direction[k] - off * n[k];
+    const real size = sqrt(dot3(n, n));
+    for (int k = 0; k < 3; k++) {
+        p.x[k] = v.a[k], p.v[k] = dot3(v.R[k], n) / size;
+        v.r[k] *= scale; /* an end within has it shrink */
+    }
+    geodesic_follow(v.r, way / v.unit, FINE_TERM, &p, &bend);
+    return bend;
 }
 
 int ellipsoid_is_clear(const wrap_surface *s, const real A[3], const real B[3])

@@ -20,7 +20,6 @@
 #include "../../math/elementary.h"
 
 #include <math.h>
-#include <stddef.h>
 
 #define ORDER 16 /* a power of 2, whose root is found by square roots */
 #define MOST_STEPS 64
@@ -101,8 +100,7 @@ static real bend_within(const real A[3], const taylor *t, real h)
     return along * t->g[0] * sum * h;
 }
 
-/* Add to `bend`, where it is asked for, by which angle it turns. */
-static void follow(const real half_axes[3], real way, real last_term, geodesic_point *p, real *bend)
+void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p, real *bend)
 {
     taylor t;
     real A[3], left = way;
@@ -117,16 +115,4 @@ static void follow(const real half_axes[3], real way, real last_term, geodesic_p
         if (is_last) return;
         left -= h;
     }
-}
-
-void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p)
-{
-    follow(half_axes, way, last_term, p, NULL);
-}
-
-real geodesic_bend(const real half_axes[3], real way, real last_term, geodesic_point *p)
-{
-    real bend = 0;
-    follow(half_axes, way, last_term, p, &bend);
-    return bend;
 }

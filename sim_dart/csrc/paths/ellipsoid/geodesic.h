@@ -10,9 +10,8 @@ typedef struct {
     real j, dj;      /* Jacobi field, and its derivative by the way */
 } geodesic_point;
 
-/* Go on by `way`, in steps whose last term is that small. Sizes are best about 1. */
-CORE_INSIDE void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p);
-/* The same; by which angle it turns on the way. */
-CORE_INSIDE real geodesic_bend(const real half_axes[3], real way, real last_term, geodesic_point *p);
+/* Go on by `way`, in steps whose last term is that small. Sizes are best about 1. Added to `bend`, if it is not
+   NULL, is by which angle it turns on the way. */
+CORE_INSIDE void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic_point *p, real *bend);
 
 #endif
