@@ -59,7 +59,7 @@ def fit(
         CardsflowError: The robot diverges within windows where it begins.
     """
     z = np.zeros(len(problem.parameters)) if z is None else z
-    z, damping = np.maximum(z, problem.low), 1e-3
+    z, damping = np.clip(z, problem.low, problem.high), 1e-3
     settled = problem.settled(z, cut)
     for iteration in range(1, most + 1):
         at = None if settled is None else problem.linearise(z, cut, settled.starts)
@@ -69,7 +69,7 @@ def fit(
             )
         before = settled.cost + problem.prior(z)[0]
         for _ in range(_MOST_REFUSALS):
-            new_z = np.maximum(z + _step(problem, at, z, damping), problem.low)
+            new_z = np.clip(z + _step(problem, at, z, damping), problem.low, problem.high)
             new = _tried(problem, cut, settled, at, new_z - z, new_z)
             after = np.inf if new is None else new.cost + problem.prior(new_z)[0]
             if new is not None and after <= before:
@@ -106,7 +106,7 @@ def _step(problem: CalibrationProblem, at: Linearised, z: FloatArray, damping: f
     """Of Levenberg and Marquardt; what is at its bound and would leave it stays."""
     _, slope, bend = problem.prior(z)
     H, g = at.information + bend, at.gradient + slope
-    free = ~((z <= problem.low) & (g > 0.0))
+    free = ~((z <= problem.low) & (g > 0.0) | (z >= problem.high) & (g < 0.0))
     step = np.zeros(len(z))
     if free.any():
         part = H[np.ix_(free, free)]

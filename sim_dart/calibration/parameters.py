@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from addin_sdfusion.robot import Coordinate, InputError, Robot
+from addin_sdfusion.robot.checks.muscles import MOST_FRICTION
 from addin_sdfusion.robot.model.robot import Inertia
 from addin_sdfusion.robot.model.tension_laws import law_parameters
 from sim_dart.core.arrays import FloatArray
@@ -46,7 +47,8 @@ GROUPS = {
 """What can be freed, by the first word of its name and the last."""
 
 _NONE = -1
-_LEAST_MU = 1e-4
+LEAST_FRICTION = 1e-4
+"""Of a cable: with none it would have no bends."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ class Parameter:
         value: Of the robot, in `unit`; 0 where it is a change by itself.
         sd: Of the prior.
         unit: Its unit.
-        low: Least value.
+        low, high: Least and greatest value.
     """
 
     name: str
@@ -97,6 +99,7 @@ class Parameter:
     sd: float
     unit: str
     low: float = -math.inf
+    high: float = math.inf
 
     @property
     def group(self) -> str:
@@ -169,8 +172,9 @@ def _every(
             yield key, [Parameter(key, "stiffness", k, (), stiffness, sd, "N/m")]
         if muscle.friction and muscle.bend_friction:
             key, sd = f"{name}.friction", priors.mu * muscle.friction
+            bounds = LEAST_FRICTION, MOST_FRICTION
             mu = muscle.friction
-            yield key, [Parameter(key, "cable_friction", k, (), mu, sd, "1", _LEAST_MU)]
+            yield key, [Parameter(key, "cable_friction", k, (), mu, sd, "1", *bounds)]
         key = f"motors.{muscle.name}.gain"
         yield key, [Parameter(key, "gain", k, (), 1.0, priors.gain, "1")]
     moving = moving_frames(robot)[1]

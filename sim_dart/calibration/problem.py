@@ -18,17 +18,19 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from queue import SimpleQueue
 from typing import NamedTuple, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import BoolArray, FloatArray, IntArray
 from sim_dart.estimation.estimated_robot import cable_compliances
+from sim_dart.muscles.friction import rubs
 
 from .inertia import InertiaPrior, thickened
 from .markers import SeenMarkers
 from .parameters import Parameter, calibrated_robot
-from .readings import Window, smooth_start
+from .readings import Readings, Window, slips_along, smooth_start
 from .sensitivity import Directions, Sensitivity, robot_numbers
 
 LONGEST_STEP = 1e-3
@@ -126,6 +128,7 @@ class CalibrationProblem:
         self._noise, self._longest = noise, longest_step
         self.sd = np.array([one.sd for one in parameters])
         self.low = np.array([(one.low - one.value) / one.sd for one in parameters])
+        self.high = np.array([(one.high - one.value) / one.sd for one in parameters])
         self._rubs = np.array([one.kind == "friction" for one in parameters], dtype=bool)
         self.low[self._rubs] += _LEAST_FRICTION
         self._compliance = cable_compliances(robot)
@@ -137,6 +140,7 @@ class CalibrationProblem:
         self._acts = np.arange(len(self.parameters), dtype=np.int32)
         self._rollers: SimpleQueue[Sensitivity] | None = None
         self._rolled_at = self._filled_at
+        self._slips: WeakKeyDictionary[Readings, FloatArray] = WeakKeyDictionary()
 
     def skip_idle(self, information: FloatArray) -> None:
         """Roll no more along numbers that change no reading, such as those across a plane.
@@ -353,13 +357,13 @@ class CalibrationProblem:
                 gain[one.item] += change
         moving = self._moving(along)
         commanded, changes = self._command_changes(read, slope * gain, moving)
-        steps = max(1, int(np.ceil(readings.step / self._longest - 1e-9)))
+        steps = self._steps(readings)
         torques = readings.torques[window.first : window.first + rows]
         h = readings.step / steps
         tensions = read * gain
         directions = Directions(self._directions[moving], changes, commanded)
         of = directions if with_derivatives else None
-        rolled = roller.roll(start, tensions, torques, h, steps, of)
+        rolled = roller.roll(start, tensions, torques, h, steps, of, self._slips_at(window))
         if rolled is None:
             return None
         y, n = rolled.readings.copy(), self._n
@@ -371,6 +375,20 @@ class CalibrationProblem:
             markers, seen = self._markers(self._seen, y[:, :n], slopes[:, :n], theta, along)
             y, slopes = np.hstack([y, markers]), np.hstack([slopes, seen])
         return window.measured - y, -slopes
+
+    def _steps(self, readings: Readings) -> int:
+        return max(1, int(np.ceil(readings.step / self._longest - 1e-9)))
+
+    def _slips_at(self, window: Window) -> FloatArray | None:
+        """How cables with friction rub where a window begins, as its recording has moved them."""
+        if not rubs(self.robot):
+            return None
+        readings = window.readings
+        if readings not in self._slips:
+            steps = self._steps(readings)
+            self._slips[readings] = slips_along(self.robot, readings.poses, steps)
+        slips: FloatArray = self._slips[readings][window.first]
+        return slips
 
     def _markers(
         self,

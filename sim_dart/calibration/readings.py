@@ -8,7 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import FloatArray
+from sim_dart.muscles.cable_slip import CableSlip
+from sim_dart.muscles.paths import MusclePaths
 
 _DEGREE = 5
 """Of the polynomials in time that a window's readings are compared with, for their noise."""
@@ -17,7 +20,7 @@ _LEAST_NOISE = 1e-7
 """In [rad] or [m]: what steps of a millisecond make of a motion has errors, too."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Readings:
     """A recording of K readings at equal steps; NaN is a reading that is missing.
 
@@ -70,6 +73,33 @@ class Readings:
         held = read[np.maximum.accumulate(np.where(sound, np.arange(rows + 1), 0))]
         here, next_ = held[:-1], held[1:]
         return (1.0 - part) * here + part * next_, (next_ - here) / self.step
+
+
+def slips_along(robot: Robot, poses: FloatArray, steps: int) -> FloatArray:
+    """How the cables of a robot rub along poses, from neither way on and behind each gap.
+
+    Args:
+        robot: The robot.
+        poses: Shape (K, n); NaN is a reading that is missing.
+        steps: Steps between two readings, as roll-outs have them.
+
+    Returns:
+        The states of bends, shape (K, bends).
+    """
+    paths = MusclePaths(robot)
+    slip, found = CableSlip(paths), np.zeros((len(poses), paths.bends))
+    before = np.full(poses.shape[1], np.nan)
+    for row, q in zip(found, poses, strict=True):
+        if np.isnan(q).any():
+            slip.reset()
+        elif np.isnan(before).any():
+            slip.follow(q)
+        else:
+            for k in range(1, steps + 1):
+                slip.follow(before + k / steps * (q - before))
+            row[:] = slip.get_state()[: paths.bends]
+        before = q
+    return found
 
 
 class Window(NamedTuple):

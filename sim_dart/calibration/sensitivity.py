@@ -13,6 +13,7 @@ from sim_dart.core.arrays import FloatArray, IntArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core, blob_reals, library
 from sim_dart.estimation.estimated_robot import estimated_robot
+from sim_dart.muscles.friction import bends
 
 
 @cache
@@ -79,6 +80,7 @@ class Sensitivity:
         if not size:
             raise CardsflowError("this C core has no derivatives, by which robots are calibrated")
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
+        self._bends = sum(map(bends, robot.muscles))
         self._memory = np.empty(-(-size // 8))
         address = self._memory.ctypes.data
         self._handle = ctypes.c_void_p(self._c.core_sensitivity_open(self._core.handle, address))
@@ -91,6 +93,7 @@ class Sensitivity:
         h: float,
         steps: int,
         along: Directions | None = None,
+        slips: FloatArray | None = None,
     ) -> Rolled | None:
         """Roll through the readings of a window.
 
@@ -102,6 +105,8 @@ class Sensitivity:
             steps: Steps between two readings.
             along: What to differentiate by, besides the start; None for readings alone, in a small
                 part of the time.
+            slips: How cables with friction rub at the first reading, shape (bends,); neither way
+                where left out.
 
         Returns:
             None where the state has diverged.
@@ -115,6 +120,9 @@ class Sensitivity:
         count = 0 if along is None else len(along.commanded)
         columns = 0 if along is None else count + 2 * self._n
         derivatives = np.empty((rows, width, columns))
+        if self._bends:
+            states = self._core.array("law_states", -1)
+            states[-self._bends :] = 0.0 if slips is None else slips
         bad = self._c.core_sensitivity_roll(
             *(self._handle, q, q + 8 * self._n, rows, steps, h),
             *(tensions.ctypes.data, torques.ctypes.data, count, *addresses),

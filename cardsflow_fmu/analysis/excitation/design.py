@@ -230,7 +230,7 @@ class Design:
         torques[:, motions.motors] = forces[:, m:]
         step = float(motion.times[1] - motion.times[0])
         nothing = np.zeros((T, n + m))
-        readings = Readings("", step, nothing[:, :n], nothing[:, n:], tensions, torques)
+        readings = Readings("", step, motion.q, nothing[:, n:], tensions, torques)
         start = np.concatenate([motion.q[first], motion.qd[first]])
         return Window(readings, first, nothing[first : first + rows]), start
 

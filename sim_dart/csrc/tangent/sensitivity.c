@@ -10,9 +10,10 @@
 
 struct core_sensitivity {
     core_tangent *tangent;
+    const core *plain;
     size_t n, m, numbers;
     double *none; /* zeros, as many as the robot has numbers, or a reading */
-    double *of_start, *reading;
+    double *of_start, *reading, *states, *state_changes;
 };
 
 /* A roll-out, and what changes in it. */
@@ -31,7 +32,8 @@ static size_t longest(const core *plain)
 
 static size_t own_numbers(const core *plain)
 {
-    return longest(plain) + 2 * (size_t)plain->blob.counts.dofs + (size_t)plain->blob.counts.muscles;
+    const size_t states = 2 * (size_t)plain->blob.law_states;
+    return longest(plain) + 2 * (size_t)plain->blob.counts.dofs + (size_t)plain->blob.counts.muscles + states;
 }
 
 size_t core_sensitivity_numbers(const core *plain)
@@ -53,8 +55,22 @@ core_sensitivity *core_sensitivity_open(const core *plain, void *memory)
     memset(s->none, 0, own_numbers(plain) * sizeof(double));
     s->of_start = s->none + longest(plain);
     s->reading = s->of_start + s->n;
+    s->states = s->reading + s->n + s->m;
+    s->state_changes = s->states + plain->blob.law_states;
+    s->plain = plain;
     s->tangent = core_tangent_open(plain, s->none + own_numbers(plain));
     return s;
+}
+
+/* The cables rub as the plain handle has it. */
+static void take_slips(const core_sensitivity *s)
+{
+    const size_t bends = (size_t)s->plain->blob.counts.bends, others = (size_t)s->plain->blob.law_states - bends;
+    if (!bends) return;
+    core_tangent_values(s->tangent, TANGENT_STATES, s->states);
+    core_tangent_changes(s->tangent, TANGENT_STATES, s->state_changes);
+    memcpy(s->states + others, s->plain->law_states + others, bends * sizeof(double));
+    core_tangent_set(s->tangent, TANGENT_STATES, s->states, s->state_changes);
 }
 
 /* Roll through the readings; `derivatives` are a column of theirs, `stride` numbers apart. */
@@ -66,6 +82,7 @@ static int go(const core_sensitivity *s, const roll *roll, const double *dq, con
     core_tangent_set(s->tangent, TANGENT_QD, roll->qd, dqd);
     core_tangent_set(s->tangent, TANGENT_COMMANDS, roll->commands, s->none);
     if (core_tangent_move(s->tangent) || core_tangent_start(s->tangent)) return 1;
+    take_slips(s);
     for (int32_t row = 0; row < roll->rows; row++) {
         core_tangent_values(s->tangent, TANGENT_Q, readings + (size_t)row * (n + m));
         core_tangent_values(s->tangent, TANGENT_LENGTHS, readings + (size_t)row * (n + m) + n);

@@ -21,7 +21,8 @@ CORE_API core_sensitivity *core_sensitivity_open(const core *plain, void *memory
    rows x (dofs + muscles), and their derivatives, rows x (dofs + muscles) x (directions + 2 dofs). A direction is a
    change of the robot's numbers, directions x numbers, and of the commands: `commanded` is the index of its
    changes, rows x muscles each, or -1; behind them are q and qd at the start. NULL and no directions for the
-   readings alone. 0, or 1 + the reading that the state has diverged before.                                     */
+   readings alone. Bends of cables with friction begin with the states that the plain handle has. 0, or 1 + the
+   reading that the state has diverged before.                                                                   */
 CORE_API int core_sensitivity_roll(core_sensitivity *s, const double *q, const double *qd, int32_t rows, int32_t steps,
                                    double h, const double *commands, const double *torques, int32_t directions,
                                    const double *robot_changes, const double *command_changes,

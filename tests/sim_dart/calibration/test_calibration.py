@@ -144,15 +144,17 @@ def test_friction_of_joints_is_found_where_files_have_none(arm: Robot) -> None:
 
 @pytest.mark.slow
 def test_friction_of_cables_is_found(arm: Robot) -> None:
-    arm, free = bent(arm, 0.15, (0.2, -0.3)), ["muscles.*.friction"]
+    """From pieces of three windows, which do not begin with cables that rub neither way."""
+    muscles = bent(arm, 0.15, (0.2, -0.3)).muscles
+    arm = arm.with_muscles([replace(m, presliding=2e-3) for m in muscles])
+    free = ["muscles.*.friction"]
     parameters, _ = free_parameters(arm, free, np.ones(2), PriorSettings())
     hidden = np.array([0.05, -0.04, 0.03, -0.02])
-    result = calibrate(
-        arm, [recording(calibrated_robot(arm, parameters, hidden), np.zeros(4), 1)], free
-    )
+    truth = calibrated_robot(arm, parameters, hidden)
+    result = calibrate(arm, [recording(truth, np.zeros(4), 1, noise=1e-5, rows=3 * ROWS)], free)
     assert identifiable(result).all()
     assert (np.abs(result.change - hidden) < 3.0 * result.sd).all()
-    assert (result.sd < 0.01).all()
+    assert (result.sd < 1e-3).all()
 
 
 def test_what_is_not_identifiable_is_refused(arm: Robot) -> None:

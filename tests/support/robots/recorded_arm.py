@@ -43,7 +43,12 @@ def rolled(robot: Robot, start: FloatArray, tensions: FloatArray) -> FloatArray:
 
 
 def recording(
-    robot: Robot, offsets: FloatArray, seed: int, pieces: int = 30, noise: float = NOISE
+    robot: Robot,
+    offsets: FloatArray,
+    seed: int,
+    pieces: int = 30,
+    noise: float = NOISE,
+    rows: int = ROWS,
 ) -> Readings:
     """Short motions from random states, gaps between them, with noise."""
     rng = np.random.default_rng(seed)
@@ -51,7 +56,7 @@ def recording(
     q, lengths, tensions = [], [], []
     for _ in range(pieces):
         start = np.concatenate([rng.uniform(-0.5, 0.5, n), rng.uniform(-1.0, 1.0, n)])
-        f = rng.uniform(20.0, 22.0, m) * np.ones((ROWS, 1))
+        f = rng.uniform(20.0, 22.0, m) * np.ones((rows, 1))
         y = rolled(robot, start, f)
         y += noise * rng.normal(size=y.shape)
         gap = np.full((1, m), np.nan)
