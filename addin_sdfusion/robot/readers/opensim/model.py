@@ -136,9 +136,9 @@ def _note_approximations(model: Node, muscles: Sequence[Muscle]) -> None:
     wrapped = sum(bool(muscle.wraps) for muscle in muscles)
     if wrapped:
         problem = (
-            f"{wrapped} muscles wrap: they take the shortest path here; OpenSim's own is longer by "
-            "up to some 1e-4 m, over ellipsoids it is some 1e-5 m off either way, and its moment "
-            "arms are not always the derivative of its lengths"
+            f"{wrapped} muscles wrap: they take the shortest path here; OpenSim's own is longer, "
+            "mostly by less than 0.1 mm, by some mm far round a cylinder and by some cm over flat "
+            "ellipsoids, and its moment arms are not always the derivative of its lengths"
         )
         model.warning("wraps-exact", problem)
     several = [repr(muscle.name) for muscle in muscles if len(muscle.wraps) > 1]
