@@ -116,14 +116,23 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
         dynamics: Its dynamics.
         q: The pose, shape (n,), in [rad] or [m].
         qdd: Accelerations, shape (n,), in [rad/s²] or [m/s²].
+
+    Raises:
+        InputError: Some of it is beyond the range of numbers.
     """
     M, force = dynamics.mass_matrix(q), counted_force(robot)
     arms = [robot_size(robot) if motor.unit == "rad" else 1.0 for motor in robot.motors]
     counted = force * np.append(np.ones(dynamics.m), arms)
+    A, torque = -dynamics.actuator_jacobian(q).T, M @ qdd + dynamics.gravity(q)
+    if not all(np.isfinite(part).all() for part in (M, A, torque)):
+        raise InputError(
+            "inertias, moment arms or weights are beyond the range of numbers; a length or a mass "
+            "is far too large"
+        )
     return Terms(
         M,
-        -dynamics.actuator_jacobian(q).T,
-        M @ qdd + dynamics.gravity(q),
+        A,
+        torque,
         np.maximum(dynamics.f_min, -counted),
         np.minimum(dynamics.f_max, counted),
         np.array([ACCELERATION[c.unit] for c in robot.coordinates]),

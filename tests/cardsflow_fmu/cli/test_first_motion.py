@@ -21,6 +21,7 @@ from addin_sdfusion.robot import (
     Joint,
     Link,
     Muscle,
+    Pose,
     Robot,
     ViaPoint,
     revolute,
@@ -202,6 +203,18 @@ def test_a_robot_that_nothing_holds_is_refused_in_words(
     assert "cannot be held by its muscles in any pose" in message
     assert words in message
     assert not (tmp_path / "experiment.toml").exists()
+
+
+def test_a_length_beyond_all_numbers_is_refused(tmp_path: Path, cardsflow: CommandLine) -> None:
+    robot = two_links(*strands(ABOVE, BELOW))
+    wrist = replace(robot.joints[-1], T_parent_joint=Pose((1e200, 0.0, 0.0)))
+    write_sdf(replace(robot, joints=(*robot.joints[:-1], wrist)), tmp_path)
+    code, _, error = cardsflow("init", str(tmp_path), "-o", str(tmp_path / "out"))
+    assert code == 2
+    assert "a length or a mass is far too large" in error.splitlines()[-1]
+    code, out, error = cardsflow("check", str(tmp_path))
+    assert "a length or a mass is far too large: it is described" in out
+    assert error == ""
 
 
 @pytest.mark.cases(1)
