@@ -32,7 +32,7 @@ MODELS = [
     ("hill_arm", "plant"),
     ("hill_arm", "controller"),
 ]
-LARGEST, LARGEST_UNPACKED = 350_000, 460_000
+LARGEST, LARGEST_UNPACKED = 350_000, 500_000
 """Bytes of a library in an FMU, and beside it."""
 
 
@@ -154,6 +154,7 @@ def test_others_can_compile_it(
     assert trajectory(command, own, twin) == trajectory(command, twin.library, twin)
 
 
+@pytest.mark.slow  # after .ci/run has made them
 def test_prebuilt_libraries_are_small() -> None:
     """Those of other platforms, where they have been made; see hatch_build.py --platforms.
 
