@@ -15,8 +15,8 @@ from .readings import Window
 
 _MOST_ITERATIONS = 30
 _MOST_REFUSALS = 12
-_SMALL_GAIN = 5e-5
-_LEAST_GAIN = 0.1
+_LEAST_GAIN = 0.3
+"""In mean squares of residuals: a third of what one standard deviation of a number changes."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def fit(
     cut: Sequence[Window],
     z: FloatArray | None = None,
     most: int = _MOST_ITERATIONS,
-    small_gain: float = _SMALL_GAIN,
+    small_gain: float = 0.0,
 ) -> Fit:
     """Solve a calibration.
 
@@ -53,13 +53,15 @@ def fit(
         cut: The windows.
         z: Where to begin; zeros when left out.
         most: Most iterations.
-        small_gain: Part of the cost; an iteration that gains less is the last.
+        small_gain: Part of the cost; an iteration that gains less is the last, as is one that gains
+            less than any deviation.
 
     Raises:
         CardsflowError: The robot diverges within windows where it begins.
     """
     z = np.zeros(len(problem.parameters)) if z is None else z
     z, damping = np.clip(z, problem.low, problem.high), 1e-3
+    rows = sum(window.measured.size for window in cut)
     settled = problem.settled(z, cut)
     for iteration in range(1, most + 1):
         at = None if settled is None else problem.linearise(z, cut, settled.starts)
@@ -78,7 +80,7 @@ def fit(
         else:
             return Fit(z, at.information, settled, iteration, True)
         z, settled, damping = new_z, new, damping / 10.0
-        ends = before - after <= max(small_gain * before, _LEAST_GAIN)
+        ends = before - after <= max(small_gain * before, _LEAST_GAIN * max(before / rows, 1.0))
         if ends or iteration == most:
             return Fit(z, at.information, settled, iteration, ends)
     raise AssertionError
