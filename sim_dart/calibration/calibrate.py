@@ -40,6 +40,9 @@ _TELLING = 0.1
 _NEAR_STOP = 2e-3
 """Of a limit, in [rad] or [m]: readings have noise, and stops are not where files say, quite."""
 
+_BEYOND_STOP = 0.1
+"""Poses that are farther beyond are no stop: markers show them but for whole turns."""
+
 _SLOWEST = 0.05
 """Readings farther apart than this, in [s], show no velocities."""
 
@@ -322,14 +325,15 @@ class _Stops:
 
     def __init__(self, robot: Robot) -> None:
         self._names = [c.name for c in robot.coordinates]
-        self._lower = np.array([c.lower for c in robot.coordinates]) + _NEAR_STOP
-        self._upper = np.array([c.upper for c in robot.coordinates]) - _NEAR_STOP
+        self._lower = np.array([c.lower for c in robot.coordinates])
+        self._upper = np.array([c.upper for c in robot.coordinates])
         self.met: list[str] = []
 
     def touched(self, window: Window) -> bool:
         """Whether a joint is at a limit in a window."""
         poses = window.readings.poses[window.first : window.first + len(window.measured)]
-        at: BoolArray = np.any((poses <= self._lower) | (poses >= self._upper), axis=0)
+        beyond = np.maximum(self._lower - poses, poses - self._upper)
+        at: BoolArray = np.any((beyond > -_NEAR_STOP) & (beyond < _BEYOND_STOP), axis=0)
         names = [name for name, is_at in zip(self._names, at, strict=True) if is_at]
         self.met += [name for name in names if name not in self.met]
         return bool(names)
