@@ -119,6 +119,7 @@
     ARRAY(force_low, muscles)                                                                          \
     ARRAY(force_high, muscles)                                                                         \
     ARRAY(commands, muscles)                                                                           \
+    ARRAY(reached, REACH_NUMBERS *muscles) /* see core_reach */                                        \
     ARRAY(surface_place, 6 * surfaces) /* centre and axis in the world */                              \
     ARRAY(surface_across, 3 * surfaces) /* of an ellipsoid: its x axis in the world */                 \
     ARRAY(wrap_radius, wraps)          /* of the surface, in the order of the wraps; and what follows */ \
@@ -136,6 +137,9 @@
     ARRAY(is_routed, muscles)          /* 1: what routed.c is for */                                   \
     ARRAY(wrap_contact, CONTACT_NUMBERS *wraps)                                                        \
     ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
+
+/* Of a muscle, see laws.c. */
+#define REACH_NUMBERS 9
 
 /* Seven vectors and an angle: see core_trace. */
 #define CONTACT_NUMBERS 22

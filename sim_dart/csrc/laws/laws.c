@@ -93,11 +93,24 @@ static void share(const muscle_law *before, muscle_law *at)
     if (law_shared(at->k) - at->k != away) at->k[LAW_SHARED] = 0; /* too far for a small number */
 }
 
+/* The tensions at both ends of a muscle's commands, as core_reach found them last, and where. */
+typedef struct {
+    real is_known, l, v, h, x[MOST_LAW_STATES], at_low, at_high;
+} reach;
+
+_Static_assert(sizeof(reach) == REACH_NUMBERS * sizeof(real), "as many as there is room for");
+
+static reach *reach_of(const core *c, const muscle_law *at)
+{
+    return (reach *)(void *)c->reached + at->m;
+}
+
 void laws_prepare(core *c)
 {
     muscle_law at, before = {0};
     for EACH_MUSCLE (c, &at) {
         at.law->prepare(at.p, at.k);
+        reach_of(c, &at)->is_known = 0;
         at.k[LAW_STATES] = at.law->states ? at.law->states(at.p) : 0;
         share(&before, &at);
         before = at;
@@ -287,6 +300,24 @@ static real tension_after(const core *c, const muscle_law *at, real u, real h, r
     return bounded_tension(at, x, l + v * h, v, u);
 }
 
+static void keep_reach(const core *c, const muscle_law *at, real h, real at_low, real at_high)
+{
+    reach *r = reach_of(c, at);
+    if (at->law->moves_along || at->law->place) return; /* which depend on more */
+    r->is_known = 1, r->l = c->lengths[at->m], r->v = c->rates[at->m], r->h = h;
+    r->at_low = at_low, r->at_high = at_high;
+    memcpy(r->x, at->x, (size_t)at->states * sizeof(real));
+}
+
+/* What core_reach has found, if nothing has changed since; NULL otherwise. */
+static const reach *reach_here(const core *c, const muscle_law *at, real h)
+{
+    const reach *r = reach_of(c, at);
+    int same = r->is_known == 1 && r->l == c->lengths[at->m] && r->v == c->rates[at->m] && r->h == h;
+    for (int32_t i = 0; i < at->states; i++) same &= r->x[i] == at->x[i];
+    return same ? r : NULL;
+}
+
 void core_reach(core *c, real h)
 {
     muscle_law at;
@@ -299,6 +330,7 @@ void core_reach(core *c, real h)
         const real a = tension_after(c, &at, at.k[LAW_LOW], h, h);
         const real b = at.law->driven ? tension_after(c, &at, at.k[LAW_HIGH], h, h) : a;
         *low = smaller(a, b), *high = larger(a, b);
+        keep_reach(c, &at, h, a, b);
     }
 }
 
@@ -356,9 +388,10 @@ static real inverted(const core *c, const muscle_law *at, real f, real h, real h
 {
     real near;
     if (at->law->guess && found_near(c, at, f, h, held, &near)) return near;
-    attempt low = attempted(c, at, at->k[LAW_LOW], f, h, held);
+    const reach *known = reach_here(c, at, h);
+    attempt low = known ? (attempt){at->k[LAW_LOW], known->at_low - f} : attempted(c, at, at->k[LAW_LOW], f, h, held);
     if (low.off == 0) return low.u;
-    attempt high = attempted(c, at, at->k[LAW_HIGH], f, h, held);
+    attempt high = known ? (attempt){at->k[LAW_HIGH], known->at_high - f} : attempted(c, at, at->k[LAW_HIGH], f, h, held);
     if ((value_of(low.off) > 0) == (value_of(high.off) > 0))
         return value_of(fabs(low.off)) <= value_of(fabs(high.off)) ? low.u : high.u;
     const real enough = enough_of(at, f, &high, &low);

@@ -84,3 +84,22 @@ def test_reach_and_inversion_leave_the_states_alone() -> None:
     bench.laws.reach(1e-3)
     bench.laws.invert(np.full(len(SOUND), 20.0), 1e-3)
     np.testing.assert_array_equal(bench.laws.states, before)
+
+
+@pytest.mark.parametrize(("kind", "parameters"), DRIVEN)
+def test_commands_do_not_depend_on_what_was_in_reach_elsewhere(
+    kind: str, parameters: dict[str, float]
+) -> None:
+    """Bit for bit: at another length, speed, time and state, and where they are the same."""
+    here = {"length": 0.3, "speed": 0.05, "state": 0.2, "h": 1e-3}
+    others = [here, *(here | {key: 1.1 * value} for key, value in here.items())]
+    found = []
+    for before in (None, *others):
+        bench = Bench((kind, parameters))
+        for at in (here,) if before is None else (before, here):
+            bench.start(0.3, at["state"] * min(float(bench.laws.command_high[0]), 1.0))
+            bench.move(at["length"], at["speed"])
+            if at is before:
+                bench.laws.reach(at["h"])
+        found.append(float(bench.laws.invert([20.0], here["h"])[0]))
+    assert len(set(found)) == 1
