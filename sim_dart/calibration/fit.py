@@ -10,8 +10,9 @@ import numpy as np
 from addin_sdfusion.robot import CardsflowError
 from sim_dart.core.arrays import FloatArray
 
-from .problem import CalibrationProblem, Linearised, Settled
+from .problem import CalibrationProblem, Linearised
 from .readings import Window
+from .starts import Settled
 
 _MOST_ITERATIONS = 30
 _MOST_REFUSALS = 12
@@ -98,8 +99,8 @@ def _tried(
     if not np.isfinite(problem.prior(z)[0]):
         return None
     moved = [
-        x + s.start_change + s.start_slope @ step
-        for x, s in zip(settled.starts, at.seen, strict=True)
+        x + change + slope @ step
+        for x, change, slope in zip(settled.starts, at.start_changes, at.start_slopes, strict=True)
     ]
     return problem.settled(z, cut, moved)
 

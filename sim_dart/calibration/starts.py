@@ -1,0 +1,123 @@
+"""Where windows begin: fitted with the robot's numbers held, or eliminated from them.
+
+With A = dr/dx and B = dr/dtheta of a window and A = Q R, what is left of it with its start
+eliminated is (I - Q Q') (r + B dtheta) (Golub & Pereyra 2003, Inverse Problems 19).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from sim_dart.core.arrays import FloatArray
+
+_ITERATIONS = 40
+_MOST_DAMPING = 1e6
+_GAIN = 1e-2
+"""Of a window's cost, below which its start is fitted: of thousands of readings' squares."""
+
+Left = tuple[FloatArray, FloatArray]
+"""What is left of a window's readings, shape (rows, columns), and its derivatives, shape (rows,
+columns, directions), the last of which are those by the start."""
+
+
+class Eliminated(NamedTuple):
+    """A window, linear in the changes of some numbers and of its start.
+
+    Attributes:
+        information: H of the numbers, shape (P, P).
+        gradient: Shape (P,).
+        start_change: Of the start, with the numbers held, shape (2 n,).
+        start_slope: How the start follows the numbers, shape (2 n, P).
+    """
+
+    information: FloatArray
+    gradient: FloatArray
+    start_change: FloatArray
+    start_slope: FloatArray
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Windows with theta held, each beginning where it fits best.
+
+    Attributes:
+        cost: Sum of squared residuals, without the prior.
+        starts: Shape (2 n,) each.
+        residuals: Of each window, in units of readings, shape (rows, n + m + 3 M).
+    """
+
+    cost: float
+    starts: list[FloatArray]
+    residuals: list[FloatArray]
+
+
+def settle(
+    roll: Callable[[FloatArray, bool], Left | None], start: FloatArray, noise: FloatArray
+) -> Settled | None:
+    """Levenberg and Marquardt's method for the start of one window; None where it diverges.
+
+    Args:
+        roll: What is left of the window from a start on, with derivatives by it or without.
+        start: Where to look from, shape (2 n,).
+        noise: Of one reading, shape (columns,).
+    """
+    here, damping = roll(start, True), 0.0
+    if here is None:
+        return None
+    r, A = _whitened(*here, noise)
+    cost, left = float(r @ r), here[0]
+    for _ in range(_ITERATIONS):
+        H = A.T @ A
+        damped = H + damping * np.diag(np.diag(H))
+        step = -np.linalg.pinv(damped, rcond=1e-12, hermitian=True) @ (A.T @ r)
+        tried = roll(start + step, False)
+        new, _ = (None, None) if tried is None else _whitened(*tried, noise)
+        after = np.inf if new is None else float(new @ new)
+        if tried is None or after > cost:
+            damping = max(10.0 * damping, 1e-2)
+            if damping > _MOST_DAMPING:
+                break
+            continue
+        gain, start, cost, left, damping = (
+            cost - after,
+            start + step,
+            after,
+            tried[0],
+            damping / 10.0,
+        )
+        if gain <= _GAIN:
+            break
+        here = roll(start, True)
+        assert here is not None
+        r, A = _whitened(*here, noise)
+    return Settled(cost, [start], [left])
+
+
+def eliminate(left: Left, size: int, noise: FloatArray) -> Eliminated:
+    """A window with its start eliminated.
+
+    Args:
+        left: Of the window, with derivatives by the numbers and the start.
+        size: Of the start: 2 n.
+        noise: Of one reading, shape (columns,).
+    """
+    r, J = _whitened(*left, noise)
+    A, B = J[:, -size:], J[:, :-size]
+    Q, R = np.linalg.qr(A)
+    inverse = np.linalg.pinv(R, rcond=1e-10)
+    Qr, QB = Q.T @ r, Q.T @ B
+    return Eliminated(B.T @ B - QB.T @ QB, B.T @ r - QB.T @ Qr, -inverse @ Qr, -inverse @ QB)
+
+
+def _whitened(
+    left: FloatArray, slopes: FloatArray, noise: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Residuals and derivatives over the noise, without readings that there are not."""
+    taken = ~np.isnan(left).ravel()
+    weight = np.broadcast_to(1.0 / noise, left.shape).ravel()[taken]
+    J = slopes.reshape(left.size, slopes.shape[2])[taken] * weight[:, None]
+    return left.ravel()[taken] * weight, J
