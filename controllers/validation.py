@@ -13,6 +13,9 @@ from addin_sdfusion.robot import InputError
 
 from .arrays import FloatArray
 
+LARGEST_NORM = 8
+"""Of forces, but infinity: with more the largest forces alone would count for a float."""
+
 
 def is_finite(value: object) -> bool:
     """Whether a value is a number, and neither infinite nor NaN."""
@@ -70,6 +73,19 @@ def named_vector(
             finite = "" if infinite else "finite and "
             raise InputError(f"{what} of {name!r} must be {finite}{allowed}: {value}")
     return vector
+
+
+def require_norm(norm: float) -> float:
+    """The norm of forces that is to be least, if it is one.
+
+    Raises:
+        InputError: It is none of the whole numbers from 1 to 8, and not infinity.
+    """
+    if norm not in (*range(1, LARGEST_NORM + 1), math.inf):
+        raise InputError(
+            f"norm must be a whole number from 1 to {LARGEST_NORM}, or infinity: {norm!r}"
+        )
+    return float(norm)
 
 
 def force_bounds(

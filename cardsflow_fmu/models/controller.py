@@ -260,6 +260,8 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
             settings.kd,
             weights=settings.actuator_weights,
             solver=settings.solver,
+            **({"norm": settings.norm} if settings.norm != 2.0 else {}),
+            **({"pretension": settings.pretensions} if any(settings.pretension) else {}),
             **({"passive": settings.unfollowing} if any(settings.unfollowing) else {}),
         )
         return made
@@ -274,7 +276,7 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
         acceleration_weights=tasks.acceleration_weights,
         force_weights=settings.actuator_weights,
         force_rate_weights=settings.with_motors(tasks.force_rate_weights),
-        pretension=settings.with_motors(tasks.pretension),
+        pretension=settings.pretensions,
         limit_bandwidth=tasks.limit_bandwidth,
         solver=settings.solver,
     )

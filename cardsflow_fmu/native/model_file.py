@@ -97,6 +97,8 @@ def missing_in_c(experiment: Experiment, model: str) -> str | None:
         return "tasks of several priorities"
     if controller.solver != DEFAULT_SOLVER:
         return f"the QP solver {controller.solver!r}"
+    if controller.norm != 2.0:
+        return f"the norm {controller.norm:g} of forces"
     return None
 
 
@@ -175,6 +177,7 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
         "delay": controller.delay,
         "predict": controller.predict,
         "H_f": controller.actuator_weights,
+        "f_p": controller.pretensions,
         "passive": np.logical_or(controller.passive, controller.dependent),
         "dependent": controller.dependent,
     }
@@ -198,7 +201,6 @@ def _task_fields(robot: Robot, controller: ControllerSettings) -> Fields:
         "is_angle": [] if tasks is None else is_angle,
         "H_q": rest if tasks is None else tasks.acceleration_weights,
         "H_r": controller.with_motors(none if tasks is None else tasks.force_rate_weights),
-        "f_p": controller.with_motors(none if tasks is None else tasks.pretension),
         "W": [] if tasks is None else tasks.task_weights,
         "posture_kp": rest if posture is None else posture.kp,
         "posture_kd": rest if posture is None else posture.kd,

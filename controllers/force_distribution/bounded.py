@@ -1,18 +1,19 @@
 """Force distribution: the muscle forces of least cost that make a joint torque.
 
-    min 1/2 f'Hf   s.t.   -L'f = tau,   f_min <= f <= f_max
+    min 1/2 (f - f_p)'H (f - f_p)   s.t.   -L'f = tau,   f_min <= f <= f_max
 
+or those of another norm of H^1/2 (f - f_p), see `norms`. f_p is 0, or a pretension.
 Motors of joints are among the forces, behind the muscles: their torques may be negative.
 
 When no force fits, the soft problem is solved instead: the smallest error within the bounds,
-    min 1/2 |W (L'f + tau)|^2 + eps/2 f'Hf   s.t.   f_min <= f <= f_max,
+    min 1/2 |W (L'f + tau)|^2 + eps/2 (f - f_p)'H (f - f_p)   s.t.   f_min <= f <= f_max,
 with W = 1 for the torque's error, or M^-1 for that of the acceleration.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -22,7 +23,7 @@ from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import BoolArray, FloatArray
 from controllers.qp import dual_newton
 from controllers.qp import solver as qp
-from controllers.validation import float_array, force_bounds, is_finite
+from controllers.validation import float_array, force_bounds, is_finite, named_vector, require_norm
 
 if TYPE_CHECKING:
     import qpsolvers
@@ -42,7 +43,8 @@ class ForceSolution:
     Attributes:
         forces: f, shape (m,), in [N]; always within the bounds.
         status: `solved`; `soft` where it is proven that no force within the bounds makes the
-            torque; `not converged` where none was found, and none may or may not be.
+            torque; `not converged` where none was found, and none may or may not be, or where
+            these are of least squares, as those of the norm were not found.
         slack: Torque that is missing, tau + L'f, shape (n,), in [N·m] or [N].
         f_min, f_max: The bounds, shape (m,), in [N].
         coordinate_names: n names.
@@ -126,6 +128,8 @@ class ForceDistribution:
         f_min: Lower bounds, shape (m,), in [N].
         f_max: Upper bounds, shape (m,), in [N]; may be infinite.
         weights: Diagonal of H, shape (m,), in [1/N²]; ones when None.
+        norm: What is made least, a whole number from 1 to 8, or infinity.
+        pretension: f_p, a number or shape (m,), in [N].
         solver: `dual_newton`, or the name of a qpsolvers back end.
         tolerance: Largest torque error of a solved problem, relative to 1 + max |tau|.
         coordinate_names: n names for reports; numbered when None.
@@ -143,6 +147,8 @@ class ForceDistribution:
         f_max: ArrayLike,
         *,
         weights: ArrayLike | None = None,
+        norm: float = 2.0,
+        pretension: ArrayLike = 0.0,
         solver: str = qp.DEFAULT_SOLVER,
         tolerance: float = 1e-6,
         coordinate_names: Sequence[str] | None = None,
@@ -166,7 +172,9 @@ class ForceDistribution:
         # Only the ratios of weights matter; near 1 they suit every back end's tolerances.
         self._weights = self.weights / self.weights.mean()
         self._H = np.diag(self._weights)
-        self._zeros = np.zeros(m)
+        self.norm = require_norm(norm)
+        self.pretension = named_vector("pretension", pretension, self.muscle_names)
+        self._g = self._weights * (0.0 - self.pretension)
         if self.coordinate_names:
             self._prepare(len(self.coordinate_names))
 
@@ -201,7 +209,7 @@ class ForceDistribution:
         """
         import qpsolvers  # late, as in controllers.qp.solver
 
-        return qpsolvers.Problem(self._H, self._zeros, A=-L.T, b=tau, lb=self.f_min, ub=self.f_max)
+        return qpsolvers.Problem(self._H, self._g, A=-L.T, b=tau, lb=self.f_min, ub=self.f_max)
 
     def build_soft_problem(
         self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None
@@ -216,8 +224,9 @@ class ForceDistribution:
         import qpsolvers
 
         L, tau = _accelerations(L, tau, M)
-        P = L @ L.T + self._softness(L) * self._H
-        return qpsolvers.Problem(P, L @ tau, lb=self.f_min, ub=self.f_max)
+        softness = self._softness(L)
+        P, g = L @ L.T + softness * self._H, L @ tau + softness * self._g
+        return qpsolvers.Problem(P, g, lb=self.f_min, ub=self.f_max)
 
     def reset(self) -> None:
         """Forget the last solutions: the next does not depend on anything before it."""
@@ -268,6 +277,28 @@ class ForceDistribution:
             SimulationError: L or tau is not finite.
         """
         L, tau = np.asarray(L, dtype=np.float64), np.asarray(tau, dtype=np.float64)
+        squares = self._least_squares(L, tau, M)
+        if self.norm == 2.0 or squares.status != "solved":
+            return squares
+        from .norms import least_norm  # late: SciPy takes its time
+
+        forces = least_norm(
+            *(-L.T, tau, self.f_min, self.f_max),
+            norm=self.norm,
+            weights=self._weights,
+            target=self.pretension,
+            first=squares.forces,
+        )
+        if forces is None:
+            return replace(squares, status="not converged")
+        forces = np.clip(forces, self.f_min, self.f_max)
+        slack = tau + L.T @ forces
+        allowed = self.tolerance * (1.0 + float(np.abs(tau).max()))
+        fits = float(np.abs(slack).max()) <= allowed
+        return self._solution(forces, "solved" if fits else "not converged", slack)
+
+    def _least_squares(self, L: FloatArray, tau: FloatArray, M: FloatArray | None) -> ForceSolution:
+        """The forces of least squares, or of the smallest error."""
         if L.shape != (self.f_min.size, tau.size) or tau.ndim != 1 or not tau.size:
             raise InputError(
                 f"L has shape {L.shape}, tau {tau.shape}, for {self.f_min.size} muscles"
@@ -325,7 +356,7 @@ class ForceDistribution:
             m = self.f_min.size
             self._newtons = dual_newton.DualNewton(m, n), dual_newton.DualNewton(m, n)
             for newton in self._newtons:
-                newton.H_diagonal[:] = self._weights
+                newton.H_diagonal[:], newton.g[:] = self._weights, self._g
                 newton.lb[:], newton.ub[:] = self.f_min, self.f_max
         return self._newtons
 

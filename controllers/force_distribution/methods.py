@@ -18,6 +18,7 @@ from addin_sdfusion.robot import UnknownNameError
 
 from .closed_form import closed_form, improved_closed_form, improved_puncture, puncture
 from .linear import linear_programme, minimum_infinity_norm, optimally_safe
+from .norms import p_norm
 from .polygon import polygon_1_norm, polygon_2_norm, polygon_centroid
 from .poses import DistributedForces
 from .quadratic import least_squares
@@ -26,6 +27,7 @@ METHODS: Mapping[str, Callable[..., DistributedForces]] = {
     function.__name__: function
     for function in (
         least_squares,
+        p_norm,
         linear_programme,
         minimum_infinity_norm,
         optimally_safe,

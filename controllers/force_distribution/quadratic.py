@@ -35,13 +35,26 @@ def least_squares(poses: Poses, *, weights: ArrayLike = 1.0, target: ArrayLike =
     """
     names = [f"muscle {k + 1}" for k in range(poses.m)]
     H = named_vector("weights", weights, names, above=0.0)
+    return solve_poses(poses, H, goals(poses, target))
+
+
+def goals(poses: Poses, target: ArrayLike) -> FloatArray:
+    """A target of all poses, shape (P, m), in [N].
+
+    Args:
+        poses: The poses.
+        target: A number, shape (m,) or (..., m), in [N].
+
+    Raises:
+        InputError: It has another shape, or is not finite.
+    """
     try:
         goal = np.broadcast_to(np.asarray(target, float), (*poses.stack, poses.m))
     except (TypeError, ValueError):
         raise InputError(f"target must be a number or {poses.m} numbers, not {target!r}") from None
     if not np.isfinite(goal).all():
         raise InputError("target must be finite")
-    return solve_poses(poses, H, goal.reshape(-1, poses.m))
+    return goal.reshape(-1, poses.m)
 
 
 def solve_poses(poses: Poses, H: FloatArray, target: FloatArray) -> FloatArray:

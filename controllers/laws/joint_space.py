@@ -1,6 +1,6 @@
 """Computed torque in joint space, eq. (3) of the CARDSFlow paper.
 
-min 1/2 f'Hf
+min 1/2 (f - f_p)'H (f - f_p)
 s.t. M(q)(qdd_d + Kd (qd_d - qd) + Kp (q_d - q)) + C(q, qd) + G(q) + w_e = -L(q)'f,
      f_min <= f <= f_max
 
@@ -54,6 +54,8 @@ class JointSpaceController:
         kp: Position gain Kp, a number or shape (n,), in [1/s²].
         kd: Velocity gain Kd, a number or shape (n,), in [1/s].
         weights: Diagonal of H, shape (a,), in [1/N²], or [1/(N·m)²] of motors; ones when None.
+        norm: What of H^1/2 (f - f_p) is made least, a whole number from 1 to 8, or infinity.
+        pretension: f_p, a number or shape (a,), in [N] and [N·m].
         solver: Name of a qpsolvers back end.
         passive: Which coordinates follow nothing, shape (n,); none when None.
 
@@ -73,6 +75,8 @@ class JointSpaceController:
         kd: ArrayLike,
         *,
         weights: ArrayLike | None = None,
+        norm: float = 2.0,
+        pretension: ArrayLike = 0.0,
         solver: str = qp.DEFAULT_SOLVER,
         passive: ArrayLike | None = None,
     ) -> None:
@@ -86,6 +90,8 @@ class JointSpaceController:
             dynamics.f_min,
             dynamics.f_max,
             weights=weights,
+            norm=norm,
+            pretension=pretension,
             solver=solver,
             coordinate_names=dynamics.coordinate_names,
             muscle_names=actuator_names(dynamics),

@@ -48,6 +48,7 @@ def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
         "law.f_min": [muscle.f_min for muscle in robot.muscles],
         "law.f_max": [muscle.f_max for muscle in robot.muscles],
         "law.H_f": settings.weights,
+        "law.f_p": settings.pretension,
         "law.passive": settings.passive,
         "loop.ki": settings.ki,
         "loop.gain": -np.expm1(-settings.observer * settings.period),
@@ -60,7 +61,6 @@ def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
     return arrays | {
         "law.H_q": tasks.acceleration_weights,
         "law.H_r": tasks.force_rate_weights,
-        "law.f_p": tasks.pretension,
         "law.W": tasks.task_weights,
         "law.posture_kp": rest if posture is None else np.broadcast_to(posture.kp, n),
         "law.posture_kd": rest if posture is None else np.broadcast_to(posture.kd, n),
@@ -176,6 +176,8 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c knows no friction of cables")
     if experiment.robot.motors:
         raise InputError("controller.c commands muscles, not motors at joints")
+    if experiment.controller.norm != 2.0:
+        raise InputError("controller.c makes the 2-norm of forces least: leave controller.norm out")
     if any(frame.is_orientation for frame in frames):
         raise InputError("controller.c follows points, not orientations")
     if not experiment.hardware.has_positions:

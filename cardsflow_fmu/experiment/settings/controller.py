@@ -33,6 +33,7 @@ from cardsflow_fmu.config.table import (
 )
 from controllers.laws.operational_space import LIMIT_BANDWIDTH
 from controllers.qp.solver import DEFAULT_SOLVER, require_solver
+from controllers.validation import LARGEST_NORM
 
 from .controller_types import TYPES, ControlType, LawName, control_type, require_law
 from .own_law import OwnLaw
@@ -42,6 +43,8 @@ from .run import RunSettings
 
 EXACT = "exact"
 """An infinite weight, which no number in a file is."""
+INFINITY = "infinity"
+"""The norm that is the largest, likewise."""
 
 
 def _solver(name: str) -> str:
@@ -60,6 +63,17 @@ def _weight(value: Any, handler: ValidatorFunctionWrapHandler) -> float:
     return number
 
 
+def _norm(value: Any, handler: ValidatorFunctionWrapHandler) -> float:
+    if value == INFINITY:
+        return math.inf
+    number: float = handler(value)
+    if not 1 <= number <= LARGEST_NORM or number != int(number):
+        raise SettingError(
+            f"must be a whole number from 1 to {LARGEST_NORM}, or {INFINITY!r}: {value!r}"
+        )
+    return number
+
+
 def _rank(value: float) -> float:
     if value < 1 or value != int(value):
         raise SettingError(f"must be whole numbers from 1 on: {value!r}")
@@ -70,6 +84,18 @@ Weight = Annotated[
     float,
     WrapValidator(_weight),
     WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": EXACT}]}),
+]
+Norm = Annotated[
+    float,
+    WrapValidator(_norm),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "integer", "minimum": 1, "maximum": LARGEST_NORM},
+                {"const": INFINITY},
+            ]
+        }
+    ),
 ]
 Rank = Annotated[float, AfterValidator(_rank), WithJsonSchema({"type": "number", "minimum": 1})]
 
@@ -118,6 +144,8 @@ class ControllerSettings(Table):
     motor_weights: tuple[Positive, ...] = each(
         "motor", "of squared torques, in 1/(N·m)² or 1/N²", None
     )
+    norm: Norm = setting("which norm of forces is least, by laws that follow q", 2.0)
+    pretension: tuple[FromZero, ...] = each("muscle", "force that is preferred, in N", 0.0)
     passive: tuple[bool, ...] = each(
         "coordinate", "whether it follows nothing, left to its spring and damper", False
     )
@@ -142,7 +170,6 @@ class ControllerSettings(Table):
     priorities: tuple[Rank, ...] = each("task coordinate", "rank of a task, 1 first", 1.0)
     acceleration_weights: tuple[Positive, ...] = each("coordinate", "of squared accelerations", 1.0)
     force_rate_weights: tuple[FromZero, ...] = each("muscle", "of squared changes of force", 0.0)
-    pretension: tuple[FromZero, ...] = each("muscle", "force that is preferred, in N", 0.0)
     limit_bandwidth: Annotated[Positive | None, OR_FALSE] = setting(
         "how joint limits are kept, in rad/s; false for not at all", LIMIT_BANDWIDTH
     )
@@ -157,6 +184,9 @@ class ControllerSettings(Table):
         if any(self.passive) and self.type is not None and self.type not in _FREEING:
             what = f"is for controllers of type {' and '.join(map(repr, _FREEING))}"
             raise SettingError(f"{what}, not {self.type!r}", key="passive")
+        if self.norm != 2.0 and self.type is not None and self.space == "operational":
+            what = f"is for controllers that follow q; {self.type!r} weighs squares of forces"
+            raise SettingError(what, key="norm")
         closing = (*_FREEING, *_ON_TASKS)
         if any(self.dependent) and self.type is not None and self.type not in closing:
             what = f"the robot has closed loops, which only {', '.join(map(repr, closing))} know"
@@ -198,6 +228,11 @@ class ControllerSettings(Table):
         """Weights of the muscles' forces and, behind them, of the motors' torques."""
         return (*self.weights, *self.motor_weights)
 
+    @property
+    def pretensions(self) -> tuple[float, ...]:
+        """Preferred forces of the muscles and, behind them, of the motors."""
+        return self.with_motors(self.pretension)
+
     def with_motors(self, of_muscles: tuple[float, ...]) -> tuple[float, ...]:
         """Numbers of muscles, and 0 of each motor behind them."""
         return (*of_muscles, *(0.0 for _ in self.motor_weights))
@@ -205,7 +240,8 @@ class ControllerSettings(Table):
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
         """As of any table; without what only counts in operational space where it does not."""
         if self.space == "joint":
-            return super().data([*leave_out, *_OF_TASKS])
+            whole = super().data([*leave_out, *_OF_TASKS])
+            return whole | ({"norm": INFINITY} if math.isinf(self.norm) else {})
         exact = [w if math.isfinite(w) else EXACT for w in self.task_weights]
         nothing = dict.fromkeys(("posture", "limit_bandwidth"), False)
         return nothing | super().data(leave_out) | {"task_weights": exact}
@@ -216,7 +252,7 @@ _FREEING = ("joint_space", "force_position")
 _ON_TASKS = ("operational_space", "reactive_qp")
 _OF_TASKS = (
     *("posture", "task_weights", "priorities", "acceleration_weights", "force_rate_weights"),
-    *("pretension", "limit_bandwidth"),
+    "limit_bandwidth",
 )
 """What counts in operational space alone."""
 

@@ -41,10 +41,10 @@ DUAL_NEWTON_API computed_torque *computed_torque_open(int coordinates, int muscl
      kp, kd                r
      f_min, f_max          m
      H_f                   cost of the forces, m
+     f_p                   pretension, m
      passive               n; 1 for coordinates that follow nothing, in joint space
    and in operational space
      H_q, H_r              cost of accelerations, n, and of changes of forces, m
-     f_p                   pretension, m
      W                     weights of the tasks, k; infinite for one that is to be met exactly
      posture_kp, posture_kd, q0           n
      q_min, q_max          n; infinite where there is no limit

@@ -1,6 +1,6 @@
 /* Computed torque in joint space, eq. (3):
 
-     min 1/2 f'Hf   s.t.   M(qdd_d + Kd (qd_d - qd) + Kp (q_d - q)) + h = -L'f,   f_min <= f <= f_max
+     min 1/2 (f - f_p)'H (f - f_p)   s.t.   M(qdd_d + Kd (qd_d - qd) + Kp (q_d - q)) + h = -L'f,   f_min <= f <= f_max
 
    and where no force fits, the forces whose acceleration errs least: |M^-1 (tau + L'f)|.
 
@@ -24,6 +24,7 @@ static void fill(const computed_torque *s, dual_newton *program)
     for (size_t i = 0; i < s->m; i++) mean += s->H_f[i] / (real)s->m;
     for (size_t i = 0; i < s->m; i++) {
         program->H_diagonal[i] = s->H_f[i] / mean; /* only ratios matter */
+        program->g[i] = program->H_diagonal[i] * (0 - s->f_p[i]);
         program->lb[i] = s->f_min[i];
         program->ub[i] = s->f_max[i];
     }

@@ -188,7 +188,7 @@ OF_SHAPES: dict[str, dict[str, Any]] = {
 }
 OPERATIONAL = {"y", "seed", "flower", "approach", "posture", "disturbance", "yd", "ydd"} | {
     *("task_weights", "priorities", "acceleration_weights", "force_rate_weights"),
-    *("pretension", "limit_bandwidth"),
+    "limit_bandwidth",
 }
 NOTHING_FITS: Any = [[{}]]
 

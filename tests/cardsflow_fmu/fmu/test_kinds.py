@@ -74,6 +74,7 @@ def test_build(
     ("setting", "named"),
     [
         ("controller.solver=daqp", "the QP solver 'daqp'"),
+        ("controller.norm=infinity", "the norm inf of forces"),
         ("plant.engine=dart", 'the engine "dart"'),
         ("controller.type=lyapunov", "the law 'lyapunov'"),
     ],

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
+from scipy.optimize import linprog, minimize
 from support.cases import few
 from support.controllers.distribution_problems import (
     HIGH,
@@ -46,7 +46,10 @@ CASPR = {
 """CASPR's minimum-norm inverse dynamics, and how far it is off, in [N], for it rounds
 the coefficients of the equation of motion to 6 decimals."""
 
-COMPLETE = ("least_squares", "linear_programme", "minimum_infinity_norm", "optimally_safe")
+COMPLETE = (
+    *("least_squares", "p_norm", "linear_programme", "minimum_infinity_norm"),
+    "optimally_safe",
+)
 """Methods that find an answer wherever there is one."""
 
 
@@ -126,6 +129,54 @@ def test_linear_programmes_equal_scipys() -> None:
             assert (
                 peak <= LOW * (1 + 1e-8) or feasible(one, desired, LOW, factor * peak) == possible
             )
+
+
+@pytest.mark.parametrize("p", [3, 4, 8])
+@pytest.mark.parametrize("target", [0.0, 20.0])
+def test_p_norms_equal_scipys(p: int, target: float) -> None:
+    """Within its tolerance SciPy finds no smaller norm, and none that is smaller by more."""
+    L, tau = stacked(5, 3, 3, 6)
+    weights = np.array([1.0, 2.0, 1.0, 3.0, 1.0, 1.0])
+    forces = distribute(L, tau, LOW, HIGH, "p_norm", p=p, weights=weights, target=target).forces
+
+    def power(f: np.ndarray) -> float:
+        return float(np.sum(np.abs(np.sqrt(weights) * (f - target) / HIGH) ** p))
+
+    for one, desired, f in zip(L, tau, forces, strict=True):
+        rows = {"type": "eq", "fun": lambda f, L=one, t=desired: -L.T @ f - t}
+        start, box = np.full(6, 0.5 * (LOW + HIGH)), [(LOW, HIGH)] * 6
+        options = {"ftol": 1e-14, "maxiter": 300}
+        best = minimize(power, start, bounds=box, constraints=[rows], options=options).fun
+        assert power(f) <= best * (1 + 1e-9)
+        assert power(f) == pytest.approx(best, rel=1e-4)
+
+
+@pytest.mark.parametrize("p", [1, np.inf])
+def test_norms_about_a_target_are_scipys_linear_programmes(p: float) -> None:
+    L, tau = stacked(6, 6, 3, 6)
+    target, eye = 45.0, np.eye(6)
+    forces = distribute(L, tau, LOW, HIGH, "p_norm", p=p, target=target).forces
+    shares = eye if p == 1 else np.ones((6, 1))
+    rows = np.block([[eye, -shares], [-eye, -shares]])
+    cost = np.append(np.zeros(6), np.ones(shares.shape[1]))
+    for one, desired, f in zip(L, tau, forces, strict=True):
+        A = np.c_[-one.T, np.zeros((3, shares.shape[1]))]
+        ends = np.repeat([target, -target], 6)
+        box = [(LOW, HIGH)] * 6 + [(0.0, None)] * shares.shape[1]
+        best = linprog(cost, A_ub=rows, b_ub=ends, A_eq=A, b_eq=desired, bounds=box).fun
+        assert np.linalg.norm(f - target, p) == pytest.approx(best, rel=1e-7)
+
+
+def test_p_norms_come_to_the_least_largest_force() -> None:
+    L, tau = stacked(7, 20, 3, 6)
+    norms = [distribute(L, tau, LOW, HIGH, "p_norm", p=p).forces for p in (2, 4, 8, np.inf)]
+    np.testing.assert_array_equal(norms[0], least_squares(L, tau, LOW, HIGH).forces)
+    np.testing.assert_array_equal(norms[3], minimum_infinity_norm(L, tau, LOW, HIGH).forces)
+    largest = [np.abs(f).max(axis=1) for f in norms]
+    for p, peak in zip((2, 4, 8), largest[:3], strict=True):
+        assert (peak >= largest[3] * (1 - 1e-9)).all()
+        assert (peak <= largest[3] * 6 ** (1 / p)).all()
+    assert (largest[0] > largest[3] + 1.0).any()
 
 
 @pytest.mark.parametrize("alpha", [0.0, 1.0, 0.3])
@@ -243,7 +294,7 @@ def test_rank_deficient_poses_get_their_own_status(method: str) -> None:
     assert status[2] == "infeasible"
 
 
-@pytest.mark.parametrize("method", ["least_squares", "linear_programme", "minimum_infinity_norm"])
+@pytest.mark.parametrize("method", COMPLETE[:4])
 def test_muscles_may_be_unlimited(method: str) -> None:
     L, tau = stacked(13, 20, 2, 5, 30.0)
     answer = distribute(L, tau, LOW, np.inf, method)
@@ -252,7 +303,7 @@ def test_muscles_may_be_unlimited(method: str) -> None:
     assert np.nanmax(answer.forces) > HIGH
 
 
-@pytest.mark.parametrize("method", sorted({*METHODS} - {*COMPLETE[:3]}))
+@pytest.mark.parametrize("method", sorted({*METHODS} - {*COMPLETE[:4]}))
 def test_methods_that_need_upper_bounds_refuse_unlimited_muscles(method: str) -> None:
     L, tau = stacked(14, 1, 2, 4)
     with pytest.raises(InputError, match="muscle 2 has no upper bound"):
@@ -277,6 +328,8 @@ def test_methods_that_need_upper_bounds_refuse_unlimited_muscles(method: str) ->
         ({"target": np.nan}, "target must be finite"),
         ({"alpha": 1.0}, "no option of 'least_squares' 'alpha'"),
         ({"method": "optimally_safe", "alpha": -1.0}, "alpha must be"),
+        ({"method": "p_norm", "p": 2.5}, "norm must be a whole number from 1 to 8, .*: 2.5"),
+        ({"method": "p_norm", "p": 9}, "norm must be .*, or infinity: 9"),
         ({"method": "linear_programme", "costs": [1.0]}, None),
     ],
 )
@@ -299,7 +352,7 @@ def test_brute_force_finds_corners() -> None:
     assert sums.min() == pytest.approx(linear_programme(L[0], tau[0], LOW, HIGH).forces.sum())
 
 
-@pytest.mark.cases(11)
+@pytest.mark.cases(12)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import pytest
 import qpsolvers
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import null_space
 from scipy.optimize import linprog, lsq_linear
 
 from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
@@ -50,6 +51,41 @@ def test_a_feasible_torque_is_made_with_least_effort(seed: int, n: int, extra: i
     assert solution.bound_violation == 0.0
     assert solution.forces @ (H * solution.forces) <= f @ (H * f) * (1 + 1e-6)
     assert is_optimal(L, solution, H)
+
+
+@pytest.mark.parametrize("norm", [1.0, 4.0, np.inf])
+def test_norms_of_muscles_and_motors(norm: float) -> None:
+    """A motor may push; with a pretension forces are the nearest to it. SciPy finds none nearer."""
+    rng = np.random.default_rng(3)
+    L, low, high = rng.normal(size=(6, 2)), np.r_[np.full(4, 1.0), -30.0, -30.0], np.full(6, 60.0)
+    wanted = np.r_[np.full(4, 20.0), 0.0, 0.0]
+    distribution = ForceDistribution(low, high, norm=norm, pretension=wanted, motors=2)
+    for f in rng.uniform(low, high, (5, 6)):
+        solution = distribution.solve(L, -L.T @ f)
+        assert solution.status == "solved"
+        assert solution.equality_residual < 1e-6
+        assert solution.bound_violation == 0.0
+        least = np.linalg.norm(solution.forces - wanted, norm)
+        directions = null_space(L.T) @ rng.normal(size=(4, 4000))
+        for size in (1e-3, 1.0, 10.0):
+            others = solution.forces[:, None] + size * directions
+            others = np.clip(others, low[:, None], high[:, None])
+            fitting = np.abs(L.T @ (others - f[:, None])).max(axis=0) < 1e-9
+            norms = np.linalg.norm(others[:, fitting] - wanted[:, None], norm, axis=0)
+            assert (norms >= least * (1 - 1e-9)).all()
+    impossible = distribution.solve(L, np.array([1e4, 0.0]))
+    squares = ForceDistribution(low, high, pretension=wanted, motors=2)
+    assert impossible.status == "soft"
+    np.testing.assert_array_equal(impossible.forces, squares.solve(L, np.array([1e4, 0.0])).forces)
+
+
+def test_a_norm_that_is_not_found_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    L, low = np.random.default_rng(3).normal(size=(6, 2)), np.full(6, 1.0)
+    squares = ForceDistribution(low, 60.0 * low).solve(L, -L.T @ (20.0 * low))
+    monkeypatch.setattr("controllers.force_distribution.norms.least_sum", lambda *_: None)
+    found = ForceDistribution(low, 60.0 * low, norm=1.0).solve(L, -L.T @ (20.0 * low))
+    assert found.status == "not converged"
+    np.testing.assert_array_equal(found.forces, squares.forces)
 
 
 @given(seed=st.integers(0, 10**6), n=st.integers(1, 6), extra=st.integers(0, 8))

@@ -44,7 +44,10 @@ def joint_terms(
 @pytest.mark.parametrize("seed", range(8))
 def test_joint_space_in_c_equals_python(seed: int) -> None:
     robot = DartDynamics(strong(seed))
-    python, c = JointSpaceController(robot, KP, KD), TorqueInC(robot.n, robot.m)
+    f_p = np.linspace(0.0, 10.0 * (seed % 3), robot.m)
+    python = JointSpaceController(robot, KP, KD, pretension=f_p)
+    c = TorqueInC(robot.n, robot.m)
+    c.write(f_p=f_p)
     c.write(kp=np.full(3, KP), kd=np.full(3, KD), H_f=np.ones(robot.m))
     c.write(f_min=robot.f_min, f_max=robot.f_max)
     c.reset()

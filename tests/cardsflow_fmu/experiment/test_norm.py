@@ -1,0 +1,66 @@
+"""`controller.norm` and `controller.pretension`: which of the forces that fit are taken."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.robots.robots import EXAMPLES
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment
+from cardsflow_fmu.experiment.writer import experiment_data
+from cardsflow_fmu.simulation.from_experiment import Through
+from cardsflow_fmu.simulation.run import simulate
+from controllers.force_distribution.methods import distribute
+from sim_dart import CoreDynamics
+
+
+def experiment(**controller: Any) -> Experiment:
+    settings = {f"controller.{key}": value for key, value in controller.items()}
+    short = {"run.duration": 0.04, "muscles.*.f_min": 1.0}
+    return Experiment.load(EXAMPLES / "planar_2r", short | settings)
+
+
+@pytest.mark.parametrize("norm", [1, 2, 4, "infinity"])
+def test_a_run_has_the_forces_of_its_norm(norm: Any) -> None:
+    """At every state the torque that the forces make has no forces nearer to the pretension."""
+    own = experiment(norm=norm, pretension=30.0)
+    result = simulate(own, through="direct")
+    robot, p = CoreDynamics(own.robot), own.controller.norm
+    q = np.column_stack([result[f"q.{name}"] for name in robot.coordinate_names])
+    f = np.column_stack([result[f"f.{name}"] for name in robot.muscle_names])
+    L = np.array([robot.muscle_jacobian(state) for state in q])
+    torque = -np.einsum("pmn,pm->pn", L, f)
+    best = distribute(L, torque, robot.f_min, robot.f_max, "p_norm", p=p, target=30.0).forces
+    np.testing.assert_allclose(
+        np.linalg.norm(f - 30.0, p, axis=1), np.linalg.norm(best - 30.0, p, axis=1), rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize("through", ["native", "fmu"])
+def test_pretension_is_the_same_in_every_engine(through: Through) -> None:
+    own = experiment(pretension=30.0)
+    one, other = simulate(own, through="direct"), simulate(own, through=through)
+    for muscle in own.robot.muscles:
+        name = f"f.{muscle.name}"
+        assert one[name].min() > 5.0
+        np.testing.assert_allclose(other[name], one[name], rtol=1e-7)
+
+
+def test_a_norm_is_written_as_it_is_read() -> None:
+    for norm in (1.0, 4.0, "infinity"):
+        assert experiment_data(experiment(norm=norm))["controller"]["norm"] == norm
+
+
+@pytest.mark.parametrize("norm", [0, 2.5, 9, "inf", "two"])
+def test_what_is_no_norm_is_refused(norm: Any) -> None:
+    with pytest.raises(InputError, match=r"controller\.norm: "):
+        experiment(norm=norm)
+
+
+def test_in_operational_space_there_is_no_norm() -> None:
+    what = r"controller\.norm: is for controllers that follow q; 'operational_space' weighs squares"
+    with pytest.raises(InputError, match=what):
+        Experiment.load(EXAMPLES / "roboy_left_arm", {"controller.norm": 4})
