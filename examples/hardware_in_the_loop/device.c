@@ -24,8 +24,9 @@
 #ifndef JOINTS
 #define JOINTS 2
 #define MUSCLES 4
+#define ENCODERS JOINTS /* or 0: hardware.has_positions = false */
 #endif
-enum { COMMANDS = MUSCLES, STATES = 2 * JOINTS + 2 * MUSCLES };
+enum { COMMANDS = MUSCLES, STATES = 2 * ENCODERS + 2 * MUSCLES };
 enum { HELLO_VALUES = 7, ACK_VALUES = 9, MOST_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
 
@@ -59,18 +60,17 @@ static void robot_advance(double dt)
         tension[i] += (command[i] - tension[i]) * dt / (MOTOR_LAG + dt);
         goal[i % JOINTS] += way(i) * COMPLIANCE * tension[i];
     }
-    for (int j = 0; j < JOINTS; j++) {
+    for (int j = 0; j < JOINTS; j++)
         qd[j] = (goal[j] - q[j]) / (JOINT_LAG + dt), q[j] += qd[j] * dt;
-    }
 }
 
 static void robot_state(double *values)
 {
-    for (int j = 0; j < JOINTS; j++)
-        values[j] = q[j], values[JOINTS + j] = qd[j];
+    for (int j = 0; j < ENCODERS; j++)
+        values[j] = q[j], values[ENCODERS + j] = qd[j];
     for (int i = 0; i < MUSCLES; i++) {
-        values[2 * JOINTS + i] = LENGTH - way(i) * ARM * q[i % JOINTS];
-        values[2 * JOINTS + MUSCLES + i] = tension[i];
+        values[2 * ENCODERS + i] = LENGTH - way(i) * ARM * q[i % JOINTS];
+        values[2 * ENCODERS + MUSCLES + i] = tension[i];
     }
 }
 

@@ -12,6 +12,8 @@ _ITERATIONS = 20
 _LARGEST = 0.2
 _SMALL = 1e-7
 _DAMPING = 1e-8
+_FARTHEST = 10.0
+"""In [m]: what a broken sensor says may be any number, and steps are clipped anyway."""
 
 
 class FittedPose:
@@ -44,7 +46,8 @@ class FittedPose:
         taut = tensions >= self._slack
         for _ in range(_ITERATIONS):
             path = self._paths.evaluate(self.q)
-            L, e = path.jacobian[taut], (lengths - self._offsets - path.lengths)[taut]
+            away = np.clip(lengths - self._offsets - path.lengths, -_FARTHEST, _FARTHEST)
+            L, e = path.jacobian[taut], away[taut]
             H = L.T @ L + _DAMPING * np.eye(len(self.q))
             step = np.clip(np.linalg.solve(H, L.T @ e), -_LARGEST, _LARGEST)
             self.q += step

@@ -54,7 +54,8 @@ class EstimatorSettings:
         gyroscope_bias_sd, accelerometer_bias_sd: In [rad/s] and [m/s²].
         largest_sd: Of a coordinate, beyond which an estimate is not valid, in [rad] or [m].
         largest_innovation: Mean square of innovations over their variance, likewise.
-        innovation_time: Over which that is averaged, in [s].
+        innovation_time: Over which that is averaged, in [s]; an estimate without any reading for
+            so long is not valid.
     """
 
     length_noise: ArrayLike = 1e-4

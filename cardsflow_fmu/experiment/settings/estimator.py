@@ -124,7 +124,9 @@ class EstimatorTable(Table):
         "coordinate", "a valid estimate's largest standard deviation, in rad or m", 0.05
     )
     largest_innovation: Positive = setting("a valid estimate's largest mean square", 4.0)
-    innovation_time: Positive = setting("over which that is averaged, in s", 0.05)
+    innovation_time: Positive = setting(
+        "over which that is averaged, in s; without any reading for so long it is not valid", 0.05
+    )
     units: Annotated[tuple[UnitSettings, ...], Listed] = setting(
         "inertial units: [[estimator.units]]", ()
     )

@@ -65,7 +65,7 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
      start_sd            standard deviations of q, qd, w, of gyroscopes' and accelerometers' biases; 3 n + 2
      largest_sd          n: of q, beyond which an estimate is not valid
      largest_innovation  1: mean of (innovation / its standard deviation)^2, likewise
-     innovation_time     1: over which it is averaged, in [s]
+     innovation_time     1: over which it is averaged, in [s]; without any measurement for so long nothing is valid
    Results
      state               q, qd, w, biases: 3 n + 6 i
      sd                  standard deviations of these

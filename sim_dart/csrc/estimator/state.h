@@ -14,6 +14,7 @@
     ARRAY(sd, N)                                                                                       \
     ARRAY(innovation, 1)                                                                               \
     ARRAY(mean_innovation, 1) /* over innovation_time */                                               \
+    ARRAY(blind, 1)           /* since the last measurement, in [s] */                                 \
     ARRAY(used, 1)                                                                                     \
     ARRAY(status, 1)                                                                                   \
     ARRAY(valid, 1)

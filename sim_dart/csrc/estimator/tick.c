@@ -45,14 +45,16 @@ static int update_sd(estimator *e)
     return bad;
 }
 
-/* An average that forgets: with time T, mean += (1 - exp(-h/T)) (now - mean). */
+/* An average that forgets: with time T, mean += (1 - exp(-h/T)) (now - mean). Where nothing is measured for T,
+   nobody knows whether the model is right, whatever the deviations say.                                        */
 static void judge(estimator *e, real time)
 {
+    e->blind[0] = e->seen ? 0 : e->blind[0] + time;
     if (e->seen) {
         const real share = 1 - exponential(-time / e->innovation_time[0]);
         e->mean_innovation[0] += share * (e->innovation[0] - e->mean_innovation[0]);
     }
-    int valid = e->mean_innovation[0] <= e->largest_innovation[0];
+    int valid = e->mean_innovation[0] <= e->largest_innovation[0] && e->blind[0] <= e->innovation_time[0];
     for (size_t j = 0; j < e->n; j++) valid &= e->sd[j] <= e->largest_sd[j];
     e->valid[0] = valid;
 }

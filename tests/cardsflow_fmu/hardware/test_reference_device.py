@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -277,15 +278,25 @@ def conversation(uri: str) -> Iterator[Callable[..., Frame | None]]:
 
 @pytest.mark.slow
 @pytest.mark.native
-@pytest.mark.parametrize("key", [None, KEYS[1]])
+@pytest.mark.parametrize(
+    ("key", "encoders"),
+    [(None, JOINTS), (KEYS[1], JOINTS), (None, 0)],
+    ids=["unsigned", "signed", "no joint encoders"],
+)
 def test_bad_frames_do_no_harm_under_the_sanitizers(
-    compiler: str, tmp_path: Path, key: bytes | None
+    compiler: str, tmp_path: Path, key: bytes | None, encoders: int
 ) -> None:
     """Tensions stay within bounds, and a good link still gets its answers in between."""
-    program = tmp_path / "sanitized"
-    compile_device(compiler, program, SANITIZED)
+    program, asked = tmp_path / "sanitized", handshake(lockstep=True)
+    asked = replace(asked, states=2 * encoders + 2 * MUSCLES)
+    sizes = {"JOINTS": JOINTS, "MUSCLES": MUSCLES, "ENCODERS": encoders}
+    compile_device(
+        compiler, program, [*SANITIZED, *(f"-D{name}={size}" for name, size in sizes.items())]
+    )
     with running(program, tmp_path, key) as uri, UdpLink(uri, key=key, timeout=5.0) as link:
-        link.open(handshake(lockstep=True))
+        link.open(asked)
+        assert (link.start_state[-MUSCLES:] == F_MIN).all()
+        assert (link.start_state[-2 * MUSCLES : -MUSCLES] == 0.3).all()
         samples: list[bytes] = []
         send, line = link._send, link._socket
         assert line is not None
@@ -303,7 +314,7 @@ def test_bad_frames_do_no_harm_under_the_sanitizers(
                 came = pull(link, within=SOON if key else 0.1)
                 if came.state is None or came.device_flags & Flag.SAFE:
                     assert key is None  # it took a frame with a right checksum for a stop
-                    link.open(handshake(lockstep=True))
+                    link.open(asked)
                     line = link._socket
                     assert line is not None
                     continue

@@ -179,6 +179,22 @@ def test_what_two_slack_elbow_muscles_leave_open_is_told(arm: Robot) -> None:
     assert estimator.sd[3] > 0.05 > 10 * estimator.sd[0]
 
 
+def test_an_estimate_without_any_reading_is_not_valid_for_long(arm: Robot) -> None:
+    """As where tensions read 0 and so all muscles are slack; with a reading it is back at once."""
+    settings = EstimatorSettings(exact=False, innovation_time=0.0205)
+    estimator, f = at_rest(arm, settings)
+    assert estimator.tick(STEP)
+    estimator.tensions[:] = 0.0
+    for k in range(30):
+        estimator.tick(STEP)
+        assert estimator.valid == (k < 20)
+    assert (estimator.sd[:4] < 0.05).all()
+    estimator.tensions[:] = f
+    estimator.lengths[:] = estimator.path_lengths(estimator.q)
+    estimator.tick(STEP)
+    assert estimator.valid
+
+
 def test_random_poses_are_found(arm: Robot) -> None:
     """With the default starts, 95 % of 200; what is not, is refused."""
     low = np.array([c.lower for c in arm.coordinates])
