@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from .version import __version__
 
 if TYPE_CHECKING:
+    from .analysis.drive_check import check as check
     from .experiment.experiment import Experiment as Experiment
     from .simulation.build import build as build
     from .simulation.result import Result as Result
@@ -20,12 +21,13 @@ if TYPE_CHECKING:
 _HOMES = {
     "Experiment": "experiment.experiment",
     "build": "simulation.build",
+    "check": "analysis.drive_check",
     "run": "simulation.run",
     "run_system": "simulation.run",
     "Result": "simulation.result",
 }
 
-__all__ = ["Experiment", "Result", "__version__", "build", "run", "run_system"]
+__all__ = ["Experiment", "Result", "__version__", "build", "check", "run", "run_system"]
 
 
 def __getattr__(name: str) -> Any:

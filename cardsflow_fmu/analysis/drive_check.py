@@ -1,4 +1,4 @@
-"""Findings on what muscles cannot drive: of a robot, and of an experiment with it."""
+"""Findings on what cannot run, or muscles cannot drive: of a robot, and of an experiment."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from addin_sdfusion.robot import Finding, InputError, Robot, Subject
+from addin_sdfusion.robot import CardsflowError, Finding, InputError, Robot, Subject
+from addin_sdfusion.robot import check as description_check
+from addin_sdfusion.robot.finding import errors_first
 from addin_sdfusion.robot.finding_builders import error, warning
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -24,16 +26,37 @@ _NO_ARM = 1e-9  # beside the largest of the robot's
 _POINTS = 100
 
 
+def check(robot: Robot) -> list[Finding]:
+    """Everything that `cardsflow check` says of a robot, which may be built in Python.
+
+    That is `addin_sdfusion.robot.check`, which knows no dynamics; and where that finds no errors,
+    what cannot be simulated, such as loops that cannot be closed, or driven.
+
+    Returns:
+        Errors first, then warnings; empty for a sound robot.
+    """
+    findings = description_check(robot)
+    if any(finding.is_error for finding in findings):
+        return findings
+    return errors_first([*findings, *drive_findings(robot)])
+
+
 def drive_findings(robot: Robot) -> list[Finding]:
-    """What the muscles of a robot cannot do, wherever an experiment puts it.
+    """What cannot be simulated, and what muscles cannot do, wherever an experiment puts the robot.
 
     Args:
         robot: A robot without errors.
     """
-    if not robot.coordinates or not (robot.muscles or robot.motors):
+    if not robot.coordinates or not (robot.muscles or robot.motors or robot.loops):
         return []
-    dynamics = control_dynamics(robot, may_be_singular=True)
-    return [*_massless(robot, dynamics), *_held(robot, dynamics, None)]
+    try:
+        dynamics = control_dynamics(robot, may_be_singular=True)
+        if not (robot.muscles or robot.motors):
+            return []
+        return [*_massless(robot, dynamics), *_held(robot, dynamics, None)]
+    except CardsflowError as refused:
+        problem = f"{refused}: it is described, converted and drawn, not run"
+        return [warning(Subject("robot", robot.name), "not-simulated", problem)]
 
 
 def experiment_findings(experiment: Experiment) -> list[Finding]:

@@ -7,9 +7,8 @@ import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from addin_sdfusion.robot import CardsflowError, Finding, InputError, RobotError, Subject
+from addin_sdfusion.robot import Finding, InputError, RobotError
 from addin_sdfusion.robot.finding import errors_first
-from addin_sdfusion.robot.finding_builders import warning
 from addin_sdfusion.robot.json_text import json_text
 
 from .common import (
@@ -276,12 +275,7 @@ def _drive_findings(reading: Reading, experiment: Experiment | None) -> list[Fin
 
     if experiment is not None:
         return experiment_findings(experiment)
-    robot = reading.require()
-    try:
-        return drive_findings(robot)
-    except CardsflowError as refused:
-        problem = f"{refused}: it is described, converted and drawn, not run"
-        return [warning(Subject("robot", robot.name), "not-simulated", problem)]
+    return drive_findings(reading.require())
 
 
 def _motion_findings(options: argparse.Namespace, reading: Reading) -> list[Finding]:

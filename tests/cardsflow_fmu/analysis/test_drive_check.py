@@ -7,12 +7,14 @@ from pathlib import Path
 
 import pytest
 from support.command_line import CommandLine
+from support.robots.loops import four_bar, with_loop
 from support.robots.one_link import cable, one_link
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import (
     Coordinate,
     Inertia,
+    InputError,
     Joint,
     Link,
     Robot,
@@ -21,6 +23,8 @@ from addin_sdfusion.robot import (
     write_sdf,
 )
 from addin_sdfusion.robot.model.pose import Pose
+from cardsflow_fmu import check
+from sim_dart import Plant
 
 Y = (0.0, 1.0, 0.0)
 LIGHT = Inertia(1.0, (0.2, 0.0, 0.0), 0.01, 0.01, 0.01)
@@ -42,6 +46,38 @@ def found(cardsflow: CommandLine, *words: object) -> dict[str, str]:
 def test_a_pose_that_muscles_hold_is_no_finding(tmp_path: Path, cardsflow: CommandLine) -> None:
     write_sdf(arm(0.5), tmp_path)
     assert found(cardsflow, tmp_path) == {}
+
+
+@pytest.mark.parametrize("muscles", [True, False])
+@pytest.mark.parametrize(
+    ("changes", "gap"),
+    [
+        ({"T_child_joint": Pose((5.0, 0.0, 0.0))}, "3.8 m"),  # 5 m less coupler, crank and ground
+        (
+            {"type": "fixed", "axes": (), "T_child_joint": Pose((0.4, 0.0, 0.0), (0.5, 0.0, 0.0))},
+            "0.5 rad",  # about an axis that nothing turns about
+        ),
+    ],
+    ids=["too far", "over-constrained"],
+)
+def test_loops_that_cannot_be_closed(
+    changes: dict[str, object], gap: str, muscles: bool, tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    """A robot of Python and one of a file are refused in the same words, which a plant has, too."""
+    whole = with_loop(four_bar(), **changes)
+    robot = whole if muscles else replace(whole, cable_sets=(), cable_set="")
+    write_sdf(robot, tmp_path / "robot")
+    (said,) = [str(finding) for finding in check(robot) if finding.code == "not-simulated"]
+    assert said in cardsflow("check", tmp_path / "robot")[1].splitlines()
+    with pytest.raises(InputError, match="loop cannot be closed") as refused:
+        Plant(robot)
+    assert str(refused.value) in said
+    assert f"joint 'closing': its loop cannot be closed: it stays open by {gap}" in said
+
+
+def test_a_loop_of_no_length_is_an_error_before_anything_is_closed() -> None:
+    found = check(with_loop(four_bar(), parent="rocker_bar"))
+    assert [finding.code for finding in found if finding.is_error] == ["loop-of-no-length"]
 
 
 def test_a_pose_that_is_not_held(tmp_path: Path, cardsflow: CommandLine) -> None:
