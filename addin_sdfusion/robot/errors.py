@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .finding import Finding, cut
 
-_MOST_COMPARED, _LONGEST = 1000, 200
+_MOST_COMPARED, _LONGEST, _LONGEST_PATH = 1000, 200, 1000
 
 
 class CardsflowError(Exception):
@@ -45,7 +45,7 @@ class InputError(CardsflowError):
 
     def __str__(self) -> str:
         """The message, led by the place; a line for each thing that is wrong."""
-        place = "" if self.file is None else str(self.file)
+        place = "" if self.file is None else cut(str(self.file), _LONGEST_PATH)
         if place and self.line is not None:
             place += f":{self.line}"
         parts = [part for part in (place, cut(self.key or "", _LONGEST), cut(self.what)) if part]
@@ -121,7 +121,7 @@ class MachineError(CardsflowError):
 
     def __init__(self, what: str, file: str | Path) -> None:
         self.what, self.file = what, Path(file)
-        super().__init__(f"{file}: {what}")
+        super().__init__(f"{cut(str(file), _LONGEST_PATH)}: {what}")
 
 
 class SimulationError(CardsflowError):

@@ -7,6 +7,7 @@ import time
 _STARTED = time.perf_counter()
 
 import argparse  # noqa: E402
+import contextlib  # noqa: E402
 import sys  # noqa: E402
 import traceback  # noqa: E402
 from collections.abc import Sequence  # noqa: E402
@@ -73,10 +74,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             with interrupts.terminable():
                 given = argparse.Namespace(started=_STARTED)
-                return _run(_parser().parse_args(arguments, given))
+                return _run(_parsed(arguments, given))
         except KeyboardInterrupt:
             print(f"cardsflow: {interrupts.INTERRUPTED}", file=sys.stderr)
             return INTERRUPTED
+
+
+def _parsed(arguments: Sequence[str] | None, given: argparse.Namespace) -> argparse.Namespace:
+    """The options; SystemExit of what is printed instead, such as `--help`."""
+    try:
+        return _parser().parse_args(arguments, given)
+    except SystemExit:
+        with contextlib.suppress(BrokenPipeError):
+            if not _is_printed():
+                raise SystemExit(FAILED) from None
+        raise
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -114,7 +126,7 @@ def _is_printed() -> bool:
     except BrokenPipeError:
         raise
     except OSError as error:
-        print(f"cardsflow: the output cannot be written: {error.strerror}", file=sys.stderr)
+        print(f"cardsflow: {error.filename}: {error.strerror}", file=sys.stderr)
         let_go(sys.stdout)
         return False
 

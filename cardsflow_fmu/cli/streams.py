@@ -56,8 +56,10 @@ class PrintableStream:
     def _excused(self) -> Iterator[None]:
         try:
             yield
-        except (OSError, ValueError):  # a closed one gives ValueError
+        except (OSError, ValueError) as error:  # a closed one gives ValueError
             if self._is_needed:
+                if isinstance(error, OSError):
+                    error.filename = "the output"
                 raise
             let_go(self.inner)
 

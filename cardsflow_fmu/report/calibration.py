@@ -16,6 +16,7 @@ from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.writers.convert import convert
 from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
+from cardsflow_fmu.utils.folder_lock import new_folder
 from sim_dart.calibration.calibrate import Calibration, Errors, calibrate
 from sim_dart.calibration.identifiability import (
     Knowledge,
@@ -73,26 +74,25 @@ def calibrate_files(
             nothing is written.
         CardsflowError: The result predicts what was kept out worse; nothing is written.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError("is there already; choose a new folder", file=folder)
-    reading = read(robot, cable_set)
-    believed = reading.require()
-    worn = () if markers is None else read_markers(markers)
-    if captures and not worn:
-        raise InputError("shows markers: say by --markers where they are", key="--capture")
-    if captures and len(captures) != len(recordings):
-        what = f"must be one for each of the {len(recordings)} recordings, not {len(captures)}"
-        raise InputError(what, key="--capture")
-    pairs = zip_longest(recordings, captures)
-    readings = [read_readings(path, believed, worn, capture) for path, capture in pairs]
-    result = calibrate(believed, readings, free, markers=worn)
-    text, table = describe(result), _table(result)
-    place = reading.files[0].parent
-    files, lost = convert(result.robot, "sdf", folder, mesh_folder=place)
-    files += write_files(
-        folder, {REPORT: text + "\n", CALIBRATION_FILE: json_text(table, indent=1) + "\n"}
-    )
-    return Calibrated(files, text, [*reading.findings, *lost])
+    with new_folder(folder, "calibration"):
+        reading = read(robot, cable_set)
+        believed = reading.require()
+        worn = () if markers is None else read_markers(markers)
+        if captures and not worn:
+            raise InputError("shows markers: say by --markers where they are", key="--capture")
+        if captures and len(captures) != len(recordings):
+            what = f"must be one for each of the {len(recordings)} recordings, not {len(captures)}"
+            raise InputError(what, key="--capture")
+        pairs = zip_longest(recordings, captures)
+        readings = [read_readings(path, believed, worn, capture) for path, capture in pairs]
+        result = calibrate(believed, readings, free, markers=worn)
+        text, table = describe(result), _table(result)
+        place = reading.files[0].parent
+        files, lost = convert(result.robot, "sdf", folder, mesh_folder=place)
+        files += write_files(
+            folder, {REPORT: text + "\n", CALIBRATION_FILE: json_text(table, indent=1) + "\n"}
+        )
+        return Calibrated(files, text, [*reading.findings, *lost])
 
 
 def describe(result: Calibration) -> str:

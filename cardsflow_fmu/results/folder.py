@@ -11,9 +11,9 @@ from types import TracebackType
 from typing import Self
 
 from addin_sdfusion.robot import CardsflowError, InputError, limits
-from addin_sdfusion.robot.files import file_error, read_file, remove_leftovers, write_files
+from addin_sdfusion.robot.files import file_error, read_file, write_files
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, is_recording
-from cardsflow_fmu.utils.folder_lock import FolderLock
+from cardsflow_fmu.utils.folder_lock import made_folder
 
 _SUMMARY = "summary.json"
 _OWN = (
@@ -48,8 +48,7 @@ class OutputFolder:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._made: list[Path] = []
-        self._lock: FolderLock | None = None
+        self._held = contextlib.ExitStack()
 
     def write(
         self, contents: Mapping[str, str | bytes], streamed: Collection[str] = ()
@@ -64,24 +63,21 @@ class OutputFolder:
             InputError: A file cannot be written.
         """
         written = write_files(self.path, contents)
-        self._made.clear()
         for name in set(_OWN) - set(contents) - set(streamed):
             (self.path / name).unlink(missing_ok=True)
         return {path.name: path for path in [*written, *(self.path / n for n in streamed)]}
 
     def __enter__(self) -> Self:
         try:
-            self._make()
-            self._lock = FolderLock(self.path, "run")
+            self._held.enter_context(made_folder(self.path, "run"))
             self._refuse_unowned_files()
-            remove_leftovers(self.path)
             with tempfile.TemporaryFile(dir=self.path):
                 pass
         except CardsflowError:
-            self._undo()
+            self._held.close()
             raise
         except (OSError, ValueError) as error:
-            self._undo()
+            self._held.close()
             raise file_error(error, "the output folder cannot be written", self.path) from None
         return self
 
@@ -91,7 +87,7 @@ class OutputFolder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._undo()
+        self._held.close()
 
     def _refuse_unowned_files(self) -> None:
         """Results of an earlier run are replaced; files of the same names by others are not."""
@@ -105,20 +101,6 @@ class OutputFolder:
         if there and not _is_summary(self.path / _SUMMARY):
             what = f"holds {there[0]}, which no run has written; choose another output folder"
             raise InputError(what, file=self.path)
-
-    def _make(self) -> None:
-        missing = [p for p in (self.path, *self.path.parents) if not p.exists()]
-        for folder in reversed(missing):
-            folder.mkdir()
-            self._made.append(folder)
-
-    def _undo(self) -> None:
-        """Unlock it, and remove the folders made, which are empty unless results were written."""
-        if self._lock is not None:
-            self._lock.release()
-        with contextlib.suppress(OSError, ValueError):
-            for folder in reversed(self._made):
-                folder.rmdir()
 
 
 def _is_summary(file: Path) -> bool:

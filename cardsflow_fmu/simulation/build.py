@@ -27,6 +27,7 @@ from cardsflow_fmu.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
 from cardsflow_fmu.ssp.from_experiment import experiment_system, with_plant
 from cardsflow_fmu.ssp.writer import write_ssp
 from cardsflow_fmu.utils.archive import contents_of
+from cardsflow_fmu.utils.folder_lock import made_folder
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 SYSTEM_FILE = "system.ssp"
@@ -96,7 +97,8 @@ def build(
             inner = build_fmus(experiment, folder_2, names, libraries=libraries, native=native)
         system = _build_system(experiment, inner, aside)
         contents = {path.name: contents_of(path) for path in (*files.values(), system)}
-    written = write_files(folder, contents)
+    with made_folder(Path(folder), "build"):
+        written = write_files(folder, contents)
     return dict(zip(files, written[: len(files)], strict=True))
 
 

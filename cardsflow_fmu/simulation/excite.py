@@ -24,6 +24,7 @@ from cardsflow_fmu.experiment.template import Beginning, experiment_text
 from cardsflow_fmu.report.calibration import unidentified
 from cardsflow_fmu.signals.port import coordinate_signals
 from cardsflow_fmu.utils.csv_table import csv_text
+from cardsflow_fmu.utils.folder_lock import new_folder
 from sim_dart.calibration.identifiability import identifiable
 
 from .starter import EXPERIMENT_TOML, Search, Trial, path_from, read_movable
@@ -77,30 +78,29 @@ def excite(
         RobotError: It cannot be used.
         CardsflowError: No motion was followed in a trial. Nothing is written.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError("is there already; choose a new folder", file=folder)
-    found, findings = read_movable(robot, cable_set)
-    search = Search(found, Path(robot), cable_set)
-    first, _ = search.best()
-    if first.locked:
-        name, (_, why) = next(iter(first.locked.items()))
-        raise InputError(
-            f"robot {found.name!r} cannot move {name}: {why}; what does not move is not "
-            "identifiable: make it a fixed joint of the robot",
-            file=robot,
-        )
-    start = np.array(first.motion.points[0].q)
-    designed = excitations(_bounded(found, first), start, free or FREE, duration, speed)
-    design, beginning, trial = _followed(search, first, islice(designed, _SIZES))
-    text = described(design, trial, _next(folder, robot, free or FREE))
-    written = replace(beginning, file=MOTION)
-    path = path_from(folder, Path(robot))
-    contents = {
-        EXPERIMENT_TOML: experiment_text(found, path, written, cable_set),
-        MOTION: _table(found, design),
-        REPORT: text + "\n",
-    }
-    return Excited(write_files(folder, contents), text, findings)
+    with new_folder(folder, "excitation"):
+        found, findings = read_movable(robot, cable_set)
+        search = Search(found, Path(robot), cable_set)
+        first, _ = search.best()
+        if first.locked:
+            name, (_, why) = next(iter(first.locked.items()))
+            raise InputError(
+                f"robot {found.name!r} cannot move {name}: {why}; what does not move is not "
+                "identifiable: make it a fixed joint of the robot",
+                file=robot,
+            )
+        start = np.array(first.motion.points[0].q)
+        designed = excitations(_bounded(found, first), start, free or FREE, duration, speed)
+        design, beginning, trial = _followed(search, first, islice(designed, _SIZES))
+        text = described(design, trial, _next(folder, robot, free or FREE))
+        written = replace(beginning, file=MOTION)
+        path = path_from(folder, Path(robot))
+        contents = {
+            EXPERIMENT_TOML: experiment_text(found, path, written, cable_set),
+            MOTION: _table(found, design),
+            REPORT: text + "\n",
+        }
+        return Excited(write_files(folder, contents), text, findings)
 
 
 def _bounded(robot: Robot, beginning: Beginning) -> Robot:

@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.errors import MachineError
-from addin_sdfusion.robot.files import file_error, opened_file, read_file, write_new
+from addin_sdfusion.robot.files import file_error, opened_file, read_file, write_files
 
 _LEVEL = 4  # a library is packed in half the time of the default's, 2 % larger
 _PACKED = (".fmu", ".zip", ".png")
@@ -23,6 +23,7 @@ _READABLE = 0o644 << 16
 _DIRECTORY_END = struct.Struct("<4s4H2LH")
 _LARGE_DIRECTORY = b"PK\x06\x07"
 _LONGEST_COMMENT = 2**16
+_LONGEST_NAME = 1000
 
 
 def archive_bytes(files: Mapping[str, bytes]) -> bytes:
@@ -39,15 +40,9 @@ def write_archive(path: Path, files: Mapping[str, bytes]) -> None:
 
     Raises:
         InputError: It cannot be written.
+        MachineError: There is no room.
     """
-    aside = path.with_name(f"{path.name}.{os.getpid()}")
-    try:
-        write_new(aside, archive_bytes(files))
-        aside.replace(path)
-    except OSError as error:
-        raise file_error(error, "cannot be written", path) from None
-    finally:
-        aside.unlink(missing_ok=True)
+    write_files(path.parent, {path.name: archive_bytes(files)})
 
 
 def contents_of(source: bytes | Path) -> bytes:
@@ -174,11 +169,14 @@ def entry_bytes(archive: zipfile.ZipFile, entry: str | zipfile.ZipInfo, largest:
 
 
 def require_inside(name: str, path: Path) -> None:
-    """Refuse a name in an archive that leads out of it.
+    """Refuse a name in an archive that leads out of it, or that no file can have.
 
     Raises:
         InputError: It does.
     """
     parts = PurePosixPath(name).parts
+    if not parts or len(name) > _LONGEST_NAME:
+        what = f"holds a file with a name of {len(name)} characters; 1 to {_LONGEST_NAME} can be"
+        raise InputError(f"{what} unpacked", file=path)
     if name.startswith("/") or "\\" in name or ":" in name or ".." in parts:
         raise InputError(f"holds {name!r}, which leads out of the archive", file=path)

@@ -14,12 +14,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import file_error
+from addin_sdfusion.robot.files import file_error, remove_leftovers
 
 LOCK = ".cardsflow.lock"
 """Name of the file; it says who holds the lock."""
 
 _MOST_WORDS = 300
+_TAKEN = "is there already; choose a new folder"
 
 
 class FolderLock:
@@ -64,6 +65,46 @@ def locked_folder(folder: Path, work: str) -> Iterator[None]:
         yield
     finally:
         lock.release()
+
+
+@contextlib.contextmanager
+def made_folder(folder: Path, work: str) -> Iterator[None]:
+    """A folder made if it is not there, and locked meanwhile; what was made and is empty goes.
+
+    Raises:
+        InputError: As for `FolderLock`, or the folder cannot be made.
+        MachineError: There is no room.
+    """
+    missing: list[Path] = []
+    try:
+        try:
+            missing = [path for path in (folder, *folder.parents) if not path.exists()]
+            for path in reversed(missing):
+                path.mkdir(exist_ok=True)
+        except (OSError, ValueError) as error:
+            raise file_error(error, "cannot be written", folder) from None
+        with locked_folder(folder, work):
+            remove_leftovers(folder)
+            yield
+    finally:
+        with contextlib.suppress(OSError, ValueError):
+            for path in missing:
+                path.rmdir()
+
+
+@contextlib.contextmanager
+def new_folder(folder: Path, work: str) -> Iterator[None]:
+    """As `made_folder`, of a folder that is new, or empty, and nobody else's until it is filled.
+
+    Raises:
+        InputError: As for `made_folder`, or there is something in it.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(_TAKEN, file=folder)
+    with made_folder(folder, work):
+        if any(path.name != LOCK for path in folder.iterdir()):
+            raise InputError(_TAKEN, file=folder)
+        yield
 
 
 def _opened(file: Path) -> int:

@@ -82,10 +82,13 @@ class CarriedMeshes:
             yield warning(Subject("robot", robot.name), "mesh-not-carried", problem)
 
     def write(self, folder: Path) -> list[Path]:
-        """Write the files; InputError where the folder cannot be written."""
+        """Write the files; InputError where the folder cannot be written, or has links in it."""
         written = []
         for name, file in self.files.items():
             place = folder / name
+            for parent in place.parents[: len(Path(name).parts) - 1]:
+                if parent.is_symlink():  # whoever gave the folder would choose what is written over
+                    raise InputError("is a link; remove it, or choose another folder", file=parent)
             data = mesh_bytes(file, [self.folder])
             written += write_files(place.parent, {place.name: data})
         return written

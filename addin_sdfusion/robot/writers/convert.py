@@ -64,7 +64,8 @@ def _with_files(format_: Format, meshes: CarriedMeshes) -> Format:
         return [*format_.losses(robot), *meshes.losses(robot)]
 
     def write(robot: Robot, folder: Path) -> list[Path]:
-        return [*format_.write(robot, folder), *meshes.write(folder)]
+        there = meshes.write(folder)  # first: a robot that is there has its meshes
+        return [*format_.write(robot, folder), *there]
 
     return format_._replace(prepare=prepare, losses=losses, write=write)
 

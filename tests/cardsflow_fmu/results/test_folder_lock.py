@@ -117,6 +117,29 @@ def test_many_who_lock_at_once_come_one_after_another(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+CALIBRATE = ["calibrate", "nothing.csv", "--free", "x", "--robot", PLANAR_2R / "robot", "-o"]
+EXCITE = ["excite", "nothing.urdf", "-o"]
+
+
+@pytest.mark.parametrize("words", [CALIBRATE, EXCITE, pytest.param(["build", PLANAR_2R, "-o"],
+                         marks=pytest.mark.slow)], ids=lambda words: words[0])  # fmt: skip
+def test_all_that_write_several_files_come_one_after_another(
+    tmp_path: Path, words: list[object], cardsflow: CommandLine
+) -> None:
+    with locked_folder(tmp_path, "test"):
+        message = cardsflow.refused(*words, tmp_path)
+    assert f"another program is at work in it (test of process {os.getpid()}" in message
+    (tmp_path / ".robot.sdf.1.cardsflow.tmp").write_text("of one that was killed")
+    if words[0] != "build":
+        assert "nothing." in cardsflow.refused(*words, tmp_path)
+        assert list(tmp_path.iterdir()) == []
+        assert "nothing." in cardsflow.refused(*words, tmp_path / "not/there")
+        assert list(tmp_path.iterdir()) == []
+        (tmp_path / "mine.txt").write_text("mine")
+        assert "choose a new folder" in cardsflow.refused(*words, tmp_path)
+        assert "choose a new folder" in cardsflow.refused(*words, tmp_path / "mine.txt")
+
+
 @pytest.mark.parametrize("kind", ["folder", "link"])
 def test_a_lock_that_is_no_file_is_refused(tmp_path: Path, kind: str) -> None:
     if kind == "folder":

@@ -49,8 +49,8 @@ def test_a_run_refuses_a_folder_with_links_in_the_place_of_its_files(
 def test_files_aside_are_written_anew(tmp_path: Path, precious: Path) -> None:
     folder = tmp_path / "out"
     folder.mkdir()
-    for name in (f".a.txt.{os.getpid()}.cardsflow.tmp", f"b.zip.{os.getpid()}"):
-        (folder / name).symlink_to(precious)
+    for name in ("a.txt", "b.zip"):
+        (folder / f".{name}.{os.getpid()}.cardsflow.tmp").symlink_to(precious)
     write_files(folder, {"a.txt": "new"})
     write_archive(folder / "b.zip", {"c": b"new"})
     assert precious.read_text() == PRECIOUS

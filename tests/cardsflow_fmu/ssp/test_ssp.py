@@ -236,6 +236,7 @@ def test_units_of_connectors_and_transformations_are_minded(system: Path, tmp_pa
         (replaced("resources/plant.ssv", "ssv:Real", "ssv:String"), "q_start.joint_1 is String"),
         (lambda files: files.pop(SSD), "no system structure 'SystemStructure'"),
         (lambda files: files.update({"../evil": b""}), "leads out of the archive"),
+        (lambda files: files.update({"a/" * 3000 + "b": b""}), "a name of 6001 characters"),
         (lambda files: files.update({"resources/plant.fmu": b"no zip"}), "is no FMU"),
     ],
 )

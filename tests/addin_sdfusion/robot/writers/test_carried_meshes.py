@@ -88,3 +88,21 @@ def test_check_repairs_as_convert_does(shared, capsys):
     said = capsys.readouterr().out
     assert "[repaired-inertia]" in said
     assert "[inertia-about-origin]" not in said
+
+
+def test_no_link_leads_meshes_elsewhere(folder, tmp_path, capsys):
+    (tmp_path / "new").mkdir()
+    (tmp_path / "of others").mkdir()
+    (tmp_path / "new/meshes").symlink_to(tmp_path / "of others")
+    assert main(["convert", str(folder), "--to", "urdf", "-o", str(tmp_path / "new")]) == 2
+    assert "new/meshes: is a link; remove it" in capsys.readouterr().err
+    assert list((tmp_path / "of others").iterdir()) == []
+    assert [file.name for file in (tmp_path / "new").iterdir()] == ["meshes"]
+
+
+def test_a_robot_is_written_after_its_meshes(folder, tmp_path):
+    """So that what is there is whole: here there is no place for a mesh."""
+    (tmp_path / "new/meshes/other").mkdir(parents=True)
+    (tmp_path / "new/meshes/other/box.stl").mkdir()
+    assert main(["convert", str(folder), "--to", "urdf", "-o", str(tmp_path / "new")]) == 2
+    assert not (tmp_path / "new/r.urdf").exists()
