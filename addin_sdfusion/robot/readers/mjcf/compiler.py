@@ -132,11 +132,12 @@ def read_compiler(document: Document) -> Compiler:
     )
 
 
-def numbers(node: Node, name: str) -> tuple[float, ...]:
+def numbers(node: Node, name: str, *, infinite: bool = False) -> tuple[float, ...]:
     """As many numbers as an attribute has; none where it is not given."""
     if not node.has(name):
         return ()
-    return node.numbers_attribute(name, min(len(node.attribute(name).split()), MOST_NUMBERS))
+    size = min(len(node.attribute(name).split()), MOST_NUMBERS)
+    return node.numbers_attribute(name, size, infinite=infinite)
 
 
 def of_quaternion(q: tuple[float, ...]) -> Matrix3:

@@ -62,9 +62,9 @@ class Drive:
                 return kind, self.words[kind].attribute(kind)
         return "", ""
 
-    def numbers(self, name: str) -> tuple[float, ...]:
+    def numbers(self, name: str, *, infinite: bool = False) -> tuple[float, ...]:
         """The numbers of an attribute; none where it is not given."""
-        return numbers(self.words[name], name) if name in self.words else ()
+        return numbers(self.words[name], name, infinite=infinite) if name in self.words else ()
 
     def range_of(self, compiler: Compiler, what: str) -> tuple[float, float] | None:
         """The range `ctrl` or `force`, where it counts."""
@@ -73,7 +73,7 @@ class Drive:
             if f"{what}limited" in self.words
             else "auto"
         )
-        values = self.numbers(f"{what}range")
+        values = self.numbers(f"{what}range", infinite=True)
         counts = given == "true" or (given == "auto" and compiler.autolimits)
         return (values[0], values[1]) if counts and len(values) == 2 else None
 

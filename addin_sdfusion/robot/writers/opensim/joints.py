@@ -8,6 +8,7 @@ OpenSim's own axes. Of other orders of motions a joint becomes a chain, see `joi
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -72,9 +73,20 @@ def joint_losses(robot: Robot) -> Iterator[Finding]:
     for joint in robot.joints:
         if not is_one_joint(joint):
             yield _chained(joint)
+        elif _turns_thrice(joint):
+            problem = (
+                "three of its rotations follow one coordinate: a term of their acceleration is "
+                "missing in OpenSim 4.6, and so in its Coriolis forces"
+            )
+            yield warning(Subject("joint", joint.name), "coriolis-in-opensim", problem)
         for c in joint.coordinates:
             yield from _coupling(c)
             yield from _limits(c)
+
+
+def _turns_thrice(joint: Joint) -> bool:
+    turned = Counter(m.coordinate for m in joint.motions if m.kind == "rotation" and not m.is_fixed)
+    return max(turned.values(), default=0) >= 3
 
 
 def _chained(joint: Joint) -> Finding:

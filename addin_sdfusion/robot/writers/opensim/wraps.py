@@ -80,15 +80,17 @@ def wrap_losses(robot: Robot) -> Iterator[Finding]:
         if surface.shape == "cylinder" and surface.length > ENDLESS:
             problem = f"cylinder {surface.name!r} ends in OpenSim: it is {ENDLESS!r} m long"
             yield warning(Subject("robot", robot.name), "cylinder-has-ends", problem)
-    cylinders = {s.name for s in robot.wrap_surfaces if s.shape == "cylinder"}
+    not_spheres = {s.name for s in robot.wrap_surfaces if s.shape != "sphere"}
     for muscle in robot.muscles:
         subject = Subject("muscle", muscle.name)
-        outer = [w for w in muscle.wraps if not w.inside and w.rule != RULE]
-        over = [repr(wrap.surface) for wrap in outer if wrap.surface in cylinders]
+        outer = [w for w in muscle.wraps if not w.inside]
+        over = [wrap for wrap in outer if wrap.surface in not_spheres]
         if over:
+            tapered = any(wrap.rule != RULE for wrap in over)
             problem = (
-                f"OpenSim approximates paths over cylinders, mostly to 1e-4 m and their moment "
-                f"arms to 1e-2 m, and does not taper their ends: {', '.join(over)}"
+                "OpenSim approximates paths over cylinders and ellipsoids, mostly to 1e-4 m and "
+                f"their moment arms to 1e-2 m{', and does not taper their ends' * tapered}: "
+                f"{', '.join(repr(wrap.surface) for wrap in over)}"
             )
             yield warning(subject, "wrap-approximated", problem)
         if len({wrap.segment for wrap in outer}) < len(outer):

@@ -28,6 +28,7 @@ def sdf_losses(robot: Robot) -> list[Finding]:
         *_limits(robot),
         *_chains(robot),
         *loop_types(robot, "SDF", KINDS),
+        *_beyond(robot),
         *_inertias(robot),
         *wrap_losses(robot),
     ]
@@ -94,6 +95,23 @@ def _chains(robot: Robot) -> Iterator[Finding]:
                 "are coordinates of their own"
             )
             yield warning(Subject("joint", joint.name), "functions-in-the-plugin", problem)
+
+
+def _beyond(robot: Robot) -> Iterator[Finding]:
+    """What moves the robot otherwise in other programs."""
+    subject = Subject("robot", robot.name)
+    several = {
+        "armatures": any(c.armature for c in robot.all_coordinates),
+        "forces beyond a range": any(c.limit_force for c in robot.all_coordinates),
+    }
+    there = " and ".join(what for what, is_there in several.items() if is_there)
+    if there:
+        problem = f"SDF has no {there}: others do not read them from CARDSFlow's own elements"
+        yield warning(subject, "held-in-the-plugin", problem)
+    if robot.loops:
+        names = ", ".join(repr(loop.name) for loop in robot.loops)
+        problem = f"Drake refuses models with joints that close loops: {names}"
+        yield warning(subject, "loops-in-drake", problem)
 
 
 def _inertias(robot: Robot) -> Iterator[Finding]:

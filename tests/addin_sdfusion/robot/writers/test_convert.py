@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.robots.one_link import one_link
 from support.robots.random_robots import random_robot
 from support.robots.robots import planar_2r
 
-from addin_sdfusion.robot import InputError, RobotError, UnknownNameError, read_robot
+from addin_sdfusion.robot import InputError, Motion, RobotError, UnknownNameError, read_robot
 from addin_sdfusion.robot.writers.convert import FORMATS, convert
+from addin_sdfusion.robot.writers.opensim.model import osim_losses
 from sim_dart import DartDynamics
 
 
@@ -71,3 +73,14 @@ def test_a_folder_with_another_robot_is_said(tmp_path: Path) -> None:
     other = convert(replace(robot, name="other"), "caspr", tmp_path)
     assert "planar_2r_bodies.xml" in other.findings[-1].message
     assert read_robot(other.files[0]).name == "other"
+
+
+def test_a_term_that_opensim_lacks_is_said() -> None:
+    """Of three rotations by one coordinate; test_reference_numbers has what is missing."""
+    robot = one_link()
+    axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    for count, expected in ((2, set()), (3, {"coriolis-in-opensim"})):
+        motions = tuple(Motion("rotation", axis) for axis in axes[:count])
+        turning = replace(robot, joints=(replace(robot.joints[0], motions=motions),))
+        codes = {f.code for f in osim_losses(turning) if f.subject.kind == "joint"}
+        assert codes == expected

@@ -219,6 +219,13 @@ def test_published_robots(name: str, format_: str, shared: Path, tmp_path: Path)
     _held(robot, format_, tmp_path)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("format_", ["osim", "sdf"])
+def test_arm26(format_: str, shared: Path, tmp_path: Path) -> None:
+    """OpenSim's own paths over cylinders are none of the shortest."""
+    _held(read(shared / "models/opensim/arm26.osim").require(), format_, tmp_path)
+
+
 @pytest.mark.cases(28)
 @pytest.mark.parametrize("format_", PROGRAMS)
 @pytest.mark.parametrize("seed", few(range(12)))

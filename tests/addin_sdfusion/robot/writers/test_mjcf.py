@@ -207,6 +207,8 @@ def test_force_limits_that_are_equal_or_open(f_min, f_max, tmp_path):
     codes = {finding.code for finding in mjcf_losses(robot)}
     assert bool(model.actuator_ctrllimited[0]) == (f_min < f_max)
     assert ("force-limits-left-out" in codes) == (f_min == f_max)
+    again = read_robot(tmp_path / "robot.xml").muscles[0]
+    assert (again.f_min, again.f_max) == ((f_min, f_max) if f_min < f_max else (0.0, math.inf))
 
 
 @pytest.mark.parametrize(("low", "high"), [(-3.0, 5.0), (-math.inf, 5.0), (-math.inf, math.inf)])

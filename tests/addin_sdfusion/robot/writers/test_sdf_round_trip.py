@@ -14,12 +14,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.robots.every_joint import every_joint
+from support.robots.loops import four_bar
 from support.robots.random_robots import axes, names, poses, robots
 from support.robots.writable import writable
 
 from addin_sdfusion.robot import (
     WORLD,
     Joint,
+    LimitForce,
     Mesh,
     Motion,
     Pose,
@@ -202,6 +204,13 @@ def test_losses_are_reported_before_anything_is_written(tmp_path):
         write_sdf(planar(name="link_1"), tmp_path)
     assert list(tmp_path.iterdir()) == []
     assert codes(every_joint()) == {"joint-in-a-chain"}
+
+
+def test_what_other_programs_move_otherwise_is_said():
+    assert codes(four_bar()) == {"loops-in-drake"}
+    for change in ({"armature": 0.1}, {"limit_force": LimitForce(-1.0, 1.0, 9.0, 9.0)}):
+        changed = replace(planar().joints[1].coordinates[0], **change)
+        assert codes(planar(coordinates=(changed,))) == {"held-in-the-plugin"}
 
 
 def old_sdf(robot, folder: Path) -> Path:
