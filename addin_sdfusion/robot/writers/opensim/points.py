@@ -54,6 +54,12 @@ def point_losses(robot: Robot) -> Iterator[Finding]:
                 f"{written[0]:g} to {written[1]:g}, not {move.low:g} to {move.high:g}"
             )
             yield warning(Subject("muscle", muscle.name), "point-range-changed", problem)
+        if not limited and written != (lower, upper):
+            problem = (
+                f"where {move.coordinate!r} is beyond {written[0]:g} to {written[1]:g} its points "
+                "stand still, but OpenSim's moment arms, by which it pulls, go on as if they moved"
+            )
+            yield warning(Subject("muscle", muscle.name), "points-beyond-their-range", problem)
     for muscle in robot.muscles:
         subject = Subject("muscle", muscle.name)
         for k, point in enumerate(muscle.via_points, start=1):

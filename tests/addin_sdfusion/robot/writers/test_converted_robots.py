@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,10 +14,21 @@ import pytest
 from support.cases import few
 from support.oracles.mujoco_model import dense_tendon_jacobian
 from support.robots.every_field import robot_of_every_field
+from support.robots.one_link import one_link
 from support.robots.random_robots import random_robot
 from support.robots.wrapped import sequences, single_wraps, wrapped_tree
 
-from addin_sdfusion.robot import Finding, Robot, RobotError, read_robot
+from addin_sdfusion.robot import (
+    WORLD,
+    Finding,
+    Muscle,
+    PointMotion,
+    Polynomial,
+    Robot,
+    RobotError,
+    ViaPoint,
+    read_robot,
+)
 from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.writers.convert import FORMATS, convert
 from addin_sdfusion.robot.writers.mujoco.model import mjcf_losses
@@ -37,7 +49,8 @@ PUBLISHED = tuple(
 )  # fmt: skip
 """Those that have no errors once they are repaired."""
 PATHS = {"via-point-inside-wrap", "wrap-left-out", "turns-left-out", "side-by-place",
-         "wrap-approximated", "pulley-left-out", "caspr-wrap"}  # fmt: skip
+         "wrap-approximated", "pulley-left-out", "caspr-wrap",
+         "points-beyond-their-range"}  # fmt: skip
 """What is said of a muscle whose path is another one."""
 CLOSE = 1e-9
 
@@ -224,6 +237,17 @@ def test_published_robots(name: str, format_: str, shared: Path, tmp_path: Path)
 def test_arm26(format_: str, shared: Path, tmp_path: Path) -> None:
     """OpenSim's own paths over cylinders are none of the shortest."""
     _held(read(shared / "models/opensim/arm26.osim").require(), format_, tmp_path)
+
+
+@pytest.mark.parametrize(("limit", "is_said"), [(0.5, False), (math.inf, True)])
+def test_points_that_move_within_a_range(limit: float, is_said: bool, tmp_path: Path) -> None:
+    """Beyond it OpenSim's moment arms are not the slopes of its lengths."""
+    motion = PointMotion((1.0, 0.0, 0.0), "q", Polynomial((0.05, 0.1)), -0.5, 0.5)
+    points = (ViaPoint(WORLD, (0.0, 0.3, 0.0)), ViaPoint("a", (0.2, 0.1, 0.0), moves=(motion,)))
+    robot = one_link(muscles=[Muscle("m", points)], lower=-limit, upper=limit)
+    codes = {finding.code for finding in convert(robot, "osim", tmp_path).findings}
+    assert ("points-beyond-their-range" in codes) == is_said
+    _held(robot, "osim", tmp_path)
 
 
 @pytest.mark.cases(28)
