@@ -27,6 +27,7 @@ DEFAULT_SOLVER = DUAL_NEWTON
 
 # An answer of a qpsolvers back end is accepted if its relative residuals are below this.
 _ACCEPTED = 1e-6
+_LARGEST = 1e100
 
 # Tighter than the defaults of 1e-3 to 1e-6, and iteration limits: some methods iterate for minutes
 # on a problem that has no solution.
@@ -164,10 +165,16 @@ class BoxSolver:
             answer = self._try_qpsolvers(problem, self.solver)
         if answer is None:
             answer = self._try_dual_newton()
-        if answer.status == "not converged":
+        if answer.status == "not converged" and self._is_computable():
             tries = (self._try_qpsolvers(problem, name) for name in fallbacks())
             answer = next((found for found in tries if found is not None), answer)
         return answer
+
+    def _is_computable(self) -> bool:
+        """Whether squares of the numbers are finite: else the others iterate long, for nothing."""
+        bounds = ("lb", "ub")
+        given = (np.abs(values) for name, values in self._inputs if name not in bounds)
+        return max(float(values.max(initial=0.0)) for values in given) < _LARGEST
 
     def solve_by_dual_newton(self, problem: BoxProblem) -> BoxSolution:
         """The same without another back end behind it, as it runs in C. Arguments as in `solve`."""

@@ -138,3 +138,19 @@ def test_numbers_of_an_undecided_problem_are_finite() -> None:
 
 def test_states_are_numbered_as_in_c() -> None:
     assert (dual_newton.SOLVED, dual_newton.INFEASIBLE, dual_newton.NOT_CONVERGED) == (0, 1, 2)
+
+
+def test_numbers_too_large_to_be_squared_are_given_to_no_other_method(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Which would iterate for seconds a problem, as a check of a motion has a hundred."""
+    tried: list[str] = []
+    monkeypatch.setattr(solver, "_attempt", lambda _, name: tried.append(name))
+    rows = np.array([[1.0, -1.0, 0.5, -0.5], [0.5, 0.5, -1.0, -1.0]])
+    for size in (1e200, 1e300):
+        problem = BoxProblem(np.ones(4), np.zeros(4), rows, np.array([size, -size]), *np.array(
+            [[1.0] * 4, [100.0] * 4]))  # fmt: skip
+        answer = BoxSolver(4, 2).solve(problem)
+        assert answer.status != "solved"
+        assert np.isfinite(answer.x).all()
+    assert tried == []
