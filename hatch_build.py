@@ -24,8 +24,9 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -53,7 +54,7 @@ def _read_sources() -> ModuleType:
 _SOURCES = _read_sources()
 LIBRARIES = _SOURCES.LIBRARIES
 FLAGS = [*_SOURCES.FLAGS, *_SOURCES.WARNINGS]
-SANITIZE = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+SANITIZE = ["-O0", "-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
@@ -89,42 +90,68 @@ def platform_flags(is_small: bool) -> list[str]:
     return [*flags, *small, "-D_GNU_SOURCE", "-lm", "-ldl", "-lpthread"]
 
 
-def compile_library(library: Any, output: Path, extra: list[str]) -> Path:
-    """Compile one library below `output`; returns its path."""
+def compile_library(
+    library: Any, output: Path, extra: Sequence[str] = (), objects: Mapping[str, str] = {}
+) -> Path:
+    """Compile one library below `output`; returns its path.
+
+    `objects` are the files that are compiled already, by their sources.
+    """
     sources = library.sources(ROOT)  # relative to where compilers run: caches hold for every clone
     is_small = library is _SOURCES.NATIVE and not extra
+    flags = [*_flags(library, is_small, extra), *platform_flags(is_small)]
+    made_of = [objects.get(name, name) for name in sources]
+    name = library.target + SUFFIX
+    fingerprint = f"{library.fingerprint(ROOT)} {_version()} {flags}\n"
+    return _take_or_make(
+        name, output, fingerprint, lambda aside: [*compiler(), *flags, *made_of, "-o", str(aside)]
+    )[0]
+
+
+def _flags(library: Any, is_small: bool, extra: Sequence[str]) -> list[str]:
     of_user = shlex.split(os.environ.get("CARDSFLOW_CFLAGS", ""))
-    flags = [*FLAGS, *library.flags, *(_SOURCES.SMALL if is_small else ()), *of_user, *extra]
-    command = [*compiler(), *flags, *sources, *platform_flags(is_small)]
-    return _make(output / (library.target + SUFFIX), lambda aside: [*command, "-o", str(aside)])
+    small = _SOURCES.SMALL if is_small else ()
+    return [*FLAGS, *library.flags, *small, *of_user, *extra]
 
 
-def compile_libraries(output: Path, extra: list[str]) -> list[Path]:
+@cache
+def _version() -> str:
+    """What the compiler says of itself."""
+    command = [*compiler(), "--version"]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout
+
+
+def compile_libraries(output: Path) -> list[Path]:
     """Compile all of this platform, on all processors."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         largest_first = reversed(LIBRARIES)
-        return list(pool.map(lambda one: compile_library(one, output, extra), largest_first))
+        return list(pool.map(lambda one: compile_library(one, output), largest_first))
+
+
+def compile_sanitized(output: Path) -> list[Path]:
+    """The same with sanitizers; what both libraries of FMUs are made of is compiled once."""
+    *others, fmi, native = LIBRARIES
+    both = set(native.sources(ROOT))
+    common = [name for name in fmi.sources(ROOT) if name in both]
+    with ThreadPoolExecutor(os.cpu_count()) as pool, tempfile.TemporaryDirectory() as folder:
+        first = pool.map(lambda one: compile_library(one, output, SANITIZE), others)
+        command = [*compiler(), *_flags(native, False, SANITIZE), "-fPIC", "-D_GNU_SOURCE", "-c"]
+        _run([*command, *(str(ROOT / name) for name in common)], Path(folder))
+        objects = {name: f"{folder}/{Path(name).stem}.o" for name in common}
+        then = pool.map(lambda one: compile_library(one, output, SANITIZE, objects), (fmi, native))
+        return [*first, *then]
 
 
 def compile_prebuilt(platform: str, output: Path) -> list[Path]:
-    """Compile the library of native FMUs for a platform, by FMI 3.0's name; returns its files.
-
-    One that stands in the source tree already, of the same sources, is taken instead.
-    """
+    """Compile the library of native FMUs for a platform, by FMI 3.0's name; returns its files."""
     native = _SOURCES.NATIVE
-    name = Path(_SOURCES.PREBUILT, f"{platform}{_SOURCES.TARGETS[platform].suffix}")
-    file, mark = output / name, (output / name).with_suffix(".sha256")
-    fingerprint = f"{native.fingerprint(ROOT)}\n"
-    known = (ROOT / name).with_suffix(".sha256")
-    if known.is_file() and known.read_text("ascii") == fingerprint and (ROOT / name).is_file():
-        if output != ROOT:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / name, file)
-    else:
-        mark.unlink(missing_ok=True)
-        _make(file, lambda aside: _SOURCES.cross_command(native, platform, aside))
-    mark.write_text(fingerprint, "ascii")
-    return [file, mark]
+    name = f"{_SOURCES.PREBUILT}/{platform}{_SOURCES.TARGETS[platform].suffix}"
+    return _take_or_make(
+        name,
+        output,
+        f"{native.fingerprint(ROOT)}\n",
+        lambda aside: _SOURCES.cross_command(native, platform, aside),
+    )
 
 
 def compile_all_prebuilt(platforms: list[str], output: Path) -> list[Path]:
@@ -144,22 +171,44 @@ def parse_platforms(names: str) -> list[str]:
     return platforms
 
 
-def _make(target: Path, command_for: Callable[[Path], list[str]]) -> Path:
-    """Run a compiler; returns the target.
+def _take_or_make(
+    name: str, output: Path, fingerprint: str, command_for: Callable[[Path], list[str]]
+) -> list[Path]:
+    """A compiled file below `output`, and the one beside it that says what it was made of.
 
-    Written aside, where linkers may leave other files too, and moved into place, so that a running
-    program keeps the file it has open.
+    One that stands in the source tree already, of the same, is taken instead.
+    """
+    file, known = output / name, ROOT / name
+    mark, known_mark = file.with_suffix(".sha256"), known.with_suffix(".sha256")
+    if known.is_file() and known_mark.is_file() and known_mark.read_text("utf-8") == fingerprint:
+        if output != ROOT:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(known, file)
+    else:
+        mark.unlink(missing_ok=True)
+        _make(file, command_for)
+    mark.write_text(fingerprint, "utf-8")
+    return [file, mark]
+
+
+def _make(target: Path, command_for: Callable[[Path], list[str]]) -> None:
+    """Run a compiler.
+
+    Its file is written aside, where linkers may leave other files too, and moved into place, so
+    that a running program keeps the file it has open.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=target.parent) as folder:
         aside = Path(folder, target.name)
-        command = command_for(aside)
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-        if done.returncode:
-            sys.exit(f"{shlex.join(command)}\n{done.stdout}{done.stderr}")
-        sys.stderr.write(done.stderr)
+        _run(command_for(aside), ROOT)
         aside.replace(target)
-    return target
+
+
+def _run(command: list[str], folder: Path) -> None:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        sys.exit(f"{shlex.join(command)}\n{done.stdout}{done.stderr}")
+    sys.stderr.write(done.stderr)
 
 
 class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-ignore]
@@ -177,7 +226,7 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
         self._aside = None if version == "editable" else tempfile.mkdtemp()
         output = Path(self._aside or ROOT)
         platforms = parse_platforms(os.environ.get("CARDSFLOW_PLATFORMS", ""))
-        compiled = compile_libraries(output, [])
+        compiled = compile_libraries(output)
         compiled += compile_all_prebuilt(platforms, output)
         for built in compiled:
             build_data["force_include"][str(built)] = built.relative_to(output).as_posix()
@@ -200,7 +249,7 @@ def main() -> None:
         "--platforms", default="", help="for native FMUs: all, or x86_64-windows, ...; by ziglang"
     )
     arguments = parser.parse_args()
-    made = compile_libraries(arguments.output, SANITIZE if arguments.sanitize else [])
+    made = (compile_sanitized if arguments.sanitize else compile_libraries)(arguments.output)
     made += compile_all_prebuilt(parse_platforms(arguments.platforms), arguments.output)
     print(*made, sep="\n")
 

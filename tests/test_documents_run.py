@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import signal
 import socket
@@ -19,6 +20,7 @@ from pathlib import Path
 
 import pytest
 from support import documents
+from support.command_server import command_server
 from support.documents import ROOT, Block, blocks
 
 LONGEST = 1200.0
@@ -27,12 +29,19 @@ _WATCHDOG = "--watchdog 60000"
 _PATIENT = "--set hardware.max_missed=100000 --set hardware.watchdog=60"
 """What lets a run and its device go on where either side has to wait for a busy machine."""
 
+_ENVIRONMENT = {
+    "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+    "MPLBACKEND": "Agg",
+    "BROWSER": "true",
+    "PYTHONUNBUFFERED": "1",
+    "CARDSFLOW_CFLAGS": "-O0",  # of what a change compiles: soon done
+}
 _SHELL = """
 set -euo pipefail
 uv() { shift; "$@"; }
 cardsflow() {
-    if [ "$1" = run ] && [ "${2##*.}" != ssp ]; then command cardsflow "$@" $RUN_WITH
-    else command cardsflow "$@"; fi
+    if [ "$1" = run ] && [ "${2##*.}" != ssp ]; then $CARDSFLOW "$@" $RUN_WITH
+    else $CARDSFLOW "$@"; fi
 }
 """
 
@@ -50,13 +59,21 @@ def _runs(block: Block) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("file", runnable(), ids=lambda file: str(file.relative_to(ROOT)))
-def test_all_blocks_run(file: Path, tmp_path: Path) -> None:
+def test_all_blocks_run(file: Path, tmp_path: Path, client: list[str]) -> None:
     folder = tmp_path / "clone"
     shutil.copytree(ROOT / "examples", folder / "examples", ignore=_results)
-    place = Place(folder)
+    place = Place(folder, client)
     for block in blocks(file):
         if _runs(block):
             place.run(block)
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> Iterator[list[str]]:
+    """What runs a command or a script without the time that it takes to start."""
+    folder = tmp_path_factory.mktemp("server")
+    with command_server(folder, {**os.environ, **_ENVIRONMENT}) as command:
+        yield command
 
 
 def _results(folder: str, names: list[str]) -> list[str]:
@@ -66,8 +83,9 @@ def _results(folder: str, names: list[str]) -> list[str]:
 class Place:
     """Where the blocks of a document run."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, client: list[str]) -> None:
         self.folder, self._before, self._port = folder, "", _free_port()
+        self._client = client
         self._changed: Path | None = None
 
     def run(self, block: Block) -> None:
@@ -92,7 +110,8 @@ class Place:
         self._before = (self._before if goes_on else "") + block.text
         file = self.folder / "block.py"
         file.write_text(self._before)
-        self._finish([sys.executable, str(file)], block)
+        python = self._client if self._changed is None else [sys.executable]
+        self._finish([*python, str(file)], block)
 
     def _patch(self, block: Block) -> None:
         """Change a copy of the source tree, and compile what is C; Python takes it from there."""
@@ -157,17 +176,10 @@ class Place:
         assert done.returncode == 0, f"{block}: exit code {done.returncode}\n{block.text}\n{said}"
 
     def _environment(self, run_with: str = "") -> dict[str, str]:
-        own = {
-            "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-            "MPLBACKEND": "Agg",
-            "BROWSER": "true",
-            "PYTHONUNBUFFERED": "1",
-            "CARDSFLOW_CFLAGS": "-O0",  # of what a change compiles: soon done
-            "RUN_WITH": run_with,
-        }
+        own = {"RUN_WITH": run_with, "CARDSFLOW": shlex.join([*self._client, "cardsflow"])}
         if self._changed is not None:
-            own["PYTHONPATH"] = str(self._changed)
-        return {**os.environ, **own}
+            own |= {"PYTHONPATH": str(self._changed), "CARDSFLOW": "command cardsflow"}
+        return {**os.environ, **_ENVIRONMENT, **own}
 
 
 def _lines(block: Block) -> list[str]:

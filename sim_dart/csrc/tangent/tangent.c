@@ -11,7 +11,7 @@
 #if defined(__clang__)
 #pragma STDC CX_LIMITED_RANGE ON
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
-#elif defined(__GNUC__)
+#elif defined(__GNUC__) && defined(__OPTIMIZE__)
 #pragma GCC optimize("cx-limited-range", "Os")
 #endif
 #if defined(__GNUC__)

@@ -1,0 +1,132 @@
+"""Commands in forks of one process that has imported what they need: no start for each.
+
+    python -m support.command_server SOCKET
+
+waits for clients, and
+
+    python -I -S command_server.py SOCKET cardsflow check robot
+    python -I -S command_server.py SOCKET script.py
+
+run a command or a script in the client's folder and environment, with its input and output.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+PRELOADED = (
+    "cardsflow_fmu.cli.main",
+    "cardsflow_fmu.simulation.run",
+    "cardsflow_fmu.report.run_figures",
+    "cardsflow_fmu.studies",
+    "matplotlib.backends.backend_agg",
+    "matplotlib.backends.backend_pdf",
+    "matplotlib.backends.backend_svg",
+    "scipy.interpolate",
+    "scipy.optimize",
+)
+LONGEST_MESSAGE = 100_000
+
+
+@contextmanager
+def command_server(folder: Path, environment: Mapping[str, str]) -> Iterator[list[str]]:
+    """A server as long as the block lasts; the command of its clients, without what they run."""
+    path = folder / "commands"
+    tests = str(Path(__file__).parents[1])
+    process = subprocess.Popen(
+        [sys.executable, "-m", "support.command_server", str(path)],
+        env={**environment, "PYTHONPATH": tests},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    try:
+        assert process.stdout.readline() == "ready\n"
+        yield [sys.executable, "-I", "-S", __file__, str(path)]
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def serve(path: str) -> None:
+    """Fork for every client."""
+    import importlib
+    import signal
+
+    for name in PRELOADED:
+        importlib.import_module(name)
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for them
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as server:
+        server.bind(path)
+        server.listen()
+        print("ready", flush=True)
+        while True:
+            connection, _ = server.accept()
+            if os.fork() == 0:
+                server.close()
+                signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+                _answer(connection)
+            connection.close()
+
+
+def _answer(connection: socket.socket) -> None:
+    """Do what the client asks for in its place, and end this process."""
+    import atexit
+    import traceback
+
+    message, files, _, _ = socket.recv_fds(connection, LONGEST_MESSAGE, 3)
+    for number, file in enumerate(files):
+        os.dup2(file, number)
+        os.close(file)
+    asked = json.loads(message)
+    os.chdir(asked["folder"])
+    os.environ.clear()
+    os.environ.update(asked["environment"])
+    try:
+        code = _run(asked["words"])
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else int(end.code is not None)
+    except BaseException:
+        traceback.print_exc()
+        code = 1
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    connection.sendall(bytes([code & 255]))
+    os._exit(0)
+
+
+def _run(words: list[str]) -> int:
+    sys.argv = words
+    if words[0] == "cardsflow":
+        from cardsflow_fmu.cli.main import main
+
+        return main(words[1:])
+    import runpy
+
+    sys.path[0] = str(Path(words[0]).parent)
+    runpy.run_path(words[0], run_name="__main__")
+    return 0
+
+
+def ask(path: str, words: list[str]) -> int:
+    """A client's exit code."""
+    asked = {"folder": str(Path.cwd()), "environment": dict(os.environ), "words": words}
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as connection:
+        connection.connect(path)
+        socket.send_fds(connection, [json.dumps(asked).encode()], [0, 1, 2])
+        answer = connection.recv(1)
+    return answer[0] if answer else 137
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 2:
+        sys.exit(ask(sys.argv[1], sys.argv[2:]))
+    serve(sys.argv[1])
