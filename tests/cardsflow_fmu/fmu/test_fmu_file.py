@@ -120,8 +120,9 @@ def test_says_which_resource_is_missing(tmp_path: Path) -> None:
 
 
 def test_says_where_it_cannot_write(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"toy\.fmu: cannot be written: No such file"):
-        write(tmp_path / "no such folder" / "toy.fmu")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"cannot be written: (Not a directory|File exists)"):
+        write(tmp_path / "file" / "toy.fmu")
 
 
 def test_refuses_a_class_that_cannot_be_imported(tmp_path: Path) -> None:
