@@ -56,6 +56,7 @@ def test_damaged_blobs(tmp_path: Path) -> None:
     assert MUTATIONS / 3 < refused < MUTATIONS
 
 
+@LONG  # libFuzzer does it for some seconds with the same program
 @pytest.mark.fuzz
 def test_damaged_native_models(tmp_path: Path) -> None:
     folders = []

@@ -35,7 +35,7 @@ from sim_dart import compile_blob
 
 pytestmark = pytest.mark.fuzz
 
-SECONDS = int(os.environ.get("CARDSFLOW_FUZZ_SECONDS", "3"))
+SECONDS = int(os.environ.get("CARDSFLOW_FUZZ_SECONDS", "1"))
 SANITIZERS = "fuzzer,address,undefined,float-cast-overflow"
 FUZZED = Target(["clang", "-O0", "-g", f"-fsanitize={SANITIZERS}", "-fno-sanitize-recover=all"])
 LOOP = ROOT / "examples/hardware_in_the_loop"
