@@ -146,9 +146,9 @@ def noise(cut: Sequence[Window]) -> FloatArray:
     """
     left = [_smooth(window.measured)[1] for window in cut]
     squares = np.array([(r**2).sum(axis=0) / (len(r) - _DEGREE - 1) for r in left])
-    told = ~np.isnan(squares)
-    variance = np.where(told, squares, 0.0).sum(axis=0) / np.maximum(told.sum(axis=0), 1)
-    variance[~told.any(axis=0)] = variance.max()
+    known = ~np.isnan(squares)
+    variance = np.where(known, squares, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    variance[~known.any(axis=0)] = variance.max()
     return np.asarray(np.maximum(np.sqrt(variance), _LEAST_NOISE))
 
 

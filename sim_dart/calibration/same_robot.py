@@ -83,8 +83,8 @@ def _lengths(paths: MusclePaths, q: FloatArray) -> FloatArray:
 
 def _spread(differences: FloatArray) -> FloatArray:
     """RMS less the mean, of each column; 0 of one that was never read."""
-    told = ~np.isnan(differences)
-    count = np.maximum(told.sum(axis=0), 1)
-    mean = np.where(told, differences, 0.0).sum(axis=0) / count
-    squares = np.where(told, differences - mean, 0.0) ** 2
+    known = ~np.isnan(differences)
+    count = np.maximum(known.sum(axis=0), 1)
+    mean = np.where(known, differences, 0.0).sum(axis=0) / count
+    squares = np.where(known, differences - mean, 0.0) ** 2
     return np.asarray(np.sqrt(squares.sum(axis=0) / count))

@@ -61,7 +61,7 @@ def observability(robot: Robot, poses: FloatArray, settings: EstimatorSettings) 
     encoders = np.diag(_weights(settings.encoder_noise, n))
     paths = MusclePaths(robot)
     rows = np.array([paths.evaluate(q).jacobian * weights[:, None] for q in poses])
-    found = [_told(np.vstack([of_pose, encoders])) for of_pose in rows]
+    found = [_rank_and_deviations(np.vstack([of_pose, encoders])) for of_pose in rows]
     return Observability(
         np.array([sd for _, sd in found]),
         np.array([rank for rank, _ in found]),
@@ -78,7 +78,7 @@ def _weights(noise: object, size: int) -> FloatArray:
     return weights
 
 
-def _told(J: FloatArray) -> tuple[int, FloatArray]:
+def _rank_and_deviations(J: FloatArray) -> tuple[int, FloatArray]:
     """The rank, and the standard deviation of each coordinate."""
     _, s, V = np.linalg.svd(J, full_matrices=True)
     n = J.shape[1]
@@ -98,6 +98,6 @@ def _critical(
         for slack in combinations(measured, count):
             left = np.delete(rows, slack, axis=1)
             for of_pose in left:
-                if _told(np.vstack([of_pose, encoders]))[0] < n:
+                if _rank_and_deviations(np.vstack([of_pose, encoders]))[0] < n:
                     return tuple(robot.muscles[k].name for k in slack)
     return ()

@@ -156,11 +156,11 @@ class Design:
         self.prior = self._problem.prior(np.zeros(len(parameters)))[2]
 
     def exchanged(self, points: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Control points of a motion that tells more."""
+        """Control points of a motion that identifies more."""
         motions = self._motions
         none = np.zeros_like(self.prior)
-        told = [self._told(points, span) for span in range(motions.spans)]
-        each = [none if H is None else H for H in told]
+        information = [self._information(points, span) for span in range(motions.spans)]
+        each = [none if H is None else H for H in information]
         whole = self.prior + sum(each, none)
         best = np.linalg.slogdet(whole)[1]
         work = len(self._parameters) * (ORDER + 1) * len(motions.free) * _SWEEPS
@@ -169,7 +169,7 @@ class Design:
             new = points.copy()
             new[k] = motions.proposed(points, k, rng)
             around = range(k - ORDER, k + 1)
-            parts = self._all_told(new, around)
+            parts = self._all_information(new, around)
             if parts is None:
                 continue
             changed = whole + sum((H - each[s] for s, H in zip(around, parts, strict=True)), none)
@@ -179,19 +179,19 @@ class Design:
                 each[around.start : around.stop] = parts
         return points
 
-    def _all_told(self, points: FloatArray, spans: range) -> list[FloatArray] | None:
+    def _all_information(self, points: FloatArray, spans: range) -> list[FloatArray] | None:
         """The information of some spans' windows; None where muscles cannot make the motion."""
         if np.isnan(self._motions.forces(self._motions.terms(points, spans))).any():
             return None
         found = []
         for span in spans:
-            H = self._told(points, span)
+            H = self._information(points, span)
             if H is None:
                 return None
             found.append(H)
         return found
 
-    def _told(self, points: FloatArray, span: int) -> FloatArray | None:
+    def _information(self, points: FloatArray, span: int) -> FloatArray | None:
         """The information of a span's window; None where it cannot be rolled."""
         motions = self._motions
         motion = motions.rows(points, span, _FIRST, _ROWS + 1)

@@ -18,7 +18,7 @@ _MARGIN = 0.05
 """Of the forces' range that a motion leaves at its upper bound, and of the limits' range."""
 
 _AT_BOUND = 0.7
-"""Part of the proposals at bounds, and of their coordinates: most is told there."""
+"""Part of the proposals at bounds, and of their coordinates: they identify most."""
 
 _SMALLER = 0.8
 _SPARSE = 4

@@ -182,7 +182,7 @@ class EmulatedRobot:
         read = self._sensors
         rows = (read.q, read.qd, read.lengths, self._tension, self._torque)
         measured = zip(self._measured, rows, strict=True)
-        return np.concatenate([np.zeros(0), *(row for told, row in measured if told)])
+        return np.concatenate([np.zeros(0), *(row for is_measured, row in measured if is_measured)])
 
     def _desired_tensions(self) -> FloatArray:
         """The input of the motors' lag, shape (m,)."""

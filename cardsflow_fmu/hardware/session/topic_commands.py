@@ -71,7 +71,7 @@ class TopicCommands:
         self._paths = MusclePaths(robot)
         self._n = len(robot.coordinates)
         self._reader = TopicReader({"effort": topics.commands}, timeout)
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
         self.status: Status = READY
         node.advertise(STATES)
         self._inbox = node.subscribe(COMMANDS)
@@ -106,8 +106,8 @@ class TopicCommands:
             values = self._reader.read(message, time.monotonic())
             if values is not None:
                 newest, until = values["effort"], -math.inf
-        for reason in REASONS.keys() & self._reader.counters.keys() - self._told:
-            self._told.add(reason)
+        for reason in REASONS.keys() & self._reader.counters.keys() - self._reported:
+            self._reported.add(reason)
             self._report(f"commands by ROS: {REASONS[reason]}")
         return newest
 
@@ -126,7 +126,7 @@ class TopicCommands:
             return
         self._session, self._begun = session, time.monotonic()
         self._command, self._commanded = command, self._begun
-        self._told.clear()
+        self._reported.clear()
         self._report("commands by ROS begin")
         self._exchange(session)
 
