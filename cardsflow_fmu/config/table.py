@@ -216,6 +216,8 @@ def _path(value: Any, info: ValidationInfo) -> Path:
         return value
     if not isinstance(value, str) or not value:
         raise SettingError(f"must be a text, not {value!r}")
+    if "\0" in value:
+        raise SettingError(f"must be the path of a file, not {value!r}: no path holds a zero")
     return info.context.file.parent / value if info.context else Path(value)
 
 

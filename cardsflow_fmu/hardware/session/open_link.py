@@ -56,7 +56,7 @@ def open_link(
             what = "messages of ROS are not signed: leave out the key, or use our protocol"
             raise InputError(what, key="hardware.key_file")
         return RosLink(uri, make_topics())
-    if scheme not in ("loopback", "emulated"):
+    if uri not in ("loopback:", "emulated:"):
         raise InputError(f"no hardware at {uri!r}: an address is one of {ADDRESSES}")
     if make_device is None:
         raise InputError(f"{scheme}: needs a device in this process; here is none")

@@ -173,6 +173,12 @@ def test_files_that_are_no_toml_are_refused(tmp_path: Path, content: bytes) -> N
         Experiment.load(file)
 
 
+@pytest.mark.parametrize("key", ["hardware.key_file", "run.output", "reference.file"])
+def test_a_zero_in_a_path_is_refused(key: str) -> None:
+    with pytest.raises(InputError, match=rf"{key}: .*no path holds a zero"):
+        Experiment.load(PLANAR_2R, {key: "a\0b.csv"})
+
+
 def test_a_missing_experiment_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"experiment\.toml: cannot be read: No such file"):
         Experiment.load(tmp_path)

@@ -546,6 +546,12 @@ def test_invalid_addresses_are_refused(uri: str) -> None:
         open_link(uri)
 
 
+@pytest.mark.parametrize("uri", ["loopback:x", "emulated://planar_2r"])
+def test_words_that_would_mean_nothing_are_refused(uri: str) -> None:
+    with pytest.raises(InputError, match="no hardware at"):
+        open_link(uri)
+
+
 def test_an_unknown_host_is_refused() -> None:
     with pytest.raises(HardwareError, match="no host"):
         UdpLink("udp://no.such.host.invalid:5005").open(handshake())
