@@ -99,13 +99,13 @@ def compile_library(
     """
     sources = library.sources(ROOT)  # relative to where compilers run: caches hold for every clone
     is_small = library is _SOURCES.NATIVE and not extra
-    flags = [*_flags(library, is_small, extra), *platform_flags(is_small)]
+    flags = _flags(library, is_small, extra)
     made_of = [objects.get(name, name) for name in sources]
     name = library.target + SUFFIX
-    fingerprint = f"{library.fingerprint(ROOT)} {_version()} {flags}\n"
-    return _take_or_make(
-        name, output, fingerprint, lambda aside: [*compiler(), *flags, *made_of, "-o", str(aside)]
-    )[0]
+    libraries = platform_flags(is_small)  # behind what needs them
+    fingerprint = f"{library.fingerprint(ROOT)} {_version()} {flags} {libraries}\n"
+    command = [*compiler(), *flags, *made_of, *libraries, "-o"]
+    return _take_or_make(name, output, fingerprint, lambda aside: [*command, str(aside)])[0]
 
 
 def _flags(library: Any, is_small: bool, extra: Sequence[str]) -> list[str]:
