@@ -92,8 +92,10 @@ def test_frames_change_when_their_time_has_come() -> None:
 def test_only_this_machine_reaches_the_server(opened: Any) -> None:
     port = opened.get_port()
     assert live.address(opened) == f"http://127.0.0.1:{port}"
-    with socket.create_connection(("127.0.0.1", port), 5):
-        pass
+    with socket.create_connection(("127.0.0.1", port), 60) as connection:
+        connection.sendall(b"no request\r\n\r\n")
+        while connection.recv(1000):  # until the server has closed it
+            pass
     listening = [  # of /proc/net/tcp: state 0A, address in hexadecimal
         line.split()[1]
         for line in Path("/proc/net/tcp").read_text().splitlines()[1:]
