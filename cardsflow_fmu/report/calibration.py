@@ -113,7 +113,21 @@ def describe(result: Calibration) -> str:
     for one, change, sd, is_seen in rows:
         mark = "" if is_seen else "  not identifiable: held by its prior"
         lines.append(f"{one.name:45s} {change:11.4g} {sd:9.2g} {one.unit}{mark}")
-    return "\n".join([*lines, *unidentified(result), *warnings(result)])
+    return "\n".join([*lines, *_curved(result), *unidentified(result), *warnings(result)])
+
+
+def _curved(result: Calibration) -> list[str]:
+    """Whose deviations come of a curve, in words."""
+    straight = np.sqrt(np.diag(result.covariance))
+    bent = [
+        one.name
+        for one, sd, bend in zip(result.parameters, straight, result.bend, strict=True)
+        if bend > sd
+    ]
+    if not bent:
+        return []
+    what = "sd is mostly that of a curve, on which numbers go together and readings hardly change"
+    return ["", f"{what}: {', '.join(bent)}"]
 
 
 def unidentified(known: Knowledge) -> list[str]:
@@ -176,11 +190,17 @@ def _table(result: Calibration) -> dict[str, Any]:
                 "unit": one.unit,
                 "change": float(change),
                 "sd": float(sd),
+                "bend": float(bend),
                 "prior_sd": one.sd,
                 "identifiable": bool(seen),
             }
-            for one, change, sd, seen in zip(
-                result.parameters, result.change, result.sd, identifiable(result), strict=True
+            for one, change, sd, bend, seen in zip(
+                result.parameters,
+                result.change,
+                result.sd,
+                result.bend,
+                identifiable(result),
+                strict=True,
             )
         ],
         "offsets": {

@@ -12,6 +12,7 @@ from addin_sdfusion.robot.checks.check import require_valid
 from sim_dart.core.arrays import BoolArray, FloatArray
 from sim_dart.muscles.paths import MusclePaths
 
+from .curvature import bends
 from .fit import Fit, fit
 from .inertia import inertia_numbers
 from .markers import Marker, SeenMarkers, shown_poses
@@ -72,7 +73,8 @@ class Calibration:
         robot: The calibrated robot.
         parameters: What was free.
         change: By how much each has changed, shape (P,), in its unit.
-        covariance: Of the changes, with the prior, shape (P, P).
+        covariance: Of the changes, with the prior, where they are small, shape (P, P).
+        bend: RMS of what changes that are not small move each besides, shape (P,); see `bends`.
         information: H by the readings alone, in units of the prior's deviations, shape (P, P).
         prior: That of what was believed, where nothing had changed, shape (P, P).
         misfit: Mean square of residuals over noise: 1 is as expected, and more scales the
@@ -90,6 +92,7 @@ class Calibration:
     parameters: tuple[Parameter, ...]
     change: FloatArray
     covariance: FloatArray
+    bend: FloatArray
     information: FloatArray
     prior: FloatArray
     misfit: float
@@ -107,7 +110,7 @@ class Calibration:
     @property
     def sd(self) -> FloatArray:
         """Standard deviations of the changes, shape (P,)."""
-        return np.sqrt(np.diag(self.covariance))
+        return np.sqrt(np.diag(self.covariance) + self.bend**2)
 
 
 def calibrate(
@@ -174,17 +177,19 @@ def _result(
     P, n = len(problem.parameters), len(robot.coordinates)
     H = found.information
     _, _, prior = problem.prior(found.z)
-    C = np.linalg.inv(H + prior)
+    C = np.asarray(np.linalg.inv(H + prior), dtype=np.float64)
     count = sum(int((~np.isnan(r)).sum()) for r in found.settled.residuals)
     freedom = count - 2 * n * len(cut) - float(np.trace(H @ C))
     misfit = found.settled.cost / max(freedom, 1.0)
+    C = max(misfit, 1.0) * C
     sd = problem.sd
     none = np.zeros(P)
     return Calibration(
         robot=problem.robot_at(found.z),
         parameters=problem.parameters,
         change=_changes(robot, problem, found.z),
-        covariance=max(misfit, 1.0) * C * sd[:, None] * sd,
+        covariance=C * sd[:, None] * sd,
+        bend=bends(problem, found.z, cut, found.settled.starts, C) * sd,
         information=H,
         prior=problem.prior(none)[2],
         misfit=misfit,

@@ -25,7 +25,7 @@ from .parameters import Parameter
 from .readings import Window, smooth_start
 from .roll_outs import NONE, RollOuts
 from .sensitivity import Sensitivity
-from .starts import Eliminated, Left, Settled, eliminate, settle
+from .starts import Eliminated, Left, Settled, eliminate, settle, whitened, without_start
 
 LONGEST_STEP = 1e-3
 """Of roll-outs, in [s]: readings that are farther apart have several steps between them."""
@@ -46,12 +46,14 @@ class Linearised:
         gradient: Shape (P,).
         start_changes: Of each window's start, with theta held, shape (2 n,) each.
         start_slopes: How each follows theta, shape (2 n, P) each.
+        start_solvers: See `Eliminated`.
     """
 
     information: FloatArray
     gradient: FloatArray
     start_changes: list[FloatArray]
     start_slopes: list[FloatArray]
+    start_solvers: list[FloatArray]
 
 
 class CalibrationProblem:
@@ -114,7 +116,11 @@ class CalibrationProblem:
         return cost, g, H
 
     def settled(
-        self, z: FloatArray, cut: Sequence[Window], starts: Sequence[FloatArray] | None = None
+        self,
+        z: FloatArray,
+        cut: Sequence[Window],
+        starts: Sequence[FloatArray] | None = None,
+        solvers: Sequence[FloatArray] | None = None,
     ) -> Settled | None:
         """Where windows begin so that they fit best with theta held.
 
@@ -122,21 +128,25 @@ class CalibrationProblem:
             z: theta over its sd.
             cut: The windows.
             starts: Where to look from; what smooth motions say when left out.
+            solvers: Of a linearisation near z.
 
         Returns:
             None where a window diverges.
         """
         begin = [smooth_start(window) for window in cut] if starts is None else starts
+        near = [None] * len(cut) if solvers is None else solvers
 
-        def settled(roller: Sensitivity, window: Window, start: FloatArray) -> Settled | None:
+        def settled(
+            roller: Sensitivity, window: Window, at: tuple[FloatArray, FloatArray | None]
+        ) -> Settled | None:
             def roll(start: FloatArray, with_derivatives: bool) -> Left | None:
                 along = NONE if with_derivatives else None
                 return self._rolls.left(roller, window, start, z, along)
 
-            return settle(roll, start, self._noise)
+            return settle(roll, at[0], self._noise, at[1])
 
-        every = []
-        for one in self._rolls.every(settled, z, cut, begin):
+        every, places = [], list(zip(begin, near, strict=True))
+        for one in self._rolls.every(settled, z, cut, places):
             if one is None:
                 return None
             every.append(one)
@@ -152,7 +162,7 @@ class CalibrationProblem:
         """Windows about a point; None where one diverges."""
         P, acts = len(z), self._acts
         H, g = np.zeros((len(acts), len(acts))), np.zeros(len(acts))
-        changes, slopes = [], []
+        changes, slopes, solvers = [], [], []
         for one in self._eliminated(z, cut, starts):
             if one is None:
                 return None
@@ -160,9 +170,73 @@ class CalibrationProblem:
             g += one.gradient
             changes.append(one.start_change)
             slopes.append(_among(one.start_slope, acts, P))
-        return Linearised(
-            _among(_among(H, acts, P).T, acts, P), _among(g[None], acts, P)[0], changes, slopes
-        )
+            solvers.append(one.start_solver)
+        H = _among(_among(H, acts, P).T, acts, P)
+        return Linearised(H, _among(g[None], acts, P)[0], changes, slopes, solvers)
+
+    def bent(
+        self,
+        z: FloatArray,
+        cut: Sequence[Window],
+        starts: Sequence[FloatArray],
+        changes: FloatArray,
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """By how much roll-outs along changes are not straight.
+
+        Args:
+            z: theta over its sd, shape (P,).
+            cut: The windows.
+            starts: Where they begin, so that they fit best.
+            changes: Of z, shape (S, P).
+
+        Returns:
+            H at z, shape (P, P), and J'(r(z + c) - 2 r(z) + r(z - c)) of each change c, shape
+            (S, P), with the residuals r and their derivatives J, starts eliminated. None where a
+            window diverges.
+        """
+        P, acts, size = len(z), self._acts, 2 * len(self.robot.coordinates)
+        self._rolls.differentiate_at(z)
+
+        def straight(
+            roller: Sensitivity, window: Window, start: FloatArray
+        ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+            left = self._rolls.left(roller, window, start, z, acts)
+            if left is None:
+                return None
+            return whitened(left[0], self._noise), *without_start(left, size, self._noise)
+
+        about = []
+        for one in self._rolls.every(straight, z, cut, starts):
+            if one is None:
+                return None
+            about.append(one)
+        H = np.zeros((len(acts), len(acts)))
+        for _, B, _ in about:
+            H += B.T @ B
+        found = np.zeros((len(changes), P))
+        for change, row in zip(changes, found, strict=True):
+            for way in (1.0, -1.0):
+                there = z + way * change
+
+                def plain(
+                    roller: Sensitivity,
+                    window: Window,
+                    start: FloatArray,
+                    there: FloatArray = there,
+                ) -> FloatArray | None:
+                    left = self._rolls.left(roller, window, start, there, None)
+                    return None if left is None else whitened(left[0], self._noise)
+
+                moved = [
+                    start + way * slope @ change[acts]
+                    for start, (_, _, slope) in zip(starts, about, strict=True)
+                ]
+                rolled = self._rolls.every(plain, there, cut, moved)
+                for r, (r0, B, _) in zip(rolled, about, strict=True):
+                    if r is None:
+                        return None
+                    row[acts] += B.T @ (r - r0)
+        return _among(_among(H, acts, P).T, acts, P), found
 
     def informations(
         self, cut: Sequence[Window], starts: Sequence[FloatArray]

@@ -35,6 +35,7 @@ _WORTH_THREADS = 16
 
 NONE = np.zeros(0, dtype=np.int32)
 
+S = TypeVar("S")
 T = TypeVar("T")
 
 
@@ -80,26 +81,26 @@ class RollOuts:
 
     def every(
         self,
-        what: Callable[[Sensitivity, Window, FloatArray], T | None],
+        what: Callable[[Sensitivity, Window, S], T | None],
         z: FloatArray,
         cut: Sequence[Window],
-        starts: Sequence[FloatArray],
+        of_each: Sequence[S],
     ) -> Iterator[T | None]:
         """Of each window, side by side where they are many; None at the first that diverges."""
         rollers = self._rollers_at(z)
 
-        def one_of(window: Window, start: FloatArray) -> T | None:
+        def one_of(window: Window, mine: S) -> T | None:
             roller = rollers.get()
             try:
-                return what(roller, window, start)
+                return what(roller, window, mine)
             finally:
                 rollers.put(roller)
 
         if len(cut) < _WORTH_THREADS:
-            yield from map(one_of, cut, starts)
+            yield from map(one_of, cut, of_each)
             return
         with ThreadPoolExecutor(rollers.qsize()) as pool:
-            for one in pool.map(one_of, cut, starts):
+            for one in pool.map(one_of, cut, of_each):
                 yield one
                 if one is None:
                     pool.shutdown(cancel_futures=True)

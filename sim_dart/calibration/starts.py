@@ -15,6 +15,7 @@ import numpy as np
 from sim_dart.core.arrays import FloatArray
 
 _ITERATIONS = 40
+_NEAR_ITERATIONS, _NEAR_GAIN = 6, 1e-3
 _MOST_DAMPING = 1e6
 _GAIN = 1e-2
 """Of a window's cost, below which its start is fitted: of thousands of readings' squares."""
@@ -32,12 +33,14 @@ class Eliminated(NamedTuple):
         gradient: Shape (P,).
         start_change: Of the start, with the numbers held, shape (2 n,).
         start_slope: How the start follows the numbers, shape (2 n, P).
+        start_solver: The start's change by what is left over the noise, shape (2 n, readings).
     """
 
     information: FloatArray
     gradient: FloatArray
     start_change: FloatArray
     start_slope: FloatArray
+    start_solver: FloatArray
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,10 @@ class Settled:
 
 
 def settle(
-    roll: Callable[[FloatArray, bool], Left | None], start: FloatArray, noise: FloatArray
+    roll: Callable[[FloatArray, bool], Left | None],
+    start: FloatArray,
+    noise: FloatArray,
+    solver: FloatArray | None = None,
 ) -> Settled | None:
     """Levenberg and Marquardt's method for the start of one window; None where it diverges.
 
@@ -64,7 +70,11 @@ def settle(
         roll: What is left of the window from a start on, with derivatives by it or without.
         start: Where to look from, shape (2 n,).
         noise: Of one reading, shape (columns,).
+        solver: `start_solver` of somewhere near, which may do without any derivatives.
     """
+    found = None if solver is None else _settled_by(roll, start, noise, solver)
+    if found is not None:
+        return found
     here, damping = roll(start, True), 0.0
     if here is None:
         return None
@@ -97,6 +107,34 @@ def settle(
     return Settled(cost, [start], [left])
 
 
+def _settled_by(
+    roll: Callable[[FloatArray, bool], Left | None],
+    start: FloatArray,
+    noise: FloatArray,
+    solver: FloatArray,
+) -> Settled | None:
+    """The same with derivatives of somewhere near; None where these do not get there."""
+    here = roll(start, False)
+    for _ in range(_NEAR_ITERATIONS):
+        if here is None:
+            return None
+        r = whitened(here[0], noise)
+        moved = start + solver @ r
+        there = roll(moved, False)
+        if there is None:
+            return None
+        new = whitened(there[0], noise)
+        gain = float(r @ r - new @ new)
+        if gain < -_NEAR_GAIN:
+            return None
+        if gain < 0.0:
+            return Settled(float(r @ r), [start], [here[0]])
+        start, here = moved, there
+        if gain <= _NEAR_GAIN:
+            return Settled(float(new @ new), [start], [here[0]])
+    return None
+
+
 def eliminate(left: Left, size: int, noise: FloatArray) -> Eliminated:
     """A window with its start eliminated.
 
@@ -110,7 +148,31 @@ def eliminate(left: Left, size: int, noise: FloatArray) -> Eliminated:
     Q, R = np.linalg.qr(A)
     inverse = np.linalg.pinv(R, rcond=1e-10)
     Qr, QB = Q.T @ r, Q.T @ B
-    return Eliminated(B.T @ B - QB.T @ QB, B.T @ r - QB.T @ Qr, -inverse @ Qr, -inverse @ QB)
+    H, g = B.T @ B - QB.T @ QB, B.T @ r - QB.T @ Qr
+    return Eliminated(H, g, -inverse @ Qr, -inverse @ QB, -inverse @ Q.T)
+
+
+def without_start(left: Left, size: int, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The part of a window's derivatives by numbers that no start makes up for.
+
+    Args:
+        left: Of the window, with derivatives by the numbers and the start.
+        size: Of the start: 2 n.
+        noise: Of one reading, shape (columns,).
+
+    Returns:
+        (I - Q Q') B, shape (readings, P), and how the start follows the numbers, shape (2 n, P).
+    """
+    _, J = _whitened(*left, noise)
+    A, B = J[:, -size:], J[:, :-size]
+    Q, R = np.linalg.qr(A)
+    QB = Q.T @ B
+    return B - Q @ QB, -np.linalg.pinv(R, rcond=1e-10) @ QB
+
+
+def whitened(left: FloatArray, noise: FloatArray) -> FloatArray:
+    """Residuals over the noise, without readings that there are not, shape (readings,)."""
+    return _whitened(left, np.zeros((*left.shape, 0)), noise)[0]
 
 
 def _whitened(

@@ -1,0 +1,69 @@
+"""Deviations of numbers on a curve: second derivatives, and what they say of a muscle's points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support.robots.recorded_arm import NOISE, ROWS, STEP, damped_arm, recording
+
+from sim_dart.calibration.curvature import bends
+from sim_dart.calibration.parameters import PriorSettings, free_parameters
+from sim_dart.calibration.problem import CalibrationProblem
+from sim_dart.calibration.readings import Window, windows
+from sim_dart.core.arrays import FloatArray
+
+FREE = ["muscles.cable_1.offset", "muscles.cable_1.via_points"]
+
+
+def problem_of(pieces: int) -> tuple[CalibrationProblem, list[Window]]:
+    """The two-link arm as it is, and windows of it without noise."""
+    arm = damped_arm()
+    parameters, _ = free_parameters(arm, FREE, np.ones(2), PriorSettings())
+    cut = windows([recording(arm, np.zeros(4), 1, pieces, noise=0.0)], ROWS * STEP)
+    return CalibrationProblem(arm, parameters, np.full(6, NOISE), 0.3), cut
+
+
+@pytest.mark.slow
+def test_second_derivatives_are_those_of_differences() -> None:
+    """Of windows whose starts are fitted anew at every point, by derivatives of differences."""
+    problem, cut = problem_of(6)
+    P = len(problem.parameters)
+    z, change = np.zeros(P), np.random.default_rng(1).normal(size=P)
+
+    def residuals(z: FloatArray) -> FloatArray:
+        settled = problem.settled(z, cut)
+        assert settled is not None
+        return np.concatenate([(left / NOISE).ravel() for left in settled.residuals])
+
+    settled = problem.settled(z, cut)
+    assert settled is not None
+    found = problem.bent(z, cut, settled.starts, change[None])
+    assert found is not None
+    h = 1e-3
+    J = np.array([(residuals(h * e) - residuals(-h * e)) / (2 * h) for e in np.eye(P)]).T
+    second = residuals(change) - 2.0 * residuals(z) + residuals(-change)
+    scale = np.sqrt(np.diag(J.T @ J))
+    np.testing.assert_allclose(found[0], J.T @ J, rtol=0, atol=1e-4 * scale.max() ** 2)
+    expected = J.T @ second
+    np.testing.assert_allclose(found[1][0], expected, rtol=0, atol=0.02 * np.abs(expected).max())
+
+
+@pytest.mark.slow
+def test_numbers_on_a_curve_deviate_by_the_square_of_their_tangent() -> None:
+    """Half the deviations along the tangent, a quarter besides; none of numbers in a line."""
+    problem, cut = problem_of(6)
+    P = len(problem.parameters)
+    settled = problem.settled(np.zeros(P), cut)
+    assert settled is not None
+    C = 1e-4 * np.eye(P)
+    whole, half = (
+        bends(problem, np.zeros(P), cut, settled.starts, share**2 * C) for share in (1.0, 0.5)
+    )
+    assert whole.max() > 0
+    np.testing.assert_allclose(half, whole / 4.0, rtol=0.05, atol=1e-3 * whole.max())
+    parameters, _ = free_parameters(
+        problem.robot, ["muscles.*.offset", "joints.*.damping"], np.ones(2), PriorSettings()
+    )
+    linear = CalibrationProblem(problem.robot, parameters, np.full(6, NOISE), 0.3)
+    none = bends(linear, np.zeros(6), cut, settled.starts, np.eye(6))
+    np.testing.assert_array_equal(none, 0.0)
