@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -97,7 +98,7 @@ def missing_in_c(experiment: Experiment, model: str) -> str | None:
         return "tasks of several priorities"
     if controller.solver != DEFAULT_SOLVER:
         return f"the QP solver {controller.solver!r}"
-    if controller.norm != 2.0:
+    if controller.norm == 1.0 or math.isinf(controller.norm):
         return f"the norm {controller.norm:g} of forces"
     return None
 
@@ -178,6 +179,7 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
         "predict": controller.predict,
         "H_f": controller.actuator_weights,
         "f_p": controller.pretensions,
+        "norm": controller.norm,
         "passive": np.logical_or(controller.passive, controller.dependent),
         "dependent": controller.dependent,
     }

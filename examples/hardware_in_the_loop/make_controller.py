@@ -49,6 +49,7 @@ def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
         "law.f_max": [muscle.f_max for muscle in robot.muscles],
         "law.H_f": settings.weights,
         "law.f_p": settings.pretension,
+        "law.norm": settings.norm,
         "law.passive": settings.passive,
         "loop.ki": settings.ki,
         "loop.gain": -np.expm1(-settings.observer * settings.period),
@@ -176,8 +177,8 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c knows no friction of cables")
     if experiment.robot.motors:
         raise InputError("controller.c commands muscles, not motors at joints")
-    if experiment.controller.norm != 2.0:
-        raise InputError("controller.c makes the 2-norm of forces least: leave controller.norm out")
+    if experiment.controller.norm in (1.0, np.inf):
+        raise InputError("controller.c solves no linear programmes: make controller.norm 2 to 8")
     if any(frame.is_orientation for frame in frames):
         raise InputError("controller.c follows points, not orientations")
     if not experiment.hardware.has_positions:

@@ -30,7 +30,7 @@ class Torque:
         self.h = rng.normal(size=self.n)
         self.acceleration = rng.normal(size=self.n) * 10.0 ** rng.uniform(0.0, 2.0)
 
-    def solve(self, precision: Precision) -> tuple[int, FloatArray]:
+    def solve(self, precision: Precision, norm: int = 2) -> tuple[int, FloatArray]:
         """Status and forces."""
         memory = room(precision.call("computed_torque_size", self.n, self.m, 0))
         opened = precision.call("computed_torque_open", self.n, self.m, 0, memory)
@@ -38,7 +38,7 @@ class Torque:
         values = {"M": self.M, "h": self.h, "L": self.L, "acceleration": self.acceleration}
         for name, array in values.items():
             law.array(name)[:] = array.ravel()
-        for name, number in {"f_min": F_MIN, "f_max": F_MAX, "H_f": 1.0}.items():
+        for name, number in {"f_min": F_MIN, "f_max": F_MAX, "H_f": 1.0, "norm": norm}.items():
             law.array(name)[:] = number
         law.call("reset")
         status = law.call("solve")
@@ -71,3 +71,18 @@ def test_both_precisions_agree(single: Precision, double: Precision) -> None:
     assert max(off) < 1e-5
     assert np.quantile(excess, 0.95) < 1e-3
     assert np.quantile(excess, 0.99) < 0.1
+
+
+@pytest.mark.parametrize("norm", [4, 8])
+def test_norms_agree_in_both_precisions(norm: int, single: Precision, double: Precision) -> None:
+    """To what a torque that is solved may be off by in single precision."""
+    off, solved = [], 0
+    for seed in range(COUNT // 10):
+        torque = Torque(seed)
+        (status, forces), (true_status, true) = (torque.solve(p, norm) for p in (single, double))
+        assert status == true_status
+        if status == SOLVED:
+            solved += 1
+            off.append(np.linalg.norm(forces, norm) / np.linalg.norm(true, norm) - 1.0)
+    assert solved > COUNT // 30
+    assert np.abs(off).max() < 1e-4

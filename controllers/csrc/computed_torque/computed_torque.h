@@ -42,6 +42,7 @@ DUAL_NEWTON_API computed_torque *computed_torque_open(int coordinates, int muscl
      f_min, f_max          m
      H_f                   cost of the forces, m
      f_p                   pretension, m
+     norm                  1; in joint space: which is least, 3 to 8, or 2 and below for the second
      passive               n; 1 for coordinates that follow nothing, in joint space
    and in operational space
      H_q, H_r              cost of accelerations, n, and of changes of forces, m

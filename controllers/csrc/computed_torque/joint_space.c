@@ -2,7 +2,7 @@
 
      min 1/2 (f - f_p)'H (f - f_p)   s.t.   M(qdd_d + Kd (qd_d - qd) + Kp (q_d - q)) + h = -L'f,   f_min <= f <= f_max
 
-   and where no force fits, the forces whose acceleration errs least: |M^-1 (tau + L'f)|.
+   or another norm of H^1/2 (f - f_p), and where no force fits, the forces whose acceleration errs least: |M^-1 (tau + L'f)|.
 
    Passive coordinates follow nothing: their accelerations are whatever the others make of them. They are
    eliminated by their own rows, so that the rest is exact: M, tau and L of the others become their Schur
@@ -10,6 +10,7 @@
 #include "joint_space.h"
 
 #include "../../../sim_dart/csrc/math/cholesky.h"
+#include "norm.h"
 #include "program.h"
 
 #include <math.h>
@@ -30,15 +31,21 @@ static void fill(const computed_torque *s, dual_newton *program)
     }
 }
 
-/* Forces and slack = tau + L'f of an answer; the largest slack. */
-static real take(computed_torque *s, const real *tau, const real *forces)
+/* slack = tau + L'f; its largest entry. */
+static real missing(computed_torque *s, const real *tau)
 {
     real most = 0;
-    memcpy(s->forces, forces, s->m * sizeof(real));
     memcpy(s->slack, tau, s->n * sizeof(real));
-    for (size_t i = 0; i < s->m; i++) add(s->n, s->slack, forces[i], s->L + i * s->n);
+    for (size_t i = 0; i < s->m; i++) add(s->n, s->slack, s->forces[i], s->L + i * s->n);
     for (size_t j = 0; j < s->n; j++) most = larger(most, fabs(s->slack[j]));
     return most;
+}
+
+/* Forces and slack of an answer; the largest slack. */
+static real take(computed_torque *s, const real *tau, const real *forces)
+{
+    memcpy(s->forces, forces, s->m * sizeof(real));
+    return missing(s, tau);
 }
 
 /* The smallest softness that is a normal number. */
@@ -108,6 +115,9 @@ int joint_space_solve(computed_torque *s)
     memcpy(program->b, tau, n * sizeof(real));
     const int status = solve_from(program, s->memory + m);
     if (status > DUAL_NEWTON_NOT_CONVERGED) return COMPUTED_TORQUE_WRONG;
-    if (status == DUAL_NEWTON_SOLVED && take(s, tau, program->x) <= allowed) return COMPUTED_TORQUE_SOLVED;
+    if (status == DUAL_NEWTON_SOLVED && take(s, tau, program->x) <= allowed) {
+        if (norm_least(s) != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_NOT_CONVERGED;
+        return missing(s, tau) <= allowed ? COMPUTED_TORQUE_SOLVED : COMPUTED_TORQUE_NOT_CONVERGED;
+    }
     return solve_soft(s, tau, allowed, status == DUAL_NEWTON_INFEASIBLE);
 }

@@ -22,6 +22,7 @@
     ARRAY(f_min, m)                                                                                    \
     ARRAY(f_max, m)                                                                                    \
     ARRAY(H_f, m)                                                                                      \
+    ARRAY(norm, 1)                                                                                     \
     ARRAY(passive, n)                                                                                  \
     ARRAY(H_q, n)                                                                                      \
     ARRAY(H_r, m)                                                                                      \
@@ -38,6 +39,9 @@
     ARRAY(limits_dropped, 1)                                                                           \
     ARRAY(memory, m + 2 * rows) /* last forces, and where both programs start */                       \
     ARRAY(desired, r)           /* torque or task acceleration */                                      \
+    ARRAY(squares, m)           /* forces of least squares, before another norm */                     \
+    ARRAY(apart, m)             /* from f_p, and which way a step goes */                              \
+    ARRAY(way, m)                                                                                      \
     ARRAY(factor, n *n)                                                                                \
     ARRAY(column, n)
 

@@ -66,6 +66,35 @@ def test_joint_space_in_c_equals_python(seed: int) -> None:
     assert SOLVED in seen
 
 
+@pytest.mark.parametrize("norm", [3, 4, 8])
+def test_norms_in_c_equal_python(norm: int) -> None:
+    """Forces that count next to nothing beside the largest ones are known less well."""
+    robot = DartDynamics(strong(7))
+    f_p, H = np.linspace(0.0, 8.0, robot.m), np.linspace(1.0, 3.0, robot.m)
+    python = JointSpaceController(robot, KP, KD, weights=H, norm=norm, pretension=f_p)
+    c = TorqueInC(robot.n, robot.m)
+    c.write(kp=np.full(3, KP), kd=np.full(3, KD), H_f=H, f_p=f_p, norm=norm)
+    c.write(f_min=robot.f_min, f_max=robot.f_max)
+    c.reset()
+    rng, statuses = np.random.default_rng(norm), []
+    for _ in range(40):
+        q, qd = rng.uniform(-1, 1, (2, 3))
+        reference = rng.uniform(-1, 1, (3, 3))
+        expected = python.solve(q, qd, *reference)
+        status = c.solve(**joint_terms(robot, q, qd, reference))
+        assert status == (SOLVED if expected.status == "solved" else SOFT)
+        if status == SOLVED:
+            of_c, of_python = (
+                np.linalg.norm(np.sqrt(H) * (forces - f_p), norm)
+                for forces in (c.array("forces"), expected.forces)
+            )
+            assert of_c == pytest.approx(of_python, rel=1e-12)
+            np.testing.assert_allclose(c.array("forces"), expected.forces, rtol=0, atol=1e-4)
+            np.testing.assert_allclose(c.array("slack"), 0.0, atol=1e-6)
+        statuses.append(status)
+    assert statuses.count(SOLVED) > 20
+
+
 def test_where_no_force_fits_the_acceleration_errs_least() -> None:
     """An arm asked for more than its muscles give, at many states."""
     robot = DartDynamics(planar_2r())

@@ -1,0 +1,84 @@
+/* min sum |H^1/2 (f - f_p)|^p by Newton's method: a program takes each step, which goes on to where the power is
+   least on its way, as in controllers/force_distribution/norms.py.                                    */
+#include "norm.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { STEPS = 60, HALVINGS = 40 };
+static const real ENOUGH = PRECISE(1e-15, 1e-7);  /* of the power: a step that lowers it by less is the last */
+static const real CURVED = PRECISE(1e-12, 1e-6); /* least curvature, relative to the largest */
+
+static real power(real z, int p)
+{
+    real product = 1;
+    for (int i = 0; i < p; i++) product *= z;
+    return product;
+}
+
+/* z |z|^(p - 2) */
+static real slope_at(real z, int p)
+{
+    return z < 0 ? -power(-z, p - 1) : power(z, p - 1);
+}
+
+static int falls(const computed_torque *s, int p, real t)
+{
+    real slope = 0;
+    for (size_t i = 0; i < s->m; i++) slope += slope_at(s->apart[i] + t * s->way[i], p) * s->way[i];
+    return slope <= 0;
+}
+
+static real least_on_way(const computed_torque *s, int p)
+{
+    real low = 0, high = 1;
+    if (falls(s, p, 1)) return 1;
+    for (int i = 0; i < HALVINGS; i++) {
+        const real t = (real)0.5 * (low + high);
+        if (falls(s, p, t)) low = t;
+        else high = t;
+    }
+    return low;
+}
+
+/* The norm's second-order model at the forces: cost of the program, and apart, in units of size; the power. */
+static real model_at(computed_torque *s, int p, real size)
+{
+    real sum = 0;
+    for (size_t i = 0; i < s->m; i++) {
+        const real unit = sqrt(s->H_f[i]) / size, z = unit * (s->forces[i] - s->f_p[i]), away = fabs(z);
+        const real curve = (real)(p - 1) * unit * unit * larger(power(away, p - 2), CURVED);
+        s->apart[i] = z, sum += power(away, p);
+        s->hard->H_diagonal[i] = curve;
+        s->hard->g[i] = unit * slope_at(z, p) - curve * s->forces[i];
+    }
+    return sum;
+}
+
+int norm_least(computed_torque *s)
+{
+    const int p = (int)s->norm[0];
+    dual_newton *program = s->hard;
+    real size = 0;
+    for (size_t i = 0; i < s->m; i++) size = larger(size, sqrt(s->H_f[i]) * fabs(s->forces[i] - s->f_p[i]));
+    if (p <= 2 || size == 0) return DUAL_NEWTON_SOLVED;
+    memcpy(s->squares, s->forces, s->m * sizeof(real));
+    memset(program->start, 0, program->m * sizeof(real));
+    for (int step = 0; step < STEPS; step++) {
+        const real sum = model_at(s, p, size);
+        const int status = dual_newton_solve(program);
+        if (status != DUAL_NEWTON_SOLVED) {
+            memcpy(s->forces, s->squares, s->m * sizeof(real));
+            return status;
+        }
+        real lower = 0;
+        for (size_t i = 0; i < s->m; i++) {
+            s->way[i] = sqrt(s->H_f[i]) / size * (program->x[i] - s->forces[i]);
+            lower -= slope_at(s->apart[i], p) * s->way[i];
+        }
+        if (lower <= ENOUGH * sum) break;
+        const real t = least_on_way(s, p);
+        for (size_t i = 0; i < s->m; i++) s->forces[i] += t * (program->x[i] - s->forces[i]);
+    }
+    return DUAL_NEWTON_SOLVED;
+}
