@@ -332,8 +332,14 @@ def _convert(options: argparse.Namespace) -> int:
         robot = reading.require()
         trajectories, unread = read_trajectories(reading.files[0])
         findings += unread
-        folder = reading.files[0].parent
-        files, lost = convert(robot, options.to, options.output, trajectories, mesh_folder=folder)
+        files, lost = convert(
+            robot,
+            options.to,
+            options.output,
+            trajectories,
+            mesh_folder=reading.files[0].parent,
+            sources=reading.files,
+        )
         findings += lost
     except RobotError as error:
         findings += [finding for finding in error.findings if finding not in findings]

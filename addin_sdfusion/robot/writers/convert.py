@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..checks.check import require_valid
-from ..errors import UnknownNameError
+from ..errors import InputError, UnknownNameError
 from ..finding import Finding, Subject, errors_first
 from ..finding_builders import all_task_frames, warning
 from ..model.robot import WORLD, Robot
@@ -226,6 +227,7 @@ def convert(
     trajectories: Sequence[Trajectory] = (),
     *,
     mesh_folder: Path | None = None,
+    sources: Sequence[Path] = (),
 ) -> Conversion:
     """Write a robot in another format.
 
@@ -235,14 +237,25 @@ def convert(
         folder: Where to; made if it does not exist.
         trajectories: The robot's; of all formats CASPR has them.
         mesh_folder: The folder of the robot's file: meshes in it are written too. None leaves them.
+        sources: Files that the robot was read from; none is replaced.
 
     Raises:
         UnknownNameError: There is no such format.
         RobotError: The robot has errors, or the format cannot hold it at all.
-        InputError: The folder cannot be written.
+        InputError: The folder cannot be written, or a source would be replaced.
     """
     meshes = None if mesh_folder is None else CarriedMeshes.of(robot, mesh_folder)
-    return convert_to(format_of(format_, trajectories, meshes), robot, folder)
+    chosen = format_of(format_, trajectories, meshes)
+    own = {file.resolve() for file in sources}
+    if any(file.parent == Path(folder).resolve() for file in own):
+        with tempfile.TemporaryDirectory() as aside:
+            files = convert_to(chosen, robot, aside).files
+            places = [Path(folder) / file.relative_to(aside) for file in files]
+        taken = next((place for place in places if place.resolve() in own), None)
+        if taken is not None:
+            what = "is what the robot is read from, and is not replaced; choose another folder"
+            raise InputError(what, file=taken)
+    return convert_to(chosen, robot, folder)
 
 
 def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:
