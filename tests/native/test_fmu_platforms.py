@@ -66,7 +66,8 @@ def host(name: str, folder: Path) -> list[str]:
     source = PROGRAMS / "fmu_trajectory.c"
     headers = Path(fmpy.__file__).parent / "c-code"
     libraries = [] if target.suffix == ".exe" else ["-ldl"]
-    flags = ["-ffp-contract=off", f"-I{headers}"]  # its inputs are to be the same as well
+    # its inputs are to be the same as well; and ziglang has made the C library of small programs
+    flags = ["-ffp-contract=off", "-Os", f"-I{headers}"]
     command = [*target.compiler, *flags, str(source), "-o", str(program), *libraries]
     run(command)
     return [*runner, str(program)]

@@ -113,8 +113,9 @@ def _unpackable(experiment: Experiment, shared: Path, *, is_base: bool) -> Path:
         folder = Path(tempfile.mkdtemp(dir=shared, prefix=UNPACKED))
     else:
         own = TemporaryFolder()
-        folder = own.path
         atexit.register(own.remove)
+        folder = own.path / "fmus"  # the other one is locked
+        folder.mkdir()
     files = [shared / f"{name}.fmu" for name in _names(experiment)]
     if is_base and all(file.is_file() for file in files):
         for file in files:
