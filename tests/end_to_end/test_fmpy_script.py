@@ -124,7 +124,7 @@ def device() -> Iterator[str]:
         yield found[0]
     finally:
         process.send_signal(signal.SIGINT)
-        said, _ = process.communicate(timeout=120)
+        said, _ = process.communicate(timeout=600)
     assert "safe: stopped as asked" in said
 
 

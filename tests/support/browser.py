@@ -132,7 +132,7 @@ def opened_browser(folder: Path, size: tuple[int, int] = (1000, 700)) -> Iterato
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         url = _debugger(folder / "profile" / "DevToolsActivePort", process)
-        with client.connect(url, max_size=2**26, open_timeout=30) as socket:
+        with client.connect(url, max_size=2**26, open_timeout=300) as socket:
             page = Page(socket)
             page.send(
                 "Emulation.setDeviceMetricsOverride",

@@ -69,7 +69,7 @@ def running(program: Path, folder: Path, key: bytes | None = None) -> Iterator[s
         assert device.poll() is None, "the device has ended by itself"
     finally:
         device.send_signal(signal.SIGTERM)
-        _, complaints = device.communicate(timeout=120)
+        _, complaints = device.communicate(timeout=600)
     assert (device.returncode, complaints) == (0, "")
 
 
@@ -254,7 +254,7 @@ def test_without_a_key_it_warns_where_others_can_reach_it(built: Path) -> None:
         assert device.stdout is not None
         assert device.stdout.readline().startswith(b"udp://")
         device.terminate()
-        _, words = device.communicate(timeout=120)
+        _, words = device.communicate(timeout=600)
         assert (b"whoever reaches it can command the robot" in words) == warned
 
 

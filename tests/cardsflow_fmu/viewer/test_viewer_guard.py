@@ -97,7 +97,7 @@ def test_no_name_reaches_markdown(opened: Any, monkeypatch: pytest.MonkeyPatch) 
 
 
 def answer(port: int, headers: dict[str, str], path: str = "/") -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=300)
     try:
         connection.putrequest("GET", path, skip_host=True, skip_accept_encoding=True)
         for name, value in headers.items():
