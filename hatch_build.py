@@ -181,7 +181,7 @@ def _take_or_make(
     file, known = output / name, ROOT / name
     mark, known_mark = file.with_suffix(".sha256"), known.with_suffix(".sha256")
     if known.is_file() and known_mark.is_file() and known_mark.read_text("utf-8") == fingerprint:
-        if output != ROOT:
+        if output.resolve() != ROOT.resolve():
             file.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(known, file)
     else:
