@@ -23,16 +23,12 @@ def native_models(experiment: Experiment, names: Sequence[str]) -> dict[str, byt
     """The models in C, as their files hold them.
 
     Raises:
-        InputError: It has something that is not in C; the message names it.
+        InputError: It has something that is not in C, which the message names, or is wrong.
     """
     lacking = _lacking(experiment, names)
     if lacking is not None:
         raise InputError(f"a native loop does not have {lacking}; {_INSTEAD}", file=experiment.file)
-    try:
-        return {name: native_model(experiment, name).contents for name in names}
-    except InputError as error:
-        what = error.what.partition(";")[0]  # behind it stands what to build instead
-        raise InputError(f"{what}; {_INSTEAD}", file=error.file, key=error.key) from None
+    return {name: native_model(experiment, name, _INSTEAD).contents for name in names}
 
 
 def _lacking(experiment: Experiment, names: Sequence[str]) -> str | None:

@@ -62,12 +62,26 @@ class NativeModel(NamedTuple):
     has_derivatives: bool = False
 
 
-def native_model(experiment: Experiment, model: str) -> NativeModel:
+def native_model(
+    experiment: Experiment, model: str, instead: str = "build it without --native"
+) -> NativeModel:
     """The native model of an experiment.
 
+    Args:
+        experiment: The experiment.
+        model: Name of the model.
+        instead: What to do where it has something that the C core cannot do.
+
     Raises:
-        InputError: The experiment has something that the C core cannot do.
+        InputError: It has, or it is wrong.
     """
+    lacking = missing_in_c(experiment, model)
+    if lacking is not None:
+        raise InputError(
+            f"a native {model} does not have {lacking}; {instead}",
+            file=experiment.file,
+            key="controller" if model == "controller" else None,
+        )
     return NativeModel(_native_file(experiment, model), has_derivatives=model == "plant")
 
 
@@ -105,13 +119,6 @@ def missing_in_c(experiment: Experiment, model: str) -> str | None:
 
 def _native_file(experiment: Experiment, model: str) -> bytes:
     """The contents of `resources/native.bin`."""
-    lacking = missing_in_c(experiment, model)
-    if lacking is not None:
-        raise InputError(
-            f"a native {model} does not have {lacking}; build it without --native",
-            file=experiment.file,
-            key="controller" if model == "controller" else None,
-        )
     groups = MODELS[model].groups(experiment)
     if model == "reference":
         return encode(model, b"", groups, *reference_fields(experiment))
