@@ -22,6 +22,7 @@ from ...model.robot import WORLD, Link, Robot
 from ...model.trajectory import Trajectory
 from ..common_losses import refuse
 from ..file_names import file_stem
+from ..plain_paths import with_plain_paths
 from ..xml_text import document, element, numbers
 from .joints import CASPR_AXIS_JOINTS, caspr_word
 from .losses import losses
@@ -65,7 +66,7 @@ def write_caspr(
     name = file_stem(robot.name if name is None else name)
     texts = {
         f"{name}_bodies.xml": _bodies(robot),
-        f"{name}_cables.xml": _cables(robot),
+        f"{name}_cables.xml": _cables(with_plain_paths(robot)),
         f"{name}_operational_spaces.xml": _operational_spaces(robot),
         f"{name}_trajectories.xml": _trajectories(name, trajectories),
     }

@@ -38,6 +38,7 @@ from ..common_losses import (
     with_markers,
 )
 from ..file_names import write_document
+from ..plain_paths import with_plain_paths
 from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
 from .bodies import add_body, coordinate_order, depth_losses
@@ -47,6 +48,9 @@ from .loops import EQUALITIES, add_loops, loop_losses
 from .meshes import add_meshes, add_shapes, mesh_losses
 from .muscles import LAWS, MUSCLE, SPRING, muscle_words
 from .tendons import RULE, add_tendons, add_wrap_geoms, wrap_losses
+
+HELD = ("branches", "terms")
+"""What MuJoCo's tendons can depend on."""
 
 MeshFiles = Mapping[str, str | Path]
 
@@ -63,9 +67,11 @@ def write_mjcf(
         meshes: The file of each mesh by its uri, absolute or from the folder. MuJoCo opens all
             meshes at once and fails without: those that are not here are left out.
     """
-    return write_document(
-        robot, folder, name, "xml", lambda valid: _mjcf(with_markers(valid), dict(meshes or {}))
-    )
+
+    def text(valid: Robot) -> str:
+        return _mjcf(with_plain_paths(with_markers(valid), HELD), dict(meshes or {}))
+
+    return write_document(robot, folder, name, "xml", text)
 
 
 def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
@@ -88,7 +94,7 @@ def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
         *_order(robot),
         *_equal_forces(robot),
         *motor_bounds(robot, "MJCF"),
-        *muscle_paths(robot, "MJCF", ("branches", "terms"), ("taut", RULE)),
+        *muscle_paths(robot, "MJCF", HELD, ("taut", RULE)),
         *_terms(robot),
         *ellipsoids(robot, "MJCF"),
         *wrap_losses(robot),

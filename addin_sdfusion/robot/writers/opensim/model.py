@@ -36,6 +36,7 @@ from ..common_losses import (
     with_markers,
 )
 from ..file_names import write_document
+from ..plain_paths import with_plain_paths
 from ..wrap_ends import ends_inside
 from ..xml_text import document, element, numbers
 from .bodies import LEAST_MASS, add_body, frame_path, objects, standing_links
@@ -49,6 +50,9 @@ from .wraps import RULE, add_surfaces, wrap_losses, wrap_names
 
 VERSION = "40000"
 """Of the file format; OpenSim 4.0 and all that follow it read this one."""
+
+HELD = ("conditions", "moves")
+"""What OpenSim's paths can depend on."""
 
 MeshFiles = Mapping[str, str | Path]
 
@@ -66,7 +70,8 @@ def write_osim(
     """
 
     def text(valid: Robot) -> str:
-        return _osim(with_legal_names(with_markers(valid)), meshes or {})
+        plain = with_plain_paths(with_markers(valid), HELD)
+        return _osim(with_legal_names(plain), meshes or {})
 
     return write_document(robot, folder, name, "osim", text)
 
@@ -84,7 +89,7 @@ def osim_losses(robot: Robot) -> list[Finding]:
         *_limits(robot),
         *_friction(robot),
         *motor_bounds(robot, "OpenSim"),
-        *muscle_paths(robot, "OpenSim", ("conditions", "moves"), ("taut", RULE)),
+        *muscle_paths(robot, "OpenSim", HELD, ("taut", RULE)),
         *point_losses(robot),
         *wrap_losses(robot),
         *ends_inside(robot, "OpenSim"),

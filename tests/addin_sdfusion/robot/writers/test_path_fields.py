@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from support.robots.one_link import one_link
 from support.robots.wrapped import FAR, carriage
 
 from addin_sdfusion.robot import (
@@ -17,6 +18,7 @@ from addin_sdfusion.robot import (
     Pose,
     Robot,
     RobotError,
+    Vector3,
     ViaPoint,
     Wrap,
     WrapSurface,
@@ -50,6 +52,39 @@ MUSCLES = [
         Wrap("barrel", 0, rule="mujoco", side_point=SITE), Wrap("barrel", 1, rule="mujoco"),
     )),
 ]  # fmt: skip
+
+
+A, B = (0.3, 0.4, 0.0), (0.1, 0.5, 0.0)
+TWICE = Muscle(
+    "m",
+    (
+        ViaPoint(WORLD, (1.0, 0.0, 0.0)),
+        ViaPoint("a", A, PointCondition("q", -1.0, 0.1)),
+        ViaPoint("a", A, PointCondition("q", -0.2, 1.0)),
+        ViaPoint("a", B),
+        ViaPoint("a", B),
+        ViaPoint(WORLD, (0.0, 1.0, 0.0)),
+    ),
+    f_max=1.0,
+    wraps=(Wrap("ball", 4, rule="opensim"),),
+    branches=(Branch(4, 1.0),),
+)
+BALL = WrapSurface("ball", WORLD, "sphere", 0.01, Pose((0.2, 0.9, 0.0)))
+
+
+@pytest.mark.parametrize(
+    ("format_", "kept", "wrapped"),
+    [("osim", [A, A, B], 3), ("mjcf", [A, B, B], 3), ("caspr", [A, B], None)],
+)
+def test_a_point_that_is_another_by_its_condition_or_branch_alone_is_not_written_twice(
+    format_: str, kept: list[Vector3], wrapped: int | None, tmp_path: Path
+) -> None:
+    """Where a format has no such thing: a segment without a length is none, for any reader."""
+    robot = one_link(muscles=[TWICE], surfaces=[BALL])
+    (muscle,) = read_robot(convert(robot, format_, tmp_path).files[0]).muscles
+    inner = [point.position for point in muscle.via_points[1:-1]]
+    assert inner == [pytest.approx(position) for position in kept]
+    assert [wrap.segment for wrap in muscle.wraps] == ([] if wrapped is None else [wrapped])
 
 
 def everything() -> Robot:
