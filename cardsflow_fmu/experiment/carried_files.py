@@ -7,6 +7,7 @@ experiment and robots, or was named by whoever loads the experiment, and meshes 
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -123,21 +124,42 @@ def _table(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     return table if isinstance(table, Mapping) else {}
 
 
+def robot_folder(place: str, own: Sequence[Path]) -> str:
+    """Where the folder of a robot's main file is in an archive.
+
+    It is as deep as there is above it what other files of the robot are in: a model that it
+    includes from beside its folder stays beside it.
+
+    Args:
+        place: Path of the robot in the archive.
+        own: The files, the main one first.
+    """
+    return PurePosixPath(place, *_plain(own[0]).parent.relative_to(_common(own)).parts).as_posix()
+
+
 def robot_files(place: str, own: Sequence[Path], roots: Sequence[Path]) -> Files:
     """The files that make up a robot.
 
     Args:
-        place: Path of the robot's folder in the archive.
+        place: Path of the robot in the archive.
         own: The files, the main one first.
         roots: As for `lies_in`.
 
     Raises:
-        InputError: One of them is a link to a file elsewhere.
+        InputError: One of them lies elsewhere, or is a link to a file elsewhere.
     """
-    folder = own[0].parent
-    return {
-        f"{place}/{file.relative_to(folder).as_posix()}": require_own(file, roots) for file in own
-    }
+    common = _common([require_own(file, roots) for file in own])
+    return {f"{place}/{_plain(file).relative_to(common).as_posix()}": file for file in own}
+
+
+def _common(own: Sequence[Path]) -> Path:
+    """The folder that all files of a robot lie in."""
+    return Path(os.path.commonpath([_plain(file).parent for file in own]))
+
+
+def _plain(file: Path) -> Path:
+    """A path without `..`."""
+    return Path(os.path.normpath(file.absolute()))
 
 
 def collision_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Path]) -> Files:

@@ -8,7 +8,14 @@ from typing import Any
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.json_text import json_text
 
-from .carried_files import Files, collision_meshes, require_own, robot_files, world_meshes
+from .carried_files import (
+    Files,
+    collision_meshes,
+    require_own,
+    robot_files,
+    robot_folder,
+    world_meshes,
+)
 from .experiment import EXPERIMENT_FILE, Experiment
 from .settings.hardware import hardware_data
 from .settings.muscles import muscle_data
@@ -75,11 +82,11 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
         for part, row in zip(experiment.parts, data["robots"], strict=True):
             own = f"robots/{part.name}"
             files |= _robot_files(own, part.files, part.robot, experiment)
-            rows.append({**row, "path": f"{own}/{part.files[0].name}"})
+            rows.append({**row, "path": _main_file(own, part.files)})
         data["robots"] = rows
     else:
         files |= _robot_files("robot", experiment.robot_files, experiment.robot, experiment)
-        data["robot"] = {**data["robot"], "path": f"robot/{experiment.robot_path.name}"}
+        data["robot"] = {**data["robot"], "path": _main_file("robot", experiment.robot_files)}
     if experiment.scene is not None:
         data["world"], meshes = world_meshes(data["world"], experiment.scene.mesh_roots or ())
         files |= meshes
@@ -113,5 +120,11 @@ def _robot_files(place: str, own: tuple[Path, ...], robot: Robot, experiment: Ex
     """The files of a robot, with the meshes that it collides with."""
     files, scene = robot_files(place, own, experiment.roots), experiment.scene
     if scene is not None and scene.links == "meshes":
-        files |= collision_meshes(place, robot, own[0].parent, experiment.roots)
+        folder = robot_folder(place, own)
+        files |= collision_meshes(folder, robot, own[0].parent, experiment.roots)
     return files
+
+
+def _main_file(place: str, own: tuple[Path, ...]) -> str:
+    """Where a robot's main file is among the resources."""
+    return f"{robot_folder(place, own)}/{own[0].name}"

@@ -12,7 +12,7 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.cosim.recording import Recording
-from cardsflow_fmu.experiment.carried_files import visual_meshes
+from cardsflow_fmu.experiment.carried_files import robot_folder, visual_meshes
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.utils.archive import archive_bytes, contents_of, unpack_archive
@@ -38,9 +38,11 @@ def experiment_archive(experiment: Experiment) -> bytes:
     files, roots = experiment_resources(experiment), experiment.roots
     if experiment.parts:
         for part in experiment.parts:
-            files |= visual_meshes(f"robots/{part.name}", part.robot, part.folder, roots)
+            folder = robot_folder(f"robots/{part.name}", part.files)
+            files |= visual_meshes(folder, part.robot, part.folder, roots)
     else:
-        files |= visual_meshes("robot", experiment.robot, experiment.folder, roots)
+        folder = robot_folder("robot", experiment.robot_files)
+        files |= visual_meshes(folder, experiment.robot, experiment.folder, roots)
     return archive_bytes({name: contents_of(source) for name, source in files.items()})
 
 

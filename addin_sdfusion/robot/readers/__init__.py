@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from ..checks.check import check
 from ..errors import InputError, RobotError
-from ..finding import Finding, errors_first
+from ..finding import Finding, Subject, errors_first
+from ..finding_builders import warning
+from ..mesh_files import lies_in
 from ..model.robot import Robot
 from .caspr.model import read_caspr
 from .caspr.trajectories import (
@@ -23,7 +26,7 @@ from .mjcf.model import read_mjcf
 from .opensim.model import read_osim
 from .sdf.model import read_sdf
 from .urdf.model import read_urdf
-from .xml import Notes
+from .xml import Notes, shortened
 
 __all__ = [
     "WHAT",
@@ -80,7 +83,10 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
     file = robot_file(Path(path))
     notes = Notes()
     robot = _reader(file, repair)(file, cable_set, notes)
-    findings = list(notes.findings)
+    findings = [
+        *notes.findings,
+        *_outside(file, notes.files, file.stem if robot is None else robot.name),
+    ]
     if robot is not None:
         findings += _placed(check(robot), notes, file)
     if any(finding.is_error for finding in notes.findings):
@@ -91,6 +97,20 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
 def read_robot(path: str | Path, cable_set: str | None = None, *, repair: bool = False) -> Robot:
     """Read a robot that has no errors; see `addin_sdfusion.robot.read_robot`."""
     return read(path, cable_set, repair=repair).require()
+
+
+def _outside(main: Path, files: Sequence[Path], name: str) -> Iterator[Finding]:
+    """A warning of files outside the robot's folder: a stranger's robot may name any."""
+    outside = [file for file in dict.fromkeys(files) if not lies_in(file, [main.parent])]
+    if outside:
+        named = Path(os.path.relpath(outside[0], main.parent)).as_posix()
+        problem = (
+            f"{len(outside)} of its files lie outside its folder, where links are followed, such "
+            f"as {shortened(named)}; what they hold is in all that is written of the robot, and "
+            "FMUs and results have them only from the folder of the experiment"
+        )
+        found = warning(Subject("robot", name), "files-outside", problem)
+        yield replace(found, file=main)
 
 
 def _placed(findings: list[Finding], notes: Notes, file: Path) -> list[Finding]:

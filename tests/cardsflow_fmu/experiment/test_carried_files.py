@@ -11,12 +11,15 @@ from pathlib import Path
 
 import pytest
 import trimesh
+from support.robots.one_link import one_link
 from support.robots.robots import EXAMPLES
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, write_sdf
 from addin_sdfusion.robot.mesh_files import OUTSIDE
+from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.writers.mujoco.model import write_mjcf
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.experiment.carried_files import require_closed
+from cardsflow_fmu.experiment.carried_files import require_closed, robot_files, robot_folder
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.results.saved_run import experiment_archive
 from cardsflow_fmu.simulation.build import build
@@ -137,6 +140,34 @@ def test_files_of_a_robot_that_are_links_to_elsewhere_are_refused(home: Path) ->
     experiment = Experiment.load(home / "arm")
     with pytest.raises(InputError, match=r"cardsflow\.xml: lies outside"):
         experiment_resources(experiment)
+
+
+INCLUDED = {
+    "model.sdf": """<sdf version="1.7"><model name="arm"><include>
+        <uri>model://common</uri></include></model></sdf>""",
+    "arm.xml": '<mujoco model="arm"><include file="../common/arm.xml"/></mujoco>',
+}
+"""Robots whose parts lie in a folder beside theirs."""
+
+
+@pytest.mark.parametrize("name", INCLUDED)
+def test_what_is_included_from_beside_the_robot_stays_beside_it(tmp_path: Path, name: str) -> None:
+    """As MyoSuite's models and Gazebo's do; the experiment's folder has both."""
+    write_sdf(one_link(), tmp_path / "robots/common")
+    write_mjcf(one_link(), tmp_path / "robots/common", name="arm")
+    (tmp_path / "robots/arm").mkdir()
+    (tmp_path / "robots/arm" / name).write_text(INCLUDED[name])
+    robot, findings, own = vars(read(tmp_path / "robots/arm" / name)).values()
+    assert "files-outside" in [finding.code for finding in findings]
+    files = robot_files("robot", own, [tmp_path])
+    for place, file in files.items():
+        assert ".." not in Path(place).parts
+        target = tmp_path / "elsewhere" / place
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(file, target)
+    assert read(tmp_path / "elsewhere" / robot_folder("robot", own) / name).robot == robot
+    with pytest.raises(InputError, match=r"common.* lies outside"):
+        robot_files("robot", own, [tmp_path / "robots/arm"])
 
 
 CONTACTS = {"world.contacts": []}
