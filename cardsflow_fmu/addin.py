@@ -14,7 +14,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import addin_sdfusion
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file, write_files
 
 BUNDLE = "addin_sdfusion.bundle"
@@ -24,7 +24,6 @@ NAME = "addin_sdfusion"
 ADD_INS = Path("Autodesk/Autodesk Fusion 360/API/AddIns")
 """Where Fusion looks for add-ins, below the folder that a system has for such things."""
 
-_LARGEST = 2**24
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
@@ -189,7 +188,7 @@ def _require_own(target: Path) -> None:
 def _identity(folder: Path) -> str | None:
     """The id in an add-in's manifest; None where there is no manifest."""
     try:
-        plain = json.loads(read_file(folder / f"{NAME}.manifest", _LARGEST).decode("utf-8-sig"))
+        plain = json.loads(read_file(folder / f"{NAME}.manifest", limits.JSON).decode("utf-8-sig"))
     except (InputError, ValueError, RecursionError):
         return None
     return str(plain["id"]) if isinstance(plain, dict) and plain.get("id") else None

@@ -1,4 +1,4 @@
-"""Makes the tables in docs/ of what the code has: commands, ports, tension laws, settings.
+"""Makes the tables in docs/ of what the code has: commands, ports, laws, settings, limits.
 
 python docs/make_tables.py
 """
@@ -18,6 +18,7 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
+from addin_sdfusion.robot import limits  # noqa: E402
 from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS, TensionLaw  # noqa: E402
 from addin_sdfusion.robot.model.tension_parameters import Parameter  # noqa: E402
 from cardsflow_fmu import Experiment  # noqa: E402
@@ -346,12 +347,52 @@ def _values(form: Mapping[str, Any]) -> str:
     return " ".join([words.get(kind, kind), *limits])
 
 
+LIMITS: tuple[tuple[str, int, Mapping[str, int]], ...] = (
+    ("a robot, a world", limits.XML, {"elements": limits.XML_ELEMENTS}),
+    ("CASPR's trajectories", limits.TRAJECTORY, {}),
+    ("a mesh", limits.MESH, {"corners and indices, as glTF": limits.MESH_NUMBERS}),
+    ("a mesh as text", limits.MESH_TEXT, {}),
+    ("an experiment, a study", limits.SETTINGS, {}),
+    ("a design's snapshot", limits.SNAPSHOT, {"values": limits.SNAPSHOT_VALUES}),
+    ("a design's program, its tables", limits.DESIGN, {}),
+    ("a STEP file", limits.STEP, {}),
+    (
+        "an FMU, an .ssp, an experiment.zip",
+        limits.ARCHIVE,
+        {"files": limits.ARCHIVE_ENTRIES, "MiB unpacked": limits.UNPACKED // limits.MIB},
+    ),
+    ("an FMU's description", limits.DESCRIPTION, {"variables": limits.COLUMNS}),
+    ("a table", limits.TABLE, {"columns": limits.COLUMNS, "numbers": limits.VALUES}),
+    ("a motion", limits.MOTION, {"rows": limits.MOTION_ROWS, "numbers": limits.MOTION_VALUES}),
+    ("a recording", limits.RECORDING, {"messages": limits.RECORDS}),
+    ("other JSON", limits.JSON, {}),
+)
+"""What is read, the most bytes that its file may have, and the most of what is in it."""
+
+
+def security_page() -> str:
+    """The page with its table of limits."""
+    rows = [
+        (
+            what,
+            f"{size // limits.MIB} MiB",
+            "; ".join(f"{most} {name}" for name, most in others.items()),
+        )
+        for what, size, others in LIMITS
+    ]
+    text = (ROOT / "docs/security.md").read_text(encoding="utf-8")
+    begin, end = "<!-- limits -->", "<!-- end of limits -->"
+    made = f"{begin}\n{table(['file', 'at most', 'in it'], rows)}\n{end}"
+    return re.sub(f"{begin}.*{end}", made, text, flags=re.DOTALL)
+
+
 PAGES = {
     "commands.md": commands_page,
     "ports.md": ports_page,
     "laws.md": laws_page,
     "experiments.md": lambda: settings_page("experiments.md", schema("experiment")),
     "studies.md": lambda: settings_page("studies.md", schema("study")),
+    "security.md": security_page,
     "snapshot.md": lambda: settings_page("snapshot.md", schema("snapshot")),
 }
 

@@ -188,7 +188,7 @@ def test_notes_to_tests_are_understood_and_few_blocks_are_not_run() -> None:
     assert len(not_run) <= MOST_NOT_RUN, "\n".join(map(str, not_run))
 
 
-MADE = ["commands.md", "ports.md", "laws.md", "experiments.md", "studies.md"]
+MADE = ("commands", "ports", "laws", "experiments", "studies", "security", "snapshot")
 
 
 @pytest.mark.parametrize("name", MADE)
@@ -200,7 +200,8 @@ def test_tables_are_those_of_the_code(name: str) -> None:
     module = importlib.util.module_from_spec(spec)
     sys.modules["make_tables"] = module
     spec.loader.exec_module(module)
-    assert (ROOT / "docs" / name).read_text(encoding="utf-8") == module.PAGES[name]()
+    page = f"{name}.md"
+    assert (ROOT / "docs" / page).read_text(encoding="utf-8") == module.PAGES[page]()
 
 
 @pytest.fixture(scope="module")

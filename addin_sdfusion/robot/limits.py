@@ -19,6 +19,10 @@ SNAPSHOT = 192 * MIB
 SNAPSHOT_VALUES = 2_000_000
 SNAPSHOT_UNPACKED = 256 * MIB
 """Bytes of the meshes in it."""
+DESIGN = 16 * MIB
+"""Bytes of a design that is a program, and of a table of its joints or muscles."""
+STEP = 1024 * MIB
+"""Bytes of a STEP file, which a process of its own reads."""
 
 XML = 16 * MIB
 XML_ELEMENTS = 100_000

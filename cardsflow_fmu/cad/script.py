@@ -7,13 +7,11 @@ import sys
 from contextlib import redirect_stdout, suppress
 from pathlib import Path
 
-from addin_sdfusion.robot import CardsflowError, InputError
+from addin_sdfusion.robot import CardsflowError, InputError, limits
 from addin_sdfusion.robot.files import read_file
 
 from .design import Design
 from .kernel import missing
-
-_LARGEST = 2**24
 
 
 def script_design(file: Path) -> Design:
@@ -25,7 +23,7 @@ def script_design(file: Path) -> Design:
     Raises:
         InputError: It cannot be read, fails, or leaves no design or several.
     """
-    read_file(file, _LARGEST)
+    read_file(file, limits.DESIGN)
     folder = str(file.resolve().parent)
     sys.path.insert(0, folder)
     try:

@@ -10,7 +10,7 @@ from typing import Literal
 from addin_sdfusion.building.build_robot import link_of
 from addin_sdfusion.muscles.csv_reader import read_csv
 from addin_sdfusion.muscles.rows import MuscleRow, MuscleTable
-from addin_sdfusion.robot import WORLD, InputError, Vector3
+from addin_sdfusion.robot import WORLD, InputError, Vector3, limits
 from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.finding_builders import listed
 from addin_sdfusion.robot.model.rotations import normalized
@@ -32,7 +32,6 @@ from .step_file import read_step
 from .step_wraps import read_wraps, wrap_surfaces
 from .tables import Cell, JointRow, find_place, read_joints, read_materials
 
-_LARGEST = 2**24
 _X: Vector3 = (1.0, 0.0, 0.0)
 _Y: Vector3 = (0.0, 1.0, 0.0)
 _Z: Vector3 = (0.0, 0.0, 1.0)
@@ -147,7 +146,7 @@ def _with_muscles(snapshot: DesignSnapshot, file: Path) -> DesignSnapshot:
     place: dict[str, str] = {WORLD: ROOT}
     for path, link in sorted(link_of(snapshot).items()):
         place.setdefault(link, path)
-    table, findings = read_csv(read_file(file, _LARGEST), place, file)
+    table, findings = read_csv(read_file(file, limits.DESIGN), place, file)
     return replace(
         snapshot,
         muscles=tuple(_muscle(row) for row in table.rows),

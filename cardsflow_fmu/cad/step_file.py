@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import read_file
+from addin_sdfusion.robot import InputError, limits
+from addin_sdfusion.robot.files import opened_file
 from addin_sdfusion.robot.model.transform import IDENTITY
 
 from .assembly import Part
 from .kernel import MILLIMETRE, kernel, transform
 
-_LARGEST = 2**30
+_HEAD = 64 * limits.KIB
 _DEEPEST = 100
 
 
@@ -26,7 +26,9 @@ def read_step(file: Path) -> tuple[str, tuple[Part, ...]]:
     Raises:
         InputError: It cannot be read.
     """
-    if not read_file(file, _LARGEST).lstrip().startswith(b"ISO-10303-21"):
+    with opened_file(file, limits.STEP) as stream:
+        head = stream.read(_HEAD)
+    if not head.lstrip().startswith(b"ISO-10303-21"):
         raise InputError("is no STEP file: it does not begin with ISO-10303-21", file=file)
     document = _document(file)
     shapes = kernel("XCAFDoc").XCAFDoc_DocumentTool.ShapeTool_s(document.Main())

@@ -10,14 +10,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from addin_sdfusion.robot import InputError, Vector3
+from addin_sdfusion.robot import InputError, Vector3, limits
 from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.finding_builders import unknown
 from addin_sdfusion.snapshot import JointKind
 
 from .assembly import Assembly, Place
 
-_LARGEST = 2**24
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 _RADIANS = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
 _DENSITIES = {"kg/m3": 1.0, "kg/m^3": 1.0, "kg/m³": 1.0, "g/cm3": 1e3, "g/cm^3": 1e3, "g/cm³": 1e3}
@@ -232,7 +231,7 @@ def read_rows(
 ) -> Iterator[dict[str, Cell]]:
     """The lines of a table, without cells that are empty: comma, semicolon or tab between them."""
     try:
-        text = read_file(file, _LARGEST).decode("utf-8-sig")
+        text = read_file(file, limits.DESIGN).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError("is not UTF-8; save it as 'CSV UTF-8'", file=file) from None
     first = text.split("\n", 1)[0]

@@ -14,6 +14,7 @@ from ...muscles.csv_writer import csv_text
 from ...muscles.edits import renumbered
 from ...muscles.mirror import Plane
 from ...muscles.rows import NAMED_COLORS, MuscleRow
+from ...robot import limits
 from ...robot.errors import CardsflowError, InputError
 from ...robot.files import read_file, write_files
 from ...robot.model.muscle import CableModel
@@ -42,8 +43,6 @@ from .preview import draw
 from .problems import problems
 from .view import SHOWN, parameter_names, position_text, show
 from .writing import Writer
-
-_LARGEST_CSV = 2**26
 
 
 class DefineMuscles(Window):
@@ -258,7 +257,7 @@ class DefineMuscles(Window):
         file = chosen_file("Import muscles", "Tables (*.csv;*.txt);;All files (*.*)")
         if file is None:
             return
-        self._take(read_file(file, _LARGEST_CSV), file.name, file)
+        self._take(read_file(file, limits.DESIGN), file.name, file)
 
     def _take(self, data: bytes, name: str, file: Path | None = None) -> None:
         """Takes a table of points, if nothing is wrong with it."""
