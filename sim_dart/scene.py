@@ -17,6 +17,9 @@ from addin_sdfusion.robot import IDENTITY, InputError, Pose, Vector3
 GROUND = "ground"
 """The name of the ground among the bodies of a world."""
 
+FARTHEST = 1e6
+"""In [m], [m/s], [rad/s]: no body of ours is so far, large or fast, and ODE aborts beyond 1e15."""
+
 LinkGeometry = Literal["meshes", "capsules", "none"]
 FrictionLaw = Literal["pyramid", "cone"]
 FRICTION_EXCESS: dict[FrictionLaw, float] = {"pyramid": math.sqrt(2.0) - 1.0, "cone": 0.0}
@@ -119,7 +122,7 @@ class Ground:
     restitution: float | None = None
 
     def __post_init__(self) -> None:
-        _finite("height", (self.height,))
+        _near("height", (self.height,))
         _check_surface(self.friction, self.restitution)
 
 
@@ -148,13 +151,13 @@ class SceneObject:
     restitution: float | None = None
 
     def __post_init__(self) -> None:
+        _finite("rpy", self.pose.rpy)
         for what, values in (
             ("position", self.pose.position),
-            ("rpy", self.pose.rpy),
             ("velocity", self.velocity),
             ("spin", self.spin),
         ):
-            _finite(what, values)
+            _near(what, values)
         if not (math.isfinite(self.mass) and self.mass >= 0.0):
             raise InputError(f"mass must be 0 or a positive number in kg, not {self.mass!r}")
         if not self.mass and any((*self.velocity, *self.spin)):
@@ -186,7 +189,7 @@ class LinkShape:
     restitution: float | None = None
 
     def __post_init__(self) -> None:
-        _finite("position", self.pose.position)
+        _near("position", self.pose.position)
         _finite("rpy", self.pose.rpy)
         _check_surface(self.friction, self.restitution)
 
@@ -243,14 +246,21 @@ class Scene:
 
 def _positive(**numbers: float) -> None:
     for name, value in numbers.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} must be above 0, not {value!r}")
+        if not 0.0 < value <= FARTHEST:
+            limit = f"at most {FARTHEST:g}" if value > 0.0 else "above 0"
+            raise InputError(f"{name} must be {limit}, not {value!r}")
 
 
 def _finite(what: str, values: Iterable[float]) -> None:
     for value in values:
         if not math.isfinite(value):
             raise InputError(f"{what} must be finite, not {value!r}")
+
+
+def _near(what: str, values: Iterable[float]) -> None:
+    for value in values:
+        if not abs(value) <= FARTHEST:
+            raise InputError(f"{what} must be within {FARTHEST:g} of 0, not {value!r}")
 
 
 def _check_surface(friction: float | None, restitution: float | None) -> None:

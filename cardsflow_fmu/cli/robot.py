@@ -7,7 +7,7 @@ import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from addin_sdfusion.robot import Finding, InputError, RobotError
+from addin_sdfusion.robot import CardsflowError, Finding, InputError, RobotError
 from addin_sdfusion.robot.finding import errors_first
 from addin_sdfusion.robot.json_text import json_text
 
@@ -245,11 +245,15 @@ def _check(options: argparse.Namespace) -> int:
         findings += _motion_findings(options, reading)
         findings += _losses(options, reading)
         findings = errors_first(findings)
+    refused = _refusal(experiment) if not any(found.is_error for found in findings) else None
     if options.json:
         print(json_text([finding.as_dict() for finding in findings], indent=1))
     else:
         for line in finding_lines(findings, options.verbose):
             print(line)
+    if refused is not None:
+        raise refused
+    if not options.json:
         errors = sum(finding.is_error for finding in findings)
         asked = {"--motion": options.motion, "--for": options.format}
         later = [] if sound else [option for option, value in asked.items() if value is not None]
@@ -267,6 +271,18 @@ def _experiment(path: Path) -> Experiment | None:
 
     inside = (path / "experiment.toml").is_file() and not holds_robot(path)
     return Experiment.load(path) if path.suffix == ".toml" or inside else None
+
+
+def _refusal(experiment: Experiment | None) -> CardsflowError | None:
+    """What a run of an experiment would end with before its first step."""
+    from cardsflow_fmu.simulation.from_experiment import require_openable
+
+    try:
+        if experiment is not None:
+            require_openable(experiment)
+    except CardsflowError as error:
+        return error
+    return None
 
 
 def _drive_findings(reading: Reading, experiment: Experiment | None) -> list[Finding]:

@@ -5,23 +5,20 @@ from __future__ import annotations
 import contextlib
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from addin_sdfusion.robot import InputError, SimulationError, UnknownNameError
-from cardsflow_fmu.signals.units import Unit
+from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.utils.interrupts import interruptible
 
+from .described_fmu import DescribedFmu
 from .fmi_calls import DISCARD, Fmi2Calls, Fmi3Calls, FmuCalls
-from .fmu_description import unpacked_description
-from .fmu_variables import Row, Signal, read_signals
+from .fmu_variables import Row
 
 _OWN_ERROR = re.compile(r"\b(?:addin_sdfusion|cardsflow_fmu)[\w.]*Error: ")
 """The class of an error of this package, whose message is for users."""
 
 
-class FmuInstance:
+class FmuInstance(DescribedFmu):
     """A loaded, initialised FMU; elements of arrays are ports of their own.
 
     Args:
@@ -45,22 +42,11 @@ class FmuInstance:
         folder: Path,
         start_values: Mapping[str, float] | None = None,
     ) -> None:
-        self.name = name
-        self._file = file
+        super().__init__(name, file, folder, start_values)
         self._log: list[str] = []
         self._calls: FmuCalls | None = None
         self._is_stepping = False
-        description = _description(file, folder)
-        try:
-            signals = read_signals(description, folder)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"is no FMU: {error}", file=file) from None
-        taken = Row([signal for signal in signals if signal.causality == "input"])
-        given = Row([signal for signal in signals if signal.causality == "output"])
-        self.input_names, self.inputs = taken.names, taken.values
-        self.output_names, self.outputs = given.names, given.values
-        self.units: Mapping[str, Unit] = {n: u for s in signals for n, u in s.units.items()}
-        self._taken, self._given = taken, given
+        description = self._description
         calls = Fmi2Calls if description.fmiVersion.startswith("2") else Fmi3Calls
         try:
             with contextlib.chdir("."):  # FMPy leaves it where a library cannot be loaded
@@ -72,7 +58,7 @@ class FmuInstance:
             raise InputError(f"cannot be loaded: {reason}", file=file) from None
         try:
             self._bind(self._calls)
-            self._start(self._calls, self._started(signals, start_values or {}))
+            self._start(self._calls, self._changed)
         except BaseException:
             self.close()
             raise
@@ -102,23 +88,6 @@ class FmuInstance:
     def _bind(self, calls: FmuCalls) -> None:
         self._set, self._get = calls.setter(self._taken), calls.getter(self._given)
         self._advance = calls.step
-
-    def _started(self, signals: list[Signal], values: Mapping[str, float]) -> list[Row]:
-        """Rows to set before the initialization: whole variables with the new values in them."""
-        by_element = {name: signal for signal in signals for name in signal.names}
-        for name in values:
-            if name not in by_element:
-                raise UnknownNameError("variable", name, by_element, file=self._file)
-        changed = {by_element[name].names: by_element[name] for name in values}
-        rows = []
-        for signal in changed.values():
-            pairs = zip(signal.names, signal.start, strict=True)
-            start = tuple(float(values.get(name, old)) for name, old in pairs)
-            rows.append(Row([replace(signal, start=start)]))
-            if signal.causality == "input":
-                for name, value in zip(signal.names, start, strict=True):
-                    self.inputs[self.input_names.index(name)] = value
-        return rows
 
     def _start(self, calls: FmuCalls, rows: list[Row]) -> None:
         """Initialize it; Ctrl-C waits for that, as hardware takes its time to answer.
@@ -169,26 +138,3 @@ def _user_text(text: str) -> str:
     """The message alone of an error of this package's models; all of any other text."""
     summary, trace, _ = text.partition("\nTraceback (most recent call last):")
     return _OWN_ERROR.sub("", summary, count=1) if trace and _OWN_ERROR.search(summary) else text
-
-
-def _description(file: Path, folder: Path) -> Any:
-    """Unpack the FMU, unless that is done, and read its description."""
-    description = unpacked_description(file, folder)
-    version = str(description.fmiVersion)
-    if not version.startswith(("2.", "3.")):
-        raise InputError(f"is an FMU of FMI {version}; FMI 2.0 or 3.0 is needed", file=file)
-    if description.coSimulation is None:
-        kinds = [
-            name
-            for name, kind in (
-                ("model exchange", description.modelExchange),
-                ("scheduled execution", getattr(description, "scheduledExecution", None)),
-            )
-            if kind is not None
-        ]
-        raise InputError(
-            f"is for {' and '.join(kinds) or 'nothing'} only, not for co-simulation: "
-            "export it for co-simulation",
-            file=file,
-        )
-    return description

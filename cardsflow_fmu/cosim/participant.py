@@ -57,3 +57,13 @@ class WiredPorts:
         self.output_names = tuple(p.name for p in ports if p.causality == "output")
         self.units: Mapping[str, Unit] = {p.name: KNOWN_UNITS[p.unit] for p in ports if p.unit}
         self.inputs, self.outputs = inputs, outputs
+
+
+class Idle:
+    """The verbs of a participant that is wired, and never stepped."""
+
+    def step(self, t: float, h: float) -> None:
+        """Do nothing."""
+
+    def close(self) -> None:
+        """Do nothing: it holds nothing."""

@@ -60,26 +60,28 @@ def make_scene(
                 require_own(own.file, roots, f"world.{key}[{k}].file")
     ground, objects, link_shapes = settings.ground, [], []
     for k, own in enumerate(settings.objects):
-        with context.at(f"world.objects[{k}].mass"):
+        with context.at(f"world.objects[{k}]"):
             objects.append(_object(own))
-    for shape in settings.shapes:
+    for k, shape in enumerate(settings.shapes):
         pose = Pose(shape.position, shape.rpy)
         surface = shape.friction, shape.restitution
-        link_shapes.append(LinkShape(shape.link, _shape(shape), pose, *surface))
-    scene = Scene(
-        None if ground is None else Ground(ground.height, ground.friction, ground.restitution),
-        tuple(objects),
-        settings.friction,
-        settings.restitution,
-        settings.friction_law,
-        settings.links,
-        settings.capsule_radius,
-        tuple(link_shapes),
-        mesh_folder,
-        roots,
-        settings.self_collision,
-        settings.ignore,
-    )
+        with context.at(f"world.shapes[{k}]"):
+            link_shapes.append(LinkShape(shape.link, _shape(shape), pose, *surface))
+    with context.at("world"):
+        scene = Scene(
+            None if ground is None else Ground(ground.height, ground.friction, ground.restitution),
+            tuple(objects),
+            settings.friction,
+            settings.restitution,
+            settings.friction_law,
+            settings.links,
+            settings.capsule_radius,
+            tuple(link_shapes),
+            mesh_folder,
+            roots,
+            settings.self_collision,
+            settings.ignore,
+        )
     contacts = _checked_names(settings, scene, robot, context)
     return replace(scene, reported=contacts), settings.replaced(contacts=contacts)
 

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from cardsflow_fmu.cosim.participant import WiredPorts
+from collections.abc import Sequence
+
+import numpy as np
+
+from cardsflow_fmu.cosim.participant import Idle, WiredPorts
+from cardsflow_fmu.signals.port import Port
 
 from .model import FmuModel
 
@@ -14,3 +19,11 @@ class DirectParticipant(WiredPorts):
         super().__init__(name, model.ports, model.inputs, model.outputs)
         self.step, self.close = model.step, model.close
         model.initialize()
+
+
+class IdleParticipant(Idle, WiredPorts):
+    """The inputs and outputs of a model that is not made."""
+
+    def __init__(self, name: str, ports: Sequence[Port]) -> None:
+        sides = (sum(p.causality == side for p in ports) for side in ("input", "output"))
+        super().__init__(name, ports, *map(np.zeros, sides))

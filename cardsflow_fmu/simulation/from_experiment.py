@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 from cardsflow_fmu.analysis.observable import observability_warnings, observed_poses
+from cardsflow_fmu.cosim.described_fmu import DescribedFmu
 from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
@@ -18,9 +21,9 @@ from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
-from cardsflow_fmu.hardware.session.connect import Connection
-from cardsflow_fmu.hardware.session.paced_run import with_approach
-from cardsflow_fmu.models.direct_participant import DirectParticipant
+from cardsflow_fmu.hardware.session.connect import Connection, make_session
+from cardsflow_fmu.hardware.session.paced_run import approach_time, with_approach
+from cardsflow_fmu.models.direct_participant import DirectParticipant, IdleParticipant
 from cardsflow_fmu.models.hardware import HardwareModel
 from cardsflow_fmu.native.loop import NativeLoop
 from cardsflow_fmu.results.files import EXPERIMENT, Contents
@@ -29,6 +32,7 @@ from cardsflow_fmu.results.summary import Speed, summarize
 from cardsflow_fmu.signals.ports import outer_signals
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import contents_of
+from cardsflow_fmu.utils.temporary import temporary_folder
 
 from .build import MODELS, build_fmus, model_name
 from .open_system import OpenSystem
@@ -137,6 +141,27 @@ def _built(
     return {name: PreparedFmu(file, folder / f"unpacked_{name}") for name, file in files.items()}
 
 
+@np.errstate(over="ignore", invalid="ignore")  # as in a run
+def require_openable(experiment: Experiment) -> None:
+    """Refuse what a run refuses before its first step, in the same words.
+
+    Hardware is not connected to, and no code of others is run, be it in FMUs or Python. Muscles
+    with a law in Python leave nothing to look at.
+
+    Args:
+        experiment: The experiment.
+
+    Raises:
+        InputError: Something does not fit, or cannot be made.
+        SimulationError: A participant does not start.
+    """
+    if any(muscle.model.own is not None for muscle in experiment.robot.muscles):
+        return
+    approach_time(experiment)
+    with temporary_folder() as aside, _participants(experiment, _idle, aside) as participants:
+        _master(experiment, participants)
+
+
 @contextlib.contextmanager
 def _loop(
     experiment: Experiment,
@@ -149,52 +174,81 @@ def _loop(
         with NativeLoop(experiment) as loop:
             yield loop
         return
+    make = partial(_started, fmus=fmus, connection=_connection(experiment, recording))
+    with _participants(experiment, make, aside) as participants:
+        yield _master(experiment, participants)
+
+
+def _master(experiment: Experiment, participants: Mapping[str, Participant]) -> Master:
     settings = experiment.run
-    with _participants(experiment, fmus, aside, recording) as participants:
-        yield Master(
-            [participants[name] for name in experiment.columns],
-            fitting_wiring(
-                experiment.wiring,
-                experiment.fmus,
-                participants.values(),
-                outer_signals(experiment.robot, experiment.plant.wrenches),
-            ),
-            step=settings.step,
-            steps=settings.steps,
-            coupling=experiment.coupling,
-            every={"controller": round(experiment.controller.period / settings.step)},
-        )
+    return Master(
+        [participants[name] for name in experiment.columns],
+        fitting_wiring(
+            experiment.wiring,
+            experiment.fmus,
+            participants.values(),
+            outer_signals(experiment.robot, experiment.plant.wrenches),
+        ),
+        step=settings.step,
+        steps=settings.steps,
+        coupling=experiment.coupling,
+        every={"controller": round(experiment.controller.period / settings.step)},
+    )
 
 
 @contextlib.contextmanager
 def _participants(
-    experiment: Experiment, fmus: Mapping[str, PreparedFmu], aside: Path, recording: Path | None
+    experiment: Experiment, make: Callable[[Experiment, str, Path], Participant], aside: Path
 ) -> Iterator[dict[str, Participant]]:
-    """The participants by role: an FMU where there is one, else the model itself.
+    """The participants by role, each as it is made by the role's name and an empty folder.
 
     The plant comes last: hardware does not wait for long.
     """
-    hardware = experiment.hardware
-    connection = Connection(hardware.link, hardware.key_file, recording)
     with contextlib.ExitStack() as stack:
         participants: dict[str, Participant] = {}
         for role in reversed(experiment.roles):
             name = model_name(role, experiment)
-            model, external = MODELS[name], experiment.fmus.get(name)
-            participant: Participant
-            with connection.exported():
-                if external is not None:
-                    unpacked = aside / f"external_{name}"
-                    participant = FmuInstance(role, external.file, unpacked, external.parameters)
-                elif name in fmus:
-                    participant = FmuInstance(role, *fmus[name])
-                elif name == HARDWARE:
-                    made = HardwareModel(experiment, connection=connection)
-                    participant = DirectParticipant(role, made)
-                else:
-                    participant = DirectParticipant(role, model(experiment))
+            participant = make(experiment, role, aside / f"external_{name}")
             stack.callback(participant.close)
-            if external is not None:
-                participant = AdaptedFmu(participant, external, model.table(experiment))
+            if (external := experiment.fmus.get(name)) is not None:
+                table = MODELS[name].table(experiment)
+                participant = AdaptedFmu(participant, external, table)
             participants[role] = participant
         yield participants
+
+
+def _started(
+    experiment: Experiment,
+    role: str,
+    unpacked: Path,
+    fmus: Mapping[str, PreparedFmu],
+    connection: Connection,
+) -> Participant:
+    """An FMU where there is one, else the model itself."""
+    name = model_name(role, experiment)
+    external = experiment.fmus.get(name)
+    with connection.exported():
+        if external is not None:
+            return FmuInstance(role, external.file, unpacked, external.parameters)
+        if name in fmus:
+            return FmuInstance(role, *fmus[name])
+        if name == HARDWARE:
+            return DirectParticipant(role, HardwareModel(experiment, connection=connection))
+        return DirectParticipant(role, MODELS[name](experiment))
+
+
+def _idle(experiment: Experiment, role: str, unpacked: Path) -> Participant:
+    """The same, but of what is not ours its inputs and outputs alone."""
+    name = model_name(role, experiment)
+    external = experiment.fmus.get(name)
+    if external is not None:
+        return DescribedFmu(role, external.file, unpacked, external.parameters)
+    if name == HARDWARE:
+        make_session(experiment, _connection(experiment))
+    elif name != "controller" or experiment.controller.own_law is None:
+        return DirectParticipant(role, MODELS[name](experiment))
+    return IdleParticipant(role, MODELS[name].table(experiment))
+
+
+def _connection(experiment: Experiment, recording: Path | None = None) -> Connection:
+    return Connection(experiment.hardware.link, experiment.hardware.key_file, recording)

@@ -9,6 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.json_text import finite
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
@@ -171,6 +173,7 @@ def _ssp_opener(
     return partial(open_ssp, path, settings or {}, hardware)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is no number is refused in every row
 def _run(
     opener: Opener[R],
     output: Path | None,

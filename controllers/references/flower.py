@@ -26,6 +26,7 @@ from controllers.validation import finite_vector, float_array, is_finite, requir
 from .splines import JointReference
 
 _GAP = 1e-6  # the largest gap between two references in a sequence, in [m] or [rad]
+_SHORTEST, _LONGEST = 1e-100, 1e100  # durations in [s] whose squares are numbers
 
 
 class Reference(Protocol):
@@ -74,8 +75,8 @@ class FlowerReference:
             raise InputError(f"axes must be orthonormal, not {axes!r}")
         if not is_finite(petals) or petals != int(petals) or petals < 1:
             raise InputError(f"petals must be a whole number from 1 on, not {petals!r}")
-        require_positive(radius=radius, duration=duration)
-        self._R, self.duration = float(radius), float(duration)
+        require_positive(radius=radius)
+        self._R, self.duration = float(radius), _checked_duration(duration)
         self._k = int(petals)
         self._end = math.pi * (1 if self._k % 2 else 2)
 
@@ -104,7 +105,7 @@ class ApproachReference:
         duration: T, in [s].
 
     Raises:
-        InputError: A value is not finite, the sizes differ, or the duration is not positive.
+        InputError: A value is not finite, the sizes differ, or the duration is out of range.
 
     Attributes:
         name: `approach`.
@@ -119,8 +120,7 @@ class ApproachReference:
         if self._start.shape != b.shape:
             raise InputError(f"start {start!r} and end {end!r} must be equally long")
         self._way = b - self._start
-        require_positive(duration=duration)
-        self.duration = float(duration)
+        self.duration = _checked_duration(duration)
 
     def evaluate(self, t: float) -> JointReference:
         """y, yd and ydd at a time, shape (r,) each.
@@ -170,6 +170,14 @@ class SequenceReference:
         """
         k = max(bisect.bisect_right(self.begins, t) - 1, 0)
         return self._parts[k].evaluate(t - self.begins[k])
+
+
+def _checked_duration(duration: float) -> float:
+    require_positive(duration=duration)
+    if not _SHORTEST <= duration <= _LONGEST:
+        what = f"must be within {_SHORTEST!r} and {_LONGEST!r} s"
+        raise InputError(f"duration {what}, not {duration!r}")
+    return float(duration)
 
 
 def _quintic(t: float, duration: float) -> tuple[float, float, float]:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.mesh_file import read_mesh
+from sim_dart.scene import FARTHEST
 
 if TYPE_CHECKING:
     import trimesh  # takes a second
@@ -54,7 +55,7 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
         scale: Factors along x, y, z that make metres of the file's units.
 
     Raises:
-        InputError: It cannot be read, is flat, or its hull is too fine.
+        InputError: It cannot be read, is flat or too large, or its hull is too fine.
     """
     mesh = load_mesh(file, scale)
     if _has_fine_hull(np.asarray(mesh.vertices)):
@@ -65,6 +66,8 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
         flat = not hull.volume > _FLAT * float(np.max(hull.extents)) ** 3
     if flat:
         raise InputError("is flat: its convex hull has no volume", file=file)
+    if not np.abs(hull.bounds).max() <= FARTHEST:
+        raise InputError(f"reaches farther than {FARTHEST:g} m; look at its scale", file=file)
     if len(hull.faces) > _MOST_FACES:
         what = f"its convex hull has {len(hull.faces)} triangles, more than {_MOST_FACES}"
         raise InputError(f"{what}; simplify the mesh", file=file)

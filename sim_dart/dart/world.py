@@ -18,7 +18,7 @@ import numpy as np
 from addin_sdfusion.robot import WORLD, InputError, Pose, Robot, SimulationError, UnknownNameError
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import transform
-from sim_dart.scene import GROUND, Box, Scene, SceneObject, Shape
+from sim_dart.scene import FARTHEST, GROUND, Box, Scene, SceneObject, Shape
 
 from .collision_pairs import connected
 from .contacts import Contact, contact_forces, read_contacts
@@ -29,7 +29,6 @@ from .tunnelling import SpeedWatch, WatchedBody
 
 _GROUND_EDGE, _GROUND_DEPTH = 1000.0, 10.0  # in [m]
 _MOST_OVERLAP = 1e-3  # in [m]: bodies deeper in each other would fly apart at the start
-_BEYOND = 1e6  # in [m] and [m/s]: no object of ours is there
 _SWEEPS, _TOLERANCE = 200, 1e-6  # of the solver with friction cones
 
 
@@ -89,13 +88,14 @@ class World:
         """Put the objects at their start, with the robot at its own.
 
         Raises:
-            InputError: Two bodies are deep in each other.
+            InputError: Two bodies are deep in each other, or one is far away.
         """
         for item, dart in self._objects:
             _place(dart, item)
         if self._cones is not None:
             self._cones.resetStats()
         if self.has_contacts:
+            self._refuse_far()
             self._refuse_overlap()
 
     def contacts(self) -> list[Contact]:
@@ -155,7 +155,7 @@ class World:
         self._dart.step()
         for item, dart in self._objects:
             state = np.concatenate([dart.getPositions(), dart.getVelocities()])
-            if not np.abs(state).max() < _BEYOND:
+            if not np.abs(state).max() < FARTHEST:
                 self._refuse_lost(item, state)
 
     def _refuse_lost(self, item: SceneObject, state: FloatArray) -> None:
@@ -272,6 +272,14 @@ class World:
         for pair in ignored:
             if all(name in self._bodies for name in pair):
                 passing.addBodyNodePairToBlackList(*(self._bodies[name].body for name in pair))
+
+    def _refuse_far(self) -> None:
+        """Refuse what the search for contacts ends the process with."""
+        for name, watched in self._bodies.items():
+            away = float(np.abs(watched.body.getWorldTransform().translation()).max())
+            if not away <= FARTHEST:
+                what = f"{name!r} is {away:.3g} m away at the start; contacts are found"
+                raise InputError(f"{what} within {FARTHEST:g} m")
 
     def _refuse_overlap(self) -> None:
         import dartpy

@@ -74,8 +74,10 @@ class Sensors:
 
 
 def _quantised(values: FloatArray, counts: float) -> FloatArray:
-    """Values to the nearest count."""
+    """Values to the nearest count; as they are where counts are finer than floats."""
     if math.isinf(counts):
         return values
-    quantised: FloatArray = np.round(values * counts) / counts
+    with np.errstate(over="ignore"):
+        counted = values * counts
+    quantised: FloatArray = np.where(np.isfinite(counted), np.round(counted) / counts, values)
     return quantised

@@ -32,12 +32,9 @@ def with_approach(experiment: Experiment) -> Experiment:
         HardwareError: The hardware does not answer.
         InputError: The reference is an external FMU, which begins where it begins.
     """
-    seconds = experiment.hardware.approach
-    if seconds is None or not experiment.hardware.use:
+    seconds = approach_time(experiment)
+    if seconds is None:
         return experiment
-    if "reference" in experiment.fmus:
-        what = "cannot lead an external FMU to where the hardware is: leave it out"
-        raise InputError(what, file=experiment.file, key="hardware.approach")
     q = measured_positions(experiment)
     reference, run = experiment.reference, experiment.run
     before = reference.approach.duration if reference.approach else 0.0
@@ -48,6 +45,21 @@ def with_approach(experiment: Experiment) -> Experiment:
         reference=replace(reference, approach=ApproachSettings(duration=seconds, start=begin)),
         run=run.replaced(duration=run.duration + seconds - before),
     )
+
+
+def approach_time(experiment: Experiment) -> float | None:
+    """How long the approach from the measured positions takes, in [s]; None without one.
+
+    Raises:
+        InputError: The reference is an external FMU, which begins where it begins.
+    """
+    seconds = experiment.hardware.approach
+    if seconds is None or not experiment.hardware.use:
+        return None
+    if "reference" in experiment.fmus:
+        what = "cannot lead an external FMU to where the hardware is: leave it out"
+        raise InputError(what, file=experiment.file, key="hardware.approach")
+    return seconds
 
 
 def _task_position(experiment: Experiment, q: tuple[float, ...]) -> tuple[float, ...]:

@@ -270,6 +270,11 @@ def test_encoders_quantise() -> None:
     np.testing.assert_array_equal(readings[:, N : 2 * N], true[:, N : 2 * N])
 
 
+def test_counts_finer_than_floats_change_nothing() -> None:
+    readings, true = read(SensorSettings(joint_counts=1e308, length_counts=1e308))
+    np.testing.assert_allclose(readings, true, rtol=1e-15)
+
+
 def test_lengths_have_offsets() -> None:
     """And nothing else has."""
     offsets = (1e-3, 0.0, -2e-3, 5e-4)

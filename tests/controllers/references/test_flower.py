@@ -131,6 +131,8 @@ def test_a_sequence_is_its_parts_one_after_another() -> None:
         (lambda: FlowerReference(CENTRE, [X, Z], 0.1, 1.0, 2.5), "petals"),  # type: ignore[arg-type]
         (lambda: ApproachReference([0.0], [0.0, 1.0], 1.0), "equally long"),
         (lambda: ApproachReference([0.0], [1.0], -1.0), "duration"),
+        (lambda: ApproachReference([0.0], [1.0], 1e-200), "duration must be within"),
+        (lambda: FlowerReference(CENTRE, [X, Z], 0.1, 1e200), "duration must be within"),
         (lambda: SequenceReference([]), "at least one"),
         (lambda: SequenceReference([flower(), ApproachReference(X, Z, 1.0)]), "part 1 .* ends at"),
         (lambda: SequenceReference([flower(), ApproachReference([0.0], [1.0], 1.0)]), "part 1"),

@@ -35,17 +35,19 @@ from sim_dart.scene import (
 BALL = Sphere(0.1)
 BAD = {
     "radius": (lambda: Sphere(0.0), "radius must be above 0, not 0.0"),
-    "endless radius": (lambda: Sphere(math.inf), "radius must be above 0"),
+    "endless radius": (lambda: Sphere(math.inf), "radius must be at most"),
     "size": (lambda: Box((1.0, -1.0, 1.0)), "size must be above 0, not -1.0"),
     "length": (lambda: Capsule(0.1, math.nan), "length must be above 0"),
     "cylinder": (lambda: Cylinder(-0.1, 1.0), "radius"),
     "scale": (lambda: MeshShape(Path("a.stl"), (1.0, 0.0, 1.0)), "scale must be above 0"),
-    "height": (lambda: Ground(math.inf), "height must be finite"),
+    "large": (lambda: Sphere(2e6), r"radius must be at most 1e\+06, not 2000000.0"),
+    "height": (lambda: Ground(math.inf), r"height must be within 1e\+06 of 0, not inf"),
+    "fast": (lambda: SceneObject("a", BALL, mass=1.0, spin=(0, 0, 2e6)), "spin must be within"),
     "friction": (lambda: Ground(friction=-0.1), "friction must be 0 or above"),
     "restitution": (lambda: Scene(restitution=1.2), "within 0 and 1, not 1.2"),
     "mass": (lambda: SceneObject("a", BALL, mass=-1.0), "mass must be 0 or a positive number"),
     "still": (lambda: SceneObject("a", BALL, velocity=(1.0, 0.0, 0.0)), "a fixed body"),
-    "place": (lambda: SceneObject("a", BALL, Pose((math.nan, 0, 0))), "position must be finite"),
+    "place": (lambda: SceneObject("a", BALL, Pose((math.nan, 0, 0))), "position must be within"),
     "turn": (lambda: LinkShape("a", BALL, Pose(rpy=(math.inf, 0, 0))), "rpy must be finite"),
     "capsules": (lambda: Scene(capsule_radius=0.0), "capsule_radius must be above 0"),
 }
@@ -68,6 +70,7 @@ UNFIT = {
     "no such link": (Scene(link_shapes=(LinkShape("lft", BALL),)), "did you mean 'left'"),
     "nothing to report": (Scene(reported=("left",)), "no link or object that collides 'left'"),
     "nothing to ignore": (Scene(Ground(), ignored=(("ground", "x"),)), "'x'"),
+    "far ground": (Scene(Ground(-1e6)), r"'ground' is 1e\+06 m away at the start"),
     "in each other": (
         Scene(objects=(SceneObject("a", BALL, mass=1.0), SceneObject("b", Box((1, 1, 1))))),
         r"are 0\.\d+ m in each other at the start",

@@ -1,0 +1,92 @@
+"""FMUs as their descriptions have them, without their code."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.signals.units import Unit
+
+from .fmu_description import unpacked_description
+from .fmu_variables import Row, Signal, read_signals
+from .participant import Idle
+
+
+class DescribedFmu(Idle):
+    """The inputs and outputs of an FMU; elements of arrays are ports of their own.
+
+    Args:
+        name: Its name in the wiring.
+        file: The .fmu.
+        folder: An empty folder to unpack it into, or one that holds it unpacked.
+        start_values: Values for parameters and other variables at the start, by name.
+
+    Raises:
+        InputError: The file is no FMU that can be used.
+        UnknownNameError: There is no variable for a start value.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        file: Path,
+        folder: Path,
+        start_values: Mapping[str, float] | None = None,
+    ) -> None:
+        self.name = name
+        self._file = file
+        self._description = _description(file, folder)
+        try:
+            signals = read_signals(self._description, folder)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"is no FMU: {error}", file=file) from None
+        taken = Row([signal for signal in signals if signal.causality == "input"])
+        given = Row([signal for signal in signals if signal.causality == "output"])
+        self.input_names, self.inputs = taken.names, taken.values
+        self.output_names, self.outputs = given.names, given.values
+        self.units: Mapping[str, Unit] = {n: u for s in signals for n, u in s.units.items()}
+        self._taken, self._given = taken, given
+        self._changed = self._started(signals, start_values or {})
+
+    def _started(self, signals: list[Signal], values: Mapping[str, float]) -> list[Row]:
+        """Rows to set before the initialization: whole variables with the new values in them."""
+        by_element = {name: signal for signal in signals for name in signal.names}
+        for name in values:
+            if name not in by_element:
+                raise UnknownNameError("variable", name, by_element, file=self._file)
+        changed = {by_element[name].names: by_element[name] for name in values}
+        rows = []
+        for signal in changed.values():
+            pairs = zip(signal.names, signal.start, strict=True)
+            start = tuple(float(values.get(name, old)) for name, old in pairs)
+            rows.append(Row([replace(signal, start=start)]))
+            if signal.causality == "input":
+                for name, value in zip(signal.names, start, strict=True):
+                    self.inputs[self.input_names.index(name)] = value
+        return rows
+
+
+def _description(file: Path, folder: Path) -> Any:
+    """Unpack the FMU, unless that is done, and read its description."""
+    description = unpacked_description(file, folder)
+    version = str(description.fmiVersion)
+    if not version.startswith(("2.", "3.")):
+        raise InputError(f"is an FMU of FMI {version}; FMI 2.0 or 3.0 is needed", file=file)
+    if description.coSimulation is None:
+        kinds = [
+            name
+            for name, kind in (
+                ("model exchange", description.modelExchange),
+                ("scheduled execution", getattr(description, "scheduledExecution", None)),
+            )
+            if kind is not None
+        ]
+        raise InputError(
+            f"is for {' and '.join(kinds) or 'nothing'} only, not for co-simulation: "
+            "export it for co-simulation",
+            file=file,
+        )
+    return description

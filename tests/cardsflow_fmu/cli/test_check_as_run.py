@@ -1,0 +1,96 @@
+"""What a run refuses before its first step, `cardsflow check` refuses in the same line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.command_line import CommandLine
+from support.damaged.kinds import KINDS
+from support.robots.robots import EXAMPLES, PLANAR_2R
+
+ARM = f"""[robot]
+path = "{PLANAR_2R / "robot"}"
+cable_set = "basic"
+[controller]
+type = "joint_space"
+kp = 100.0
+kd = 20.0
+[run]
+duration = 0.01
+"""
+POINTS = "[reference]\npoints = [{time = 0.0, q = 0.1}, {time = 1.0, q = 0.2}]\n"
+HARDWARE = "[hardware]\nuse = true\nlink = "
+APPROACH = "[reference.approach]\nduration = "
+REFUSED = {
+    "masses": (POINTS + "[plant]\nmass_scale = 1e-308", "plant.mass_scale: link"),
+    "no address": (POINTS + "[hardware]\nuse = true", "hardware.link: missing"),
+    "address": (POINTS + HARDWARE + "'nobody'", "no hardware at 'nobody'"),
+    "port": (POINTS + HARDWARE + "'udp://127.0.0.1:0'", "port 0 of"),
+    "key": (POINTS + HARDWARE + "'loopback:'\nkey_file = 'none.key'", "none.key"),
+    "input": (POINTS + "[wiring.plant]\n'w.hand.fx' = 0.0", "no input 'plant.w.hand.fx'"),
+    "gap": (POINTS + APPROACH + "1.0\nstart = [1e308, 1e308]\n[start]\nq = 0.1", "part 1 of"),
+    "long": (POINTS + APPROACH + "1e308", "duration must be within 1e-100 and 1e+100 s"),
+    "short": (POINTS + APPROACH + "1e-308", "duration must be within 1e-100 and 1e+100 s"),
+    "far": (POINTS.replace("1.0", "1e-308"), "too uneven for a spline"),
+}
+
+
+def written(folder: Path, text: str) -> Path:
+    """An experiment of two links, and tables more."""
+    file = folder / "experiment.toml"
+    file.write_text(ARM + text)
+    return file
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_check_refuses_what_a_run_refuses(
+    tmp_path: Path, cardsflow: CommandLine, case: str
+) -> None:
+    text, reason = REFUSED[case]
+    file = written(tmp_path, text)
+    line = cardsflow.refused("run", file, "--direct", "-o", tmp_path / "out")
+    assert reason in line
+    code, out, err = cardsflow("check", file)
+    assert (code, err) == (2, line)
+    assert " 0 errors" not in out
+
+
+def test_check_refuses_objects_within_the_robot(tmp_path: Path, cardsflow: CommandLine) -> None:
+    text = (EXAMPLES / "pick_up/experiment.toml").read_text()
+    text = text.replace("robot/model.sdf", str(EXAMPLES / "pick_up/robot/model.sdf"))
+    file = tmp_path / "experiment.toml"
+    file.write_text(text.replace("[0.4, 0.0, 0.52]", "[0.4, 0.0, 0.6]"))
+    line = cardsflow.refused("run", file, "--direct", "-o", tmp_path / "out")
+    assert "in each other at the start" in line
+    assert cardsflow.refused("check", file) == line
+    file.write_text(text.replace("[0.4, 0.0, 0.52]", "[0.4, 0.0, 1e300]"))
+    assert "world.objects[1]: position must be within 1e+06" in cardsflow.refused("check", file)
+
+
+def test_check_runs_no_code_of_others_and_connects_to_nothing(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    trace = tmp_path / "trace"
+    (tmp_path / "law.py").write_text(f"open({str(trace)!r}, 'w')\nclass Law: pass\n")
+    for name in ("law.py:Law", "joint_space"):
+        file = written(tmp_path, POINTS + HARDWARE + "'udp://127.0.0.1:9'")
+        text = file.read_text().replace("joint_space", name)
+        file.write_text(text)
+        assert cardsflow("check", file)[0] == 0
+    assert not trace.exists()
+
+
+def test_check_holds_external_fmus_to_their_descriptions(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    KINDS["fmu"].make(tmp_path)  # without code
+    file = tmp_path / "with.toml"
+    assert cardsflow("check", file)[0] == 0
+    text = file.read_text()
+    for table, reason in (
+        ("inputs = { g = 'f' }", "fmus.plant.inputs: no input 'g'"),
+        ("parameters = { mass = 1.0 }", "plant.fmu: no variable 'mass'"),
+    ):
+        file.write_text(f"{text}{table}\n")
+        assert reason in cardsflow("check", file)[2]
