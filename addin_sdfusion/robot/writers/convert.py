@@ -23,6 +23,7 @@ from .caspr.losses import losses as caspr_losses
 from .caspr.losses import trajectory_losses
 from .caspr.model import write_caspr
 from .common_losses import refuse
+from .file_names import name_losses
 from .mujoco.meshes import opens_mesh
 from .mujoco.model import mjcf_losses, write_mjcf
 from .opensim.model import osim_losses, write_osim
@@ -46,6 +47,7 @@ class Format(NamedTuple):
         write: Writes the files; raises RobotError where `losses` has errors.
         prepare: Makes an equal robot that it can hold.
         with_meshes: The format with meshes that are carried; None where it holds none.
+        is_named: Whether its files have the robot's name.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Format(NamedTuple):
     write: Callable[[Robot, Path], list[Path]]
     prepare: Callable[[Robot], Robot] = lambda robot: robot
     with_meshes: Callable[[Format, CarriedMeshes], Format] | None = None
+    is_named: bool = True
 
 
 def _with_files(format_: Format, meshes: CarriedMeshes) -> Format:
@@ -138,13 +141,15 @@ def _turned_orientations(robot: Robot, prepared: Robot) -> Iterator[Finding]:
             yield warning(subject, "orientation-from-zero-pose", problem)
 
 
+_write_gazebo = partial(write_sdf, plugin=False)
+
 FORMATS: dict[str, Format] = {
     format_.name: format_
     for format_ in (
-        Format("sdf", sdf_losses, write_sdf, _for_sdf, with_meshes=_with_files),
-        Format("gazebo", sdf_losses, partial(write_sdf, plugin=False), with_meshes=_with_files),
+        Format("sdf", sdf_losses, write_sdf, _for_sdf, _with_files, is_named=False),
+        Format("gazebo", sdf_losses, _write_gazebo, with_meshes=_with_files, is_named=False),
         Format("caspr", caspr_losses, write_caspr, _for_caspr),
-        Format("cardsflow", cardsflow_losses, write_cardsflow_xml),
+        Format("cardsflow", cardsflow_losses, write_cardsflow_xml, is_named=False),
         Format("urdf", urdf_losses, write_urdf, with_meshes=_with_files),
         Format("mjcf", mjcf_losses, write_mjcf, with_meshes=_mjcf_with_files),
         Format("osim", osim_losses, write_osim, with_meshes=_with_files),
@@ -300,6 +305,7 @@ def losses_in(format_: Format, robot: Robot) -> list[Finding]:
             *_merged_links(robot, prepared),
             *_renamed_joints(robot, prepared),
             *_turned_orientations(robot, prepared),
+            *(name_losses(robot) if format_.is_named else ()),
             *format_.losses(prepared),
         ]
     )

@@ -13,7 +13,7 @@ from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError, Motion, RobotError, UnknownNameError, read_robot
 from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.writers.convert import FORMATS, convert
+from addin_sdfusion.robot.writers.convert import FORMATS, convert, losses_in
 from addin_sdfusion.robot.writers.opensim.model import osim_losses
 from sim_dart import DartDynamics
 
@@ -99,3 +99,18 @@ def test_what_a_robot_is_read_from_is_not_replaced(format_: str, tmp_path: Path)
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
     convert(reading.require(), "mjcf", tmp_path, sources=reading.files)
     convert(reading.require(), format_, tmp_path / "new", sources=reading.files)
+
+
+@pytest.mark.parametrize("name", ["a/b", "..\\a", "n" * 201])
+@pytest.mark.parametrize("format_", FORMATS)
+def test_a_name_that_no_file_can_have_is_among_what_is_refused(
+    format_: str, name: str, tmp_path: Path
+) -> None:
+    robot = replace(one_link(), name=name)
+    if format_ in ("sdf", "gazebo", "cardsflow"):
+        assert convert(robot, format_, tmp_path / "out").files
+        return
+    assert "file-name" in [f.code for f in losses_in(FORMATS[format_], robot) if f.is_error]
+    with pytest.raises(RobotError, match="rename it"):
+        convert(robot, format_, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
