@@ -73,7 +73,8 @@ def _name(host: str) -> str | None:
     """The name in `name:port`."""
     try:
         parts = urlsplit(f"//{host}")
-        return None if parts.username is not None or parts.path else parts.hostname
+        whole = parts.port is None or host.endswith(f":{parts.port}")
+        return parts.hostname if whole and parts.username is None and not parts.path else None
     except ValueError:
         return None
 

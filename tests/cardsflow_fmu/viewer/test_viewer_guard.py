@@ -135,6 +135,7 @@ SOCKET = {
         ("evil.example:{}", None, False),
         ("evil.example:{}", "http://evil.example:{}", False),
         ("127.0.0.1@evil.example:{}", None, False),
+        ("127.0.0.1:{}, evil.example", None, False),
         ("127.0.0.1/x", None, False),
         ("[", None, False),
         ("", None, False),
