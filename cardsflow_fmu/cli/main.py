@@ -13,6 +13,7 @@ import traceback  # noqa: E402
 from collections.abc import Sequence  # noqa: E402
 
 from addin_sdfusion.robot import CardsflowError, InputError  # noqa: E402
+from addin_sdfusion.robot.files import file_error  # noqa: E402
 from cardsflow_fmu.utils import interrupts  # noqa: E402
 from cardsflow_fmu.version import __version__  # noqa: E402
 
@@ -105,7 +106,7 @@ def _run(options: argparse.Namespace) -> int:
             place = "" if error.filename is None else f"{error.filename}: "
             print(f"cardsflow: {place}{error.strerror or error}", file=sys.stderr)
             _is_printed()
-            return FAILED
+            return _code_of(file_error(error, "", place)) if place else FAILED
         if isinstance(error, CardsflowError):
             print(f"cardsflow: {error}", file=sys.stderr)
             return _code_of(error)

@@ -104,8 +104,9 @@ class OutputFolder:
 
 
 def _is_summary(file: Path) -> bool:
-    """Whether a run has written this file."""
+    """Whether a run has written this file; InputError where it may not be read."""
+    data = read_file(file, limits.JSON) if file.is_file() else b""
     try:
-        return "cardsflow" in json.loads(read_file(file, limits.JSON))["versions"]
-    except (InputError, ValueError, TypeError, KeyError, RecursionError):
+        return "cardsflow" in json.loads(data)["versions"]
+    except (ValueError, TypeError, KeyError, RecursionError):
         return False

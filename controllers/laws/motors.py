@@ -57,6 +57,7 @@ class SpringMotors:
         pull = self.stiffness * (lengths - set_points) + self.damping * rates
         return np.maximum(pull, 0.0)
 
+    @np.errstate(over="ignore")  # of a weak spring: a command that is no number is refused
     def set_points(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> FloatArray:
         """l0 that makes the forces at a length and rate, shape (m,), in [m]."""
         l0: FloatArray = lengths - (forces - self.damping * rates) / self.stiffness

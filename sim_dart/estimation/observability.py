@@ -85,7 +85,7 @@ def _rank_and_deviations(J: FloatArray) -> tuple[int, FloatArray]:
     s = np.concatenate([s, np.zeros(n - len(s))])
     seen = s > _RANK * max(s[0], 1e-300)
     open_to = (V[~seen] ** 2).sum(axis=0) > _RANK
-    sd = np.sqrt((V[seen] ** 2 / s[seen, None] ** 2).sum(axis=0))
+    sd = np.sqrt(((V[seen] / s[seen, None]) ** 2).sum(axis=0))
     return int(seen.sum()), np.where(open_to, np.inf, sd)
 
 

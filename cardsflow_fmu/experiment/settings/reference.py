@@ -130,7 +130,7 @@ class ReferenceTable(Table):
         for k, point in enumerate(self.points):
             blends = ["blend_time"] if self.spline == "parabolic_blend" and k else []
             found: list[InputError] = point.meaningless(["time", *self.rows.values(), *blends])
-            missing = {self.letter, *blends} - point.model_fields_set
+            missing = [key for key in (self.letter, *blends) if not getattr(point, key)]
             found += [InputError("missing", key=key) for key in sorted(missing)]
             for error in found:
                 error.key = f"points[{k}].{error.key}"

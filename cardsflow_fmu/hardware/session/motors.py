@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.experiment.settings.hardware import MotorSettings
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import SpringMotors
@@ -79,9 +80,28 @@ class MotorMap:
             rates: l', shape (m,), in [m/s].
             tensions: As measured, shape (m,), in [N]; shape (0,) where they are not.
             h: Length of the step, in [s].
+
+        Raises:
+            SimulationError: One is no number.
         """
         if self._command == "force":
             return forces
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = self._of_springs(forces, lengths, rates, tensions, h)
+        if not np.isfinite(found).all():
+            name = self._springs.muscle_names[int(np.isfinite(found).argmin())]
+            what = f"the command of the motor of {name!r} is no number; look at hardware.motors"
+            raise SimulationError(what)
+        return found
+
+    def _of_springs(
+        self,
+        forces: FloatArray,
+        lengths: FloatArray,
+        rates: FloatArray,
+        tensions: FloatArray,
+        h: float,
+    ) -> FloatArray:
         desired = self._springs.set_points(lengths, rates, forces)
         if self._command == "length":
             self._set_points = desired

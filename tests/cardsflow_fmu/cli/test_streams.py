@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -64,6 +65,15 @@ def test_a_full_disk_is_a_failure_of_the_machine() -> None:
     assert str(full) == "here: cannot be written: No space left on device"
     denied = file_error(OSError(13, "Permission denied"), "cannot be written", "here")
     assert isinstance(denied, InputError)
+
+
+def test_a_folder_that_may_not_be_looked_into_is_wrong_input(
+    tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    denied = PermissionError(13, "Permission denied", "robot/experiment.toml")
+    monkeypatch.setattr(Path, "is_file", Mock(side_effect=denied))
+    line = cardsflow.refused("check", tmp_path)
+    assert line == "cardsflow: robot/experiment.toml: Permission denied\n"
 
 
 def test_what_steers_a_terminal_is_written_as_escapes() -> None:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from support.robots.random_robots import random_robot
 from support.robots.robots import planar_2r
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu.experiment.settings.hardware import MotorSettings, SafetySettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.session.motors import MotorMap
@@ -164,6 +164,13 @@ def test_set_points_make_the_desired_forces(settings: dict[str, float], decode: 
     """The springs' own law f = K (l - l0) + D l' is the oracle."""
     u = mapped("length", **settings).commands(PULL, LENGTHS, RATES, NONE, 1e-3)
     np.testing.assert_allclose(SPRINGS.forces(LENGTHS, RATES, decode(u)), PULL, rtol=1e-9)
+
+
+def test_a_command_that_is_no_number_names_its_motor() -> None:
+    weak = MotorSettings(command="length", stiffness=(K, 5e-324, K, K))
+    motors = MotorMap(weak, SPRINGS.muscle_names)
+    with pytest.raises(SimulationError, match="motor of 'cable_2' is no number"):
+        motors.commands(PULL, LENGTHS, RATES, NONE, 1e-3)
 
 
 def test_counts_from_the_start_begin_at_zero() -> None:

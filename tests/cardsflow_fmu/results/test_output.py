@@ -2,10 +2,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.results import folder as results_folder
 from cardsflow_fmu.results.folder import OutputFolder
 
 
@@ -47,6 +49,17 @@ def test_results_that_no_run_has_written_are_not_replaced(
     with pytest.raises(InputError, match=r"holds results\.csv, which no run has written"):
         OutputFolder(tmp_path).__enter__()
     assert (tmp_path / "results.csv").read_text() == "mine"
+
+
+def test_a_summary_that_may_not_be_read_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("results.csv", "summary.json"):
+        (tmp_path / name).write_text("{}")
+    denied = InputError("cannot be read: Permission denied", file=tmp_path / "summary.json")
+    monkeypatch.setattr(results_folder, "read_file", Mock(side_effect=denied))
+    with pytest.raises(InputError, match=r"summary\.json: cannot be read"):
+        OutputFolder(tmp_path).__enter__()
 
 
 def test_a_folder_that_cannot_be_written_is_an_input_error(tmp_path: Path) -> None:
