@@ -173,7 +173,7 @@ class ControllerModel(ExperimentModel):
             self._rise()
             return solution
         m, period = self._m, self._loop.period
-        applied = muscles.observe(q, qd, self._states)
+        applied = muscles.observe(q, qd, self._states, self._slip)
         if applied is not None:
             applied = np.concatenate([applied, self._loop.acting[m:]])
         f_min, f_max, pushed = muscles.bounds(self._f_min[:m], self._f_max[:m], period)
@@ -204,7 +204,7 @@ class ControllerModel(ExperimentModel):
         if self._slip is not None:
             self._slip.lose()
         if self._muscles is not None:
-            self._muscles.observe(ramp.q, np.zeros_like(ramp.q), self._states)
+            self._muscles.observe(ramp.q, np.zeros_like(ramp.q), self._states, self._slip)
             self._muscles.update(forces[: self._m], period)
             self._commands[:] = self._muscles.commands
         self._forces[:] = forces

@@ -18,6 +18,7 @@ from addin_sdfusion.robot.model.tension_laws import states_of
 from cardsflow_fmu.signals.muscles import driven_muscles, state_order
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import MuscleDrive
+from sim_dart.muscles.cable_slip import CableSlip
 
 LATE_PERIODS = 4
 """Horizon where a muscle has several states, in periods, unless an experiment has another."""
@@ -64,19 +65,22 @@ class MuscleControl:
         """The commands of the muscles that take one, in the order of their ports."""
         return self._held[self._driven]
 
-    def observe(self, q: FloatArray, qd: FloatArray, states: FloatArray) -> FloatArray | None:
+    def observe(
+        self, q: FloatArray, qd: FloatArray, states: FloatArray, slip: CableSlip | None
+    ) -> FloatArray | None:
         """Set the measured state of a tick.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
             states: Of the muscles, in the order of their ports, shape (s,).
+            slip: Which way cables with friction rub.
 
         Returns:
             The mean tensions since the last tick, shape (m,), in [N]; None at the first.
         """
         self._states[self._order] = states
-        self._drive.set_state(q, qd, self._states)
+        self._drive.set_state(q, qd, self._states, () if slip is None else slip.states)
         if not self._has_ticked:
             return None
         mean: FloatArray = 0.5 * (self._began + self._drive.tensions(self._held))

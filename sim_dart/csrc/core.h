@@ -74,8 +74,9 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
    Of the tension laws:
      rates          l' = L qd, muscles
      tensions       f, muscles; never negative but for springs that push
-     law_states     what the laws remember, muscle after muscle, and behind it s of each bend of cables with
-                    friction, see cable_friction.c; the caller may write them
+     law_states     what the laws remember, muscle after muscle; behind it of each bend of cables with friction
+                    the stretch, where they stretch all along (cable_stretch.c), then s (cable_friction.c); the caller
+                    may write them
      far_tensions   what friction makes of them at the last via points, muscles; none without friction
      bend_flow, bend_grip   of each bend: how fast the cable slides in it with the coordinates, bends x dofs; mu
                     times the angle, bends

@@ -26,6 +26,11 @@ class CableSlip:
         self._last: FloatArray | None = None
         self._n = paths.coordinates
 
+    @property
+    def states(self) -> FloatArray:
+        """Which way each bend rubs, s from -1 to 1, shape (bends,): a view."""
+        return self._slips
+
     def reset(self) -> None:
         """Forget: neither way, anywhere."""
         self._slips[:] = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from addin_sdfusion.robot import Muscle, Robot
+from addin_sdfusion.robot.model.tension_laws import law_of
 
 
 def bends(muscle: Muscle) -> int:
@@ -12,6 +13,11 @@ def bends(muscle: Muscle) -> int:
         muscle: The muscle; one without friction has none.
     """
     return len(muscle.bend_friction)
+
+
+def stretches(muscle: Muscle) -> int:
+    """How many of them have a state of stretch besides: all of a cable that stretches all along."""
+    return bends(muscle) if law_of(muscle.model).stretches else 0
 
 
 def rubs(robot: Robot) -> bool:

@@ -10,7 +10,7 @@ from sim_dart.core.arrays import FloatArray, finite, vector
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 
-from .friction import bends
+from .friction import bends, stretches
 from .laws import MuscleLaws, Reach
 
 
@@ -29,16 +29,20 @@ class MuscleDrive:
         self._core = Core(compile_blob(robot))
         self._laws = MuscleLaws(robot, self._core)
         self._qd = np.zeros(self._n)
-        self._slips = sum(bends(muscle) for muscle in robot.muscles)
-        self.states = len(self._laws.state_names) - self._slips
+        self._of_bends = sum(bends(muscle) + stretches(muscle) for muscle in robot.muscles)
+        self.states = len(self._laws.state_names) - self._of_bends
 
-    def set_state(self, q: ArrayLike, qd: ArrayLike, states: ArrayLike) -> None:
+    def set_state(
+        self, q: ArrayLike, qd: ArrayLike, states: ArrayLike, slips: ArrayLike = ()
+    ) -> None:
         """Set the state that the other calls start from.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
             states: Of the muscles, shape (s,), muscle after muscle.
+            slips: Which way cables with friction rub, shape (bends,), see `CableSlip`; neither way
+                if it is empty.
 
         Raises:
             InputError: A value is not finite, or the shape is wrong.
@@ -47,7 +51,10 @@ class MuscleDrive:
         self._qd = finite("qd", qd, self._n)
         self._laws.update_rates(self._qd)
         own = vector("states", states, self.states)
-        self._laws.set_states(np.concatenate([own, np.zeros(self._slips)]))
+        found = np.concatenate([own, np.zeros(self._of_bends)])
+        if np.size(slips):
+            found[-np.size(slips) :] = slips
+        self._laws.set_states(found)
 
     def tensions(self, commands: FloatArray) -> FloatArray:
         """Tensions at that state, shape (m,), in [N].

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot import InputError, Muscle, Robot
 from addin_sdfusion.robot.model.tension_laws import command_range, law_of, states_of
 from sim_dart.core.arrays import BoolArray, FloatArray, vector
 from sim_dart.core.library import Core
 
-from .friction import bends
+from .friction import bends, stretches
 from .own_laws import OwnLaws
 
 Curve = Literal[
@@ -54,8 +55,9 @@ class MuscleLaws:
         passive: Which muscles take no command, shape (m,).
         modelled: Which muscles have another law than `ideal`, shape (m,).
         state_names: Names of the states, such as `activation.biceps`, S of them. Behind those
-            of laws are those of cables with friction, `slip_1.biceps` of its first bend: which way
-            it rubs.
+            of laws are those of cables with friction, of the first bend `stretch_1.biceps`: by how
+            much what lies behind it is stretched, of cables that stretch all along; then
+            `slip_1.biceps`: which way it rubs.
         state_units: Their units.
         command_names: What each command is, such as `excitation`; empty for a passive muscle.
         command_units: Their units; empty for a passive muscle.
@@ -78,16 +80,16 @@ class MuscleLaws:
         m, n = len(muscles), len(robot.coordinates)
         laws = [law_of(muscle.model) for muscle in muscles]
         states = [(state, muscle) for muscle in muscles for state in states_of(muscle.model)]
-        slips = [
-            f"slip_{k}.{muscle.name}" for muscle in muscles for k in range(1, bends(muscle) + 1)
-        ]
+        stretched = _of_bends("stretch", robot, stretches)
+        slips = _of_bends("slip", robot, bends)
         ranges = np.array([command_range(muscle.model) for muscle in muscles]).reshape(m, 2)
         commands = [law.command for law in laws]
         self.passive: BoolArray = np.array([c is None for c in commands], dtype=np.bool_)
         self.modelled: BoolArray = np.array([law.kind != "ideal" for law in laws], dtype=np.bool_)
         names = [f"{state.name}.{muscle.name}" for state, muscle in states]
-        self.state_names = (*names, *slips)
-        self.state_units = tuple(state.unit for state, _ in states) + ("1",) * len(slips)
+        units = [state.unit for state, _ in states]
+        self.state_names = (*names, *stretched, *slips)
+        self.state_units = (*units, *["m"] * len(stretched), *["1"] * len(slips))
         self.command_names = tuple("" if c is None else c.name for c in commands)
         self.command_units = tuple("" if c is None else c.unit for c in commands)
         self.command_low: FloatArray = ranges[:, 0].copy()
@@ -263,3 +265,7 @@ class MuscleLaws:
         if bad:
             name = self._names[bad - 1]
             raise InputError(f"{what} {values[bad - 1]} of muscle {name!r} is not finite")
+
+
+def _of_bends(what: str, robot: Robot, count: Callable[[Muscle], int]) -> list[str]:
+    return [f"{what}_{k}.{m.name}" for m in robot.muscles for k in range(1, count(m) + 1)]

@@ -14,7 +14,7 @@ from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows, task_rows
 
-from .friction import bends, rubs
+from .friction import bends, rubs, stretches
 from .path_shapes import PathShapes, PointForces
 
 
@@ -65,7 +65,7 @@ class MusclePaths:
         self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))
         self.rubs, self.coordinates = rubs(robot), n
         self.bends = sum(bends(muscle) for muscle in robot.muscles)
-        self.law_states = sum(len(states_of(muscle.model)) for muscle in robot.muscles)
+        self.law_states = sum(len(states_of(m.model)) + stretches(m) for m in robot.muscles)
         self._pulling = (
             self._core.array("pull_jacobian", m, n) if self.rubs else self._state.jacobian
         )

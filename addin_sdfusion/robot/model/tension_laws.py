@@ -74,6 +74,7 @@ class TensionLaw(NamedTuple):
         parameters: Its numbers, in the C core's order.
         command: What drives it; None for a passive one.
         states: What it remembers, in order.
+        stretches: Whether it stretches all along its path, so that friction in bends holds stretch.
     """
 
     kind: str
@@ -82,6 +83,7 @@ class TensionLaw(NamedTuple):
     parameters: tuple[Parameter, ...] = ()
     command: Command | None = None
     states: tuple[LawState, ...] = ()
+    stretches: bool = False
 
 
 _EXCITATION = Command("excitation", "1", 0.0, 1.0)
@@ -95,7 +97,7 @@ TENSION_LAWS: dict[str, TensionLaw] = {
                    Command("force", "N", 0.0, math.inf)),
         TensionLaw("elastic_cable", "a cable with stiffness and damping; slack when too long",
                    "f = k (l - u) + d l' while l > u, never below 0", ELASTIC_CABLE,
-                   Command("rest_length", "m", 0.0, "longest_rest_length")),
+                   Command("rest_length", "m", 0.0, "longest_rest_length"), stretches=True),
         TensionLaw("passive_spring", "CASPR's spring: it pulls, and pushes when too short",
                    "CASPR, CableModelPassiveLinearSpring: f = K (l - l0)", SPRING),
         TensionLaw("series_elastic_motor", "a DC motor with gear and spindle behind a spring",
@@ -119,26 +121,28 @@ TENSION_LAWS: dict[str, TensionLaw] = {
                    "Schutte, Rodgers, Zajac & Glaser 1993, IEEE Trans. Rehabil. Eng. 1; curves of "
                    "OpenSim's model of the wrist", SCHUTTE, _EXCITATION, _HILL_STATES),
         TensionLaw("ligament_blankevoort1991", "a ligament: a toe, then a line; damped when pulled",
-                   "Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24", LIGAMENT),
+                   "Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24", LIGAMENT,
+                   stretches=True),
         TensionLaw("mujoco_muscle", "MuJoCo's muscle, of Hill's type with a rigid tendon",
                    "MuJoCo: f = F (FL(L) FV(V) a + FP(L))", MUJOCO,
                    Command("excitation", "1", "control_low", "control_high"),
                    (LawState("activation", "1"),)),
         TensionLaw("path_spring", "OpenSim's spring along a path, slack when too short",
-                   "OpenSim, PathSpring: f = K (l - l0) (1 + D l'), never below 0", PATH_SPRING),
+                   "OpenSim, PathSpring: f = K (l - l0) (1 + D l'), never below 0", PATH_SPRING,
+                   stretches=True),
         TensionLaw("tendon_spring", "a spring and damper of MuJoCo's tendons; it pushes, too",
                    "MuJoCo: f = k (l - l_high) or k (l - l_low), + d l'", TENDON_SPRING),
         TensionLaw("winch", "a motor with gear and drum that winds up an elastic cable",
                    "(N^2 J_M + J_D) w' = N u - r (f + EA e^2 / 2) - b w - Tc sgn w; f = EA e "
                    "(1 + D e'), never below 0, e = (l - l_u) / (l_u + l_lead); l_u = l_0 - r "
                    "theta. A drum takes up strain energy as well, EA e^2 / 2 a length", WINCH,
-                   Command("torque", "N.m", "-max_torque", "max_torque"), _DRUM_STATES),
+                   Command("torque", "N.m", "-max_torque", "max_torque"), _DRUM_STATES, True),
         TensionLaw("winch_position", "the same with a drive that holds the length of cable",
                    "winch, with N u = Kp (l_u - u) / r - Kd w within +-N T_max. A controller of "
                    "forces commands a position that moves along with the path, tick by tick; it "
                    "aims a few ticks ahead: a muscle_horizon of one alone overshoots",
                    WINCH_POSITION,
-                   Command("rest_length", "m", 0.0, "longest_rest_length"), _DRUM_STATES),
+                   Command("rest_length", "m", 0.0, "longest_rest_length"), _DRUM_STATES, True),
         TensionLaw("heavy_cable", "an elastic cable that sags by its weight between two points",
                    "Irvine 1981, Cable Structures: the elastic catenary, in equilibrium at every "
                    "moment. f is the tension along the chord, H l / a, + d l'; both ends are "

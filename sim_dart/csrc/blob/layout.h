@@ -253,6 +253,7 @@ typedef struct {
 typedef struct {
     blob_counts counts;
     int32_t law_states, law_constants; /* of all muscles together; the states with those of bends */
+    int32_t stretches;                 /* bends of cables that stretch all along */
     BLOB_FIELDS(BLOB_FIELD_MEMBER)
 } blob_view;
 #undef BLOB_FIELD_MEMBER

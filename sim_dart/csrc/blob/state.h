@@ -101,11 +101,20 @@
     ARRAY(law_constants, law_constants) /* what a law makes of its parameters once */                  \
     ARRAY(far_tensions, bends ? muscles : 0) /* what friction leaves of tensions at the last point */  \
     ARRAY(pull_jacobian, bends ? muscles *dofs : 0)                                                    \
+    ARRAY(cable_stretches, bends ? muscles : 0) /* whether it stretches all along, see cable_stretch.c */ \
+    ARRAY(cable_compliance, bends ? muscles : 0) /* in [m/N]; 0 while it is slack, or does not stretch */ \
+    ARRAY(cable_mean, bends ? muscles : 0)       /* of its tension along it, over its first one */     \
+    ARRAY(cable_beyond, bends ? muscles : 0)     /* by which it is longer than with its first tension all along */ \
     ARRAY(bend_row, bends ? variables : 0)                                                             \
     ARRAY(bend_flow, bends *dofs) /* rows: A of cable_friction.c */                                    \
     ARRAY(bend_grip, bends)       /* mu theta */                                                       \
     ARRAY(bend_rates, bends)                                                                           \
     ARRAY(bend_presliding, bends)                                                                      \
+    ARRAY(bend_behind, bends)     /* length of the path from there to the far end */                   \
+    ARRAY(bend_share, bends)      /* of a cable's stretch, behind the bend */                          \
+    ARRAY(bend_owed, bends)       /* how far it has yet to slide for stretch that has come */          \
+    ARRAY(bend_lag, bends)        /* how far it slides less for stretch by friction itself */          \
+    ARRAY(bend_soft, bends)       /* compliance of the cable before a bend */                          \
     ARRAY(bend_tension, bends)    /* on the driven side */                                             \
     ARRAY(bend_way, bends)        /* of a step, over the presliding way; and what is found there */    \
     ARRAY(bend_next, bends)       /* what a round leads to */                                          \

@@ -24,6 +24,7 @@ typedef struct {
     int32_t muscle, point, bend; /* the next bend */
     int32_t wrap, pulley;
     real *row;    /* derivatives of the spans so far by all variables */
+    real way;     /* the length of them */
     real last[3]; /* direction of the last span */
 } cable_walk;
 
@@ -35,6 +36,7 @@ static void bend_by(cable_walk *at, real angle)
     else memcpy(flow, at->row, dofs * sizeof(real));
     at->c->bend_presliding[at->bend] = at->c->blob.presliding[at->muscle];
     at->c->bend_grip[at->bend] = at->c->blob.bend_friction[at->bend] * angle;
+    at->c->bend_behind[at->bend] = larger(at->c->lengths[at->muscle] - at->way, 0);
     at->bend++;
 }
 
@@ -48,10 +50,17 @@ static real angle_between(const real u[3], const real v[3])
 }
 
 /* A span begins at a via point, or behind a contact. */
-static void go(cable_walk *at, const real u[3], const real A[3], int32_t a, const real B[3], int32_t b)
+static void go(cable_walk *at, const real u[3], const real A[3], int32_t a, const real B[3], int32_t b, real length)
 {
     add_span(at->c, u, A, a, B, b, at->row);
     memcpy(at->last, u, sizeof at->last);
+    at->way += length;
+}
+
+static real distance(const real A[3], const real B[3])
+{
+    const real d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
+    return sqrt(dot3(d, d));
 }
 
 /* Passing an end of a segment: a bend but at the ends of the cable. */
@@ -69,7 +78,7 @@ static void go_straight(cable_walk *at, int32_t first, int32_t contacts)
     for (int k = 0; k < 3; k++) u[k] = value_of(length) > 0 ? d[k] / length : at->last[k];
     pass_point(at, first, u);
     while (contacts-- > 0) bend_by(at, 0);
-    if (value_of(length) > 0) go(at, u, A, frame[0], B, frame[1]);
+    if (value_of(length) > 0) go(at, u, A, frame[0], B, frame[1], length);
 }
 
 /* Of the square of a radius: no span. */
@@ -108,13 +117,27 @@ static real turned_over(const core *c, int32_t s, const real *contact)
     return value_of(way) > 0 ? ellipsoid_bend(&placed, contact + 12, contact + 3, way) : 0;
 }
 
-/* Over a surface or off a pulley, whose contact is as core_trace has it. */
-static void go_over(cable_walk *at, const real *contact, real angle, int32_t *frame, int32_t next)
+/* Of a turn on a circle, or on a cylinder on which it climbs. */
+static real arc_on_circle(const real *contact, real radius)
 {
-    go(at, contact + 3, contact, *frame, contact, next);
+    const real turned = turned_about(contact), angle = contact[CONTACT_NUMBERS - 1];
+    return value_of(turned) > 0 ? radius * angle * (angle / turned) : 0;
+}
+
+/* Over a surface or off a pulley, whose contact is as core_trace has it; half the arc is before the bend. */
+static void go_over(cable_walk *at, const real *contact, real angle, real arc, int32_t *frame, int32_t next)
+{
+    go(at, contact + 3, contact, *frame, contact, next, distance(contact, contact + 12) + 0.5 * arc);
     bend_by(at, angle);
     memcpy(at->last, contact + 9, sizeof at->last);
+    at->way += 0.5 * arc;
     *frame = next;
+}
+
+static real arc_over(const core *c, int32_t s, const real *contact)
+{
+    const int is_egg = c->blob.surface_kind[s] == SURFACE_ELLIPSOID;
+    return is_egg ? contact[CONTACT_NUMBERS - 1] : arc_on_circle(contact, c->blob.surface_radius[s]);
 }
 
 static void go_in_contact(cable_walk *at, int32_t first, int32_t wraps, int32_t pulleys)
@@ -128,10 +151,13 @@ static void go_in_contact(cable_walk *at, int32_t first, int32_t wraps, int32_t 
     if (pulleys) memcpy(u, pulley + 3, sizeof u);
     else span_direction(c, surface[0], wrap, wrap + 12, wrap + 3, u);
     pass_point(at, first, u);
-    if (pulleys) go_over(at, pulley, turned_about(pulley), &frame, frame);
-    for (int32_t w = 0; w < wraps; w++, wrap += CONTACT_NUMBERS)
-        go_over(at, wrap, turned_over(c, surface[w], wrap), &frame, c->blob.surface_frame[surface[w]]);
-    go(at, end + 9, end + 6, frame, end + 6, c->blob.point_frame[at->point + 1]);
+    if (pulleys)
+        go_over(at, pulley, turned_about(pulley), arc_on_circle(pulley, c->blob.pulley_radius[at->pulley]), &frame, frame);
+    for (int32_t w = 0; w < wraps; w++, wrap += CONTACT_NUMBERS) {
+        const int32_t s = surface[w];
+        go_over(at, wrap, turned_over(c, s, wrap), arc_over(c, s, wrap), &frame, c->blob.surface_frame[s]);
+    }
+    go(at, end + 9, end + 6, frame, end + 6, c->blob.point_frame[at->point + 1], distance(end + 15, end + 6));
     if (wraps) span_direction(c, surface[wraps - 1], end + 6, end + 15, end + 9, at->last);
 }
 
@@ -169,7 +195,7 @@ void bends_move(core *c)
         }
         memset(at.row, 0, (size_t)blob->counts.variables * sizeof(real));
         memset(at.last, 0, sizeof at.last);
-        at.muscle = m;
+        at.muscle = m, at.way = 0;
         for (at.point = first; at.point < end - 1; at.point++) go_segment(&at, first);
         flow_behind(c, m, begin, at.bend);
     }

@@ -4,6 +4,28 @@
 
 #include "../blob/state.h"
 
+/* A muscle whose cable has bends with friction, and which of all. */
+typedef struct {
+    int32_t muscle, begin, end;
+} bent_cable;
+
+static inline int find_cable(const core *c, bent_cable *at)
+{
+    for (; at->muscle < c->blob.counts.muscles; at->muscle++) {
+        at->end = at->begin + c->blob.muscle_bends[at->muscle];
+        if (at->end > at->begin) return 1;
+    }
+    return 0;
+}
+
+#define EACH_CABLE(c, at) (bent_cable at = {0, 0, 0}; find_cable(c, &at); at.muscle++, at.begin = at.end)
+
+/* s of each bend. */
+static inline real *slips_of(const core *c)
+{
+    return c->law_states + c->blob.law_states - c->blob.counts.bends;
+}
+
 /* Wraps and pulleys of the muscle before via point `end`. `wrap` and `pulley` are where its own begin in their
    lists, and are moved past them. */
 static inline int32_t contacts_before(const blob_view *blob, int32_t end, int32_t *wrap, int32_t *pulley)
@@ -14,7 +36,7 @@ static inline int32_t contacts_before(const blob_view *blob, int32_t end, int32_
     return count;
 }
 
-/* bend_grip and bend_flow at the last q, whose contacts are traced. */
+/* bend_grip, bend_flow and bend_behind at the last q, whose contacts are traced. */
 CORE_INSIDE void bends_move(core *c);
 
 #endif

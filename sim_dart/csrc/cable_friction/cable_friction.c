@@ -27,11 +27,11 @@
    F_k is concave there where E <= 1; a round that changes sides begins there anew. After QUICK_ROUNDS a round goes
    no further than to where the convex function that is sought the least of is least on its way: with P_k for
    the tangent's force, of which M v is made, its slope is sum d (F_k - P_k) dx_k. T is that of the step's
-   beginning.                                                                                              */
+   beginning. Of cables that stretch all along, see cable_stretch.c.                                         */
 #include "cable_friction.h"
 
 #include "../math/elementary.h"
-#include "bends.h"
+#include "cable_stretch.h"
 
 #include <string.h>
 
@@ -40,11 +40,6 @@
 #define FRICTION_HALVINGS 12
 /* By how much a bend's friction may be off in the last round, of the tensions before and behind it. */
 #define AGREEMENT PRECISE(1e-13, 1e-6)
-
-static real *slips_of(const core *c)
-{
-    return c->law_states + c->blob.law_states - c->blob.counts.bends;
-}
 
 static const real *flow_of(const core *c, int32_t k)
 {
@@ -75,6 +70,11 @@ static real friction_at(const core *c, int32_t k, real s)
     return c->bend_tension[k] * exponential_less_one(c->bend_grip[k] * s);
 }
 
+static int is_stretched(const core *c, const bent_cable *at)
+{
+    return c->cable_compliance[at->muscle] != 0;
+}
+
 void cable_friction_pull(core *c)
 {
     const real *slip = slips_of(c);
@@ -90,47 +90,63 @@ void cable_friction_pull(core *c)
     }
 }
 
-/* ------------------------------------------------------------------------------ the velocities of a step */
+/* ------------------------------------------------------------------------------ the slips of a step */
 
-/* Torques and bend_slope by the tangents at bend_way. */
+/* The friction of a cable, by the tangents at bend_way, where it lengthens with bend_rates and rates: bend_next_pull and
+   bend_next. */
+static void pull_by_tangents(core *c, const bent_cable *at, real h)
+{
+    const real *d = c->bend_presliding, *share = c->bend_share, l = is_stretched(c, at) ? c->rates[at->muscle] : 0;
+    for (int32_t k = at->begin; k < at->end; k++) {
+        const real rate = c->bend_rates[k], x = h / d[k] * (rate - share[k] * l) + c->bend_owed[k] / d[k];
+        c->bend_next[k] = x;
+        c->bend_next_pull[k] = c->bend_lag[k] = c->bend_force[k] + c->bend_slope[k] * (x - c->bend_way[k]);
+    }
+    if (!is_stretched(c, at)) return;
+    cable_stretch_yield(c, at, c->bend_lag);
+    for (int32_t k = at->begin; k < at->end; k++) {
+        c->bend_next[k] -= c->bend_lag[k] / d[k];
+        c->bend_next_pull[k] -= c->bend_slope[k] * (c->bend_lag[k] / d[k]);
+    }
+}
+
 static void take_tangents(core *c, real h)
 {
     const real *slip = slips_of(c), *d = c->bend_presliding;
-    memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         const real x = c->bend_way[k], near = 1 + fabs(x), s = followed(slip[k], x);
         const real F = friction_at(c, k, s), per_way = (1 - c->bend_side[k] * slip[k]) / (near * near);
         c->bend_force[k] = F;
         c->bend_slope[k] = (c->bend_tension[k] + F) * c->bend_grip[k] * per_way;
-        add_force(c, k, F + c->bend_slope[k] * (h / d[k] * slid(c, k, c->qd) - x));
         c->bend_resistance[k] = h * h / d[k] * c->bend_slope[k];
     }
 }
 
-/* What acts without friction, and where the cable would slide with the velocities of now. */
-void cable_friction_begin(core *c, real h)
+/* Where the cables would slide with bend_rates and rates, if friction stayed as it is. */
+static void begin_rounds(core *c, real h)
 {
-    const real *slip = slips_of(c), *d = c->bend_presliding;
+    const real *slip = slips_of(c);
+    for (int32_t k = 0; k < c->blob.counts.bends; k++)
+        c->bend_way[k] = c->bend_slope[k] = 0, c->bend_force[k] = friction_at(c, k, slip[k]);
+    for EACH_CABLE (c, at) pull_by_tangents(c, &at, h);
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
-        add_force(c, k, -friction_at(c, k, slip[k]));
-        c->bend_way[k] = h / d[k] * slid(c, k, c->qd);
+        c->bend_way[k] = c->bend_next[k];
         c->bend_side[k] = value_of(c->bend_way[k]) < 0 ? -1 : 1;
     }
-    memcpy(c->torques_before, c->torques, (size_t)c->blob.counts.dofs * sizeof(real));
-    c->is_rubbing = 1, c->friction_rounds = c->friction_settled = 0;
+    c->friction_rounds = c->friction_settled = 0;
     take_tangents(c, h);
 }
 
 /* Whether the tangents are as good as friction itself, at bend_next. */
 static int is_found(core *c, real h)
 {
-    const real *slip = slips_of(c), *d = c->bend_presliding;
+    const real *slip = slips_of(c);
     int agrees = 1;
+    for EACH_CABLE (c, at) pull_by_tangents(c, &at, h);
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
-        const real x = h / d[k] * slid(c, k, c->qd), F = friction_at(c, k, followed(slip[k], x));
-        const real P = c->bend_force[k] + c->bend_slope[k] * (x - c->bend_way[k]);
-        agrees &= value_of(fabs(F - P)) <= value_of(AGREEMENT * (c->bend_tension[k] + fabs(F)));
-        c->bend_next[k] = x, c->bend_next_pull[k] = P, c->bend_force[k] = F;
+        const real F = friction_at(c, k, followed(slip[k], c->bend_next[k]));
+        agrees &= value_of(fabs(F - c->bend_next_pull[k])) <= value_of(AGREEMENT * (c->bend_tension[k] + fabs(F)));
+        c->bend_force[k] = F;
     }
     return agrees;
 }
@@ -174,34 +190,123 @@ static void go_surely(core *c, int is_whole)
     }
 }
 
-int cable_friction_agrees(core *c, real h)
+/* Whether bend_force is friction, at bend_next; if not, tangents are for the next round. */
+static int goes_on(core *c, real h)
 {
     const int32_t was = c->friction_rounds++, is_last = was >= MOST_ROUNDS;
     const int agrees = is_found(c, h);
     /* derivatives take one round more */
-    if ((agrees && (!HAS_TANGENT || c->friction_settled)) || is_last) {
-        memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
-        for (int32_t k = 0; k < c->blob.counts.bends; k++) add_force(c, k, c->bend_force[k]);
-        c->is_rubbing = 0;
-        return 1;
-    }
+    if ((agrees && (!HAS_TANGENT || c->friction_settled)) || is_last) return 0;
     c->friction_settled = agrees;
     if (was < QUICK_ROUNDS) go_quickly(c);
     else go_surely(c, agrees || was == QUICK_ROUNDS);
-    memcpy(c->qd, c->before, (size_t)c->blob.counts.dofs * sizeof(real)); /* from there the next round goes */
     take_tangents(c, h);
+    return 1;
+}
+
+/* ------------------------------------------------------------------------------ the velocities of a step */
+
+void cable_friction_rates(core *c, const real *qd)
+{
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_rates[k] = slid(c, k, qd);
+}
+
+/* What pull_by_tangents goes by, at the velocities of now. */
+static void lengthen(core *c)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs;
+    cable_friction_rates(c, c->qd);
+    for EACH_CABLE (c, at) {
+        const real *L = c->jacobian + (size_t)at.muscle * dofs;
+        real rate = 0;
+        for (size_t j = 0; j < dofs && is_stretched(c, &at); j++) rate += L[j] * c->qd[j];
+        if (is_stretched(c, &at)) c->rates[at.muscle] = rate;
+    }
+}
+
+/* Jumps of tension F in the bends. */
+static void add_friction(core *c, const real *F, real times)
+{
+    const size_t dofs = (size_t)c->blob.counts.dofs;
+    for EACH_CABLE (c, at) {
+        const real *L = c->jacobian + (size_t)at.muscle * dofs;
+        real mean = 0;
+        for (int32_t k = at.begin; k < at.end; k++) add_force(c, k, times * F[k]), mean += times * c->bend_share[k] * F[k];
+        for (size_t j = 0; j < dofs && is_stretched(c, &at); j++) c->torques[j] += L[j] * mean;
+    }
+}
+
+/* By the tangents, at the velocities of the step's beginning: from there a round goes. */
+static void pull_for_round(core *c, real h)
+{
+    memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
+    for EACH_CABLE (c, at) pull_by_tangents(c, &at, h);
+    add_friction(c, c->bend_next_pull, 1);
+}
+
+/* What acts without friction, and where the cable would slide with the velocities of now. */
+void cable_friction_begin(core *c, real h)
+{
+    const real *slip = slips_of(c);
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_force[k] = friction_at(c, k, slip[k]);
+    add_friction(c, c->bend_force, -1);
+    memcpy(c->torques_before, c->torques, (size_t)c->blob.counts.dofs * sizeof(real));
+    c->is_rubbing = 1;
+    lengthen(c);
+    begin_rounds(c, h);
+    pull_for_round(c, h);
+}
+
+int cable_friction_agrees(core *c, real h)
+{
+    lengthen(c);
+    if (!goes_on(c, h)) {
+        memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
+        add_friction(c, c->bend_force, 1);
+        c->is_rubbing = 0;
+        return 1;
+    }
+    memcpy(c->qd, c->before, (size_t)c->blob.counts.dofs * sizeof(real));
+    lengthen(c);
+    pull_for_round(c, h);
     return 0;
 }
 
-void cable_friction_resist(const core *c, real *M)
+static void resist_rigid(const core *c, const bent_cable *at, real *M)
 {
     const size_t n = (size_t)c->blob.counts.dofs;
-    for (int32_t k = 0; k < c->blob.counts.bends; k++) {
+    for (int32_t k = at->begin; k < at->end; k++) {
         const real *flow = flow_of(c, k);
         for (size_t i = 0; i < n; i++) {
             const real share = c->bend_resistance[k] * flow[i];
             for (size_t j = 0; share != 0 && j < n; j++) M[i * n + j] += share * flow[j];
         }
+    }
+}
+
+/* Less, as the spans between give way: column after column. */
+static void resist_stretched(const core *c, const bent_cable *at, real *M)
+{
+    const size_t n = (size_t)c->blob.counts.dofs;
+    const real *L = c->jacobian + (size_t)at->muscle * n, *share = c->bend_share;
+    for (size_t j = 0; j < n; j++) {
+        for (int32_t k = at->begin; k < at->end; k++) {
+            const real slide = flow_of(c, k)[j] - share[k] * L[j];
+            c->bend_lag[k] = c->bend_slope[k] / c->bend_presliding[k] * slide;
+        }
+        cable_stretch_yield(c, at, c->bend_lag);
+        for (int32_t k = at->begin; k < at->end; k++) {
+            const real *flow = flow_of(c, k), held = flow[j] - share[k] * L[j] - c->bend_lag[k];
+            for (size_t i = 0; i < n; i++) M[i * n + j] += c->bend_resistance[k] * (flow[i] - share[k] * L[i]) * held;
+        }
+    }
+}
+
+void cable_friction_resist(const core *c, real *M)
+{
+    for EACH_CABLE (c, at) {
+        if (is_stretched(c, &at)) resist_stretched(c, &at, M);
+        else resist_rigid(c, &at, M);
     }
 }
 
@@ -214,17 +319,17 @@ static real dissipated(real E, real s, real x, real next)
     return value_of(E) > 0 ? end * x + (next - s) - (end - begin) / E : 0;
 }
 
-void cable_friction_rates(core *c, const real *qd)
-{
-    for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_rates[k] = slid(c, k, qd);
-}
-
 void cable_friction_state_rates(core *c)
 {
     const real *slip = slips_of(c);
-    real *rates = c->law_rates + (slip - c->law_states);
-    for (int32_t k = 0; k < c->blob.counts.bends; k++)
-        rates[k] = (c->bend_rates[k] - slip[k] * fabs(c->bend_rates[k])) / c->bend_presliding[k];
+    real *rates = c->law_rates + (slip - c->law_states), *stretching = rates - c->blob.stretches;
+    for EACH_CABLE (c, at)
+        for (int32_t k = at.begin; k < at.end; k++) {
+            const real by_stretch = is_stretched(c, &at) ? c->bend_share[k] * c->rates[at.muscle] : 0;
+            const real rate = c->bend_rates[k] - by_stretch;
+            rates[k] = (rate - slip[k] * fabs(rate)) / c->bend_presliding[k];
+            if (c->cable_stretches[at.muscle] != 0) *stretching++ = by_stretch;
+        }
 }
 
 void cable_friction_start(core *c)
@@ -232,16 +337,30 @@ void cable_friction_start(core *c)
     memset(slips_of(c), 0, (size_t)c->blob.counts.bends * sizeof(real));
 }
 
+/* How far the cables slide in a step, over the presliding way: bend_next. */
+static void find_slips(core *c, real h)
+{
+    if (c->blob.stretches) {
+        begin_rounds(c, h);
+        while (goes_on(c, h)) continue;
+        return;
+    }
+    for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_next[k] = h / c->bend_presliding[k] * c->bend_rates[k];
+}
+
 void cable_friction_advance(core *c, real h)
 {
     real *slip = slips_of(c);
     const real *d = c->bend_presliding;
+    find_slips(c, h);
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
-        const real x = h / d[k] * c->bend_rates[k], next = followed(slip[k], x);
+        const real x = c->bend_next[k], next = followed(slip[k], x);
         const real lost = c->bend_tension[k] * d[k] * larger(dissipated(c->bend_grip[k], slip[k], x, next), 0);
         c->work[0] += lost, c->work[3] -= lost; /* torques have both */
         slip[k] = next;
     }
+    for EACH_CABLE (c, at)
+        if (c->cable_stretches[at.muscle] != 0) cable_stretch_advance(c, &at, h);
 }
 
 /* ------------------------------------------------------------------------------ for controllers */

@@ -15,6 +15,13 @@
 enum law_constant { LAW_LOW = 0, LAW_HIGH, LAW_STATES, LAW_SHARED, LAW_OWN };
 
 #define MOST_LAW_STATES 3
+
+/* How a cable is stretched that stretches all along its path: by how much in all, in [m], from 0 on; newtons a metre of
+   that; and how much of it lies beside the path, in front of its first point, in [m].                     */
+typedef struct {
+    real over, stiffness, lead;
+} cable_stretch;
+
 /* Nothing real pulls harder, in [N]: keeps a state that runs away a number. */
 #define LARGEST_TENSION 1e15
 
@@ -46,6 +53,8 @@ typedef struct {
        pulls its two points down beside its tension, which is that along the chord.                     */
     void (*place)(real *k, const real chord[3], const real gravity[3]);
     void (*weigh)(const real *k, real l, real u, real down[2]);
+    /* NULL but for what stretches all along its path; u as for its tension. */
+    cable_stretch (*stretch)(const real *k, const real *x, real l, real u);
     /* A command near that which gives f, and a step from there within which the tension, which falls with
        the command, changes smoothly; or NULL.                                                          */
     real (*guess)(const real *k, const real *x, real l, real f, real *step);

@@ -1,4 +1,5 @@
 /* Cables and springs: laws without states. */
+#include "../math/elementary.h"
 #include "law.h"
 
 #include <math.h>
@@ -56,6 +57,12 @@ static real cable_tension(const real *k, const real *x, real l, real v, real u)
     return value_of(l) > value_of(u) ? k[CABLE_STIFFNESS] * (l - u) + k[CABLE_DAMPING] * v : 0;
 }
 
+static cable_stretch cable_stretched(const real *k, const real *x, real l, real u)
+{
+    (void)x;
+    return (cable_stretch){larger(l - u, 0), k[CABLE_STIFFNESS], 0};
+}
+
 TENSION_LAW(ELASTIC_CABLE) = {
     .parameters = PARAMETER_COUNT(cable_parameters),
     .constants = CABLE_CONSTANTS,
@@ -63,4 +70,5 @@ TENSION_LAW(ELASTIC_CABLE) = {
     .refusal = WHEN_OPENED(cable_refusal),
     .prepare = WHEN_OPENED(cable_prepare),
     .tension = cable_tension,
+    .stretch = cable_stretched,
 };

@@ -71,12 +71,19 @@ static real path_spring_tension(const real *k, const real *x, real l, real v, re
     return k[PATH_STIFFNESS] * stretch * (1 + k[PATH_DISSIPATION] * v);
 }
 
+static cable_stretch path_spring_stretched(const real *k, const real *x, real l, real u)
+{
+    (void)x, (void)u;
+    return (cable_stretch){larger(l - k[PATH_REST_LENGTH], 0), k[PATH_STIFFNESS], 0};
+}
+
 TENSION_LAW(PATH_SPRING) = {
     .parameters = PARAMETER_COUNT(path_spring_parameters),
     .constants = PATH_SPRING_CONSTANTS,
     .refusal = WHEN_OPENED(path_spring_refusal),
     .prepare = WHEN_OPENED(path_spring_prepare),
     .tension = path_spring_tension,
+    .stretch = path_spring_stretched,
 };
 
 /* tendon_spring: f = k (l - l_high) above l_high, k (l - l_low) below l_low, nothing between, and d l' in any

@@ -163,6 +163,13 @@ static real winch_tension(const real *k, const real *x, real l, real v, real u)
     return pull_of(k, x, l, v).f;
 }
 
+static cable_stretch winch_stretched(const real *k, const real *x, real l, real u)
+{
+    const real angle = x[WINCH_ANGLE], stiffness = k[WINCH_AXIAL_STIFFNESS] / stretched_length(k, angle);
+    (void)u;
+    return (cable_stretch){larger(l - paid_out(k, angle), 0), stiffness, k[WINCH_LEAD]};
+}
+
 /* The drum's torque by its motor; its slope by w where the angle grows by `reach` w. */
 static real motor_torque(const real *k, real angle, real w, real u, real reach, real *slope)
 {
@@ -297,6 +304,7 @@ TENSION_LAW(WINCH) = {
     .refusal = WHEN_OPENED(winch_refusal),
     .prepare = WHEN_OPENED(winch_prepare),
     .tension = winch_tension,
+    .stretch = winch_stretched,
     .states = WHEN_OPENED(winch_states),
     .rates = winch_rates,
     .start = winch_start,
@@ -312,6 +320,7 @@ TENSION_LAW(WINCH_POSITION) = {
     .refusal = WHEN_OPENED(winch_position_refusal),
     .prepare = WHEN_OPENED(winch_position_prepare),
     .tension = winch_tension,
+    .stretch = winch_stretched,
     .states = WHEN_OPENED(winch_states),
     .rates = winch_rates,
     .start = winch_start,

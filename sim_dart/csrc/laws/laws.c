@@ -3,6 +3,7 @@
 
 #include "../blob/message.h"
 #include "../cable_friction/cable_friction.h"
+#include "../cable_friction/cable_stretch.h"
 #include "../kinematics/joint_variables.h"
 #include "../math/elementary.h"
 #include "../paths/span.h"
@@ -23,7 +24,7 @@ static const char *const LAW_NAMES[] = {LAWS(LAW_NAME)};
 int laws_check(blob_view *view, char *message, size_t capacity)
 {
     const real *p = view->law_parameter;
-    int64_t left = view->counts.law_parameters, states = 0, constants = 0;
+    int64_t left = view->counts.law_parameters, states = 0, stretches = 0, constants = 0;
     for (int32_t m = 0; m < view->counts.muscles; m++) {
         const int32_t kind = view->law_kind[m];
         if (kind < 0 || kind >= LAW_KINDS)
@@ -42,11 +43,13 @@ int laws_check(blob_view *view, char *message, size_t capacity)
         if (law->place && view->muscle_points[m] != 2)
             return refuse(message, capacity, "muscle %d: %s hangs between two via points", (int)m, LAW_NAMES[kind]);
         states += law->states ? law->states(p) : 0;
+        stretches += law->stretch ? view->muscle_bends[m] : 0;
         constants += law->constants;
         p += law->parameters;
     }
     if (left) return refuse(message, capacity, "the laws' parameters do not add up");
-    view->law_states = (int32_t)states + view->counts.bends, view->law_constants = (int32_t)constants;
+    view->stretches = (int32_t)stretches, view->law_constants = (int32_t)constants;
+    view->law_states = (int32_t)(states + stretches) + view->counts.bends;
     return 0;
 }
 
@@ -112,6 +115,7 @@ void laws_prepare(core *c)
         at.law->prepare(at.p, at.k);
         reach_of(c, &at)->is_known = 0;
         at.k[LAW_STATES] = at.law->states ? at.law->states(at.p) : 0;
+        if (c->blob.counts.bends) c->cable_mean[at.m] = 1, c->cable_stretches[at.m] = at.law->stretch && c->blob.muscle_bends[at.m];
         share(&before, &at);
         before = at;
         c->has_weight |= at.law->place != NULL;
@@ -121,6 +125,18 @@ void laws_prepare(core *c)
 static real command(const muscle_law *at, const real *u)
 {
     return at->law->driven ? clamped(u[at->m], at->k[LAW_LOW], at->k[LAW_HIGH]) : 0;
+}
+
+/* Whether it is a cable with friction that stretches all along. */
+static int does_stretch(const core *c, int32_t m)
+{
+    return c->blob.stretches && c->cable_stretches[m] != 0;
+}
+
+/* The length of a path as its law sees it, at the driven end. */
+static real length_at(const core *c, int32_t m)
+{
+    return does_stretch(c, m) ? c->lengths[m] - c->cable_beyond[m] : c->lengths[m];
 }
 
 /* 0, or 1 + the index of the first muscle whose command is not finite. */
@@ -200,6 +216,20 @@ void core_rates(core *c, const real *qd)
     if (c->blob.counts.bends) cable_friction_rates(c, qd);
 }
 
+/* How cables stretch that do so all along: tensions that are means along them become those of their driven ends. */
+static void stretch_cables(core *c, const real *u)
+{
+    muscle_law at;
+    int32_t bend = 0;
+    for EACH_MUSCLE (c, &at) {
+        if (does_stretch(c, at.m)) {
+            const cable_stretch found = at.law->stretch(at.k, at.x, c->lengths[at.m], command(&at, u));
+            cable_stretch_take(c, at.m, bend, &found);
+        }
+        bend += c->blob.muscle_bends[at.m];
+    }
+}
+
 int core_start(core *c, const real *u)
 {
     const int bad = bad_command(c, u);
@@ -208,6 +238,10 @@ int core_start(core *c, const real *u)
     for EACH_MUSCLE (c, &at)
         if (at.states) at.law->start(at.k, c->lengths[at.m], command(&at, u), at.x);
     if (c->blob.counts.bends) cable_friction_start(c);
+    if (c->blob.stretches) {
+        stretch_cables(c, u);
+        cable_stretch_start(c);
+    }
     return 0;
 }
 
@@ -248,6 +282,7 @@ int core_drive(core *c, const real *qd, const real *u)
     muscle_law at;
     for EACH_MUSCLE (c, &at)
         c->tensions[at.m] = bounded_tension(&at, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u));
+    if (c->blob.stretches) stretch_cables(c, u);
     add_torques(c);
     if (c->has_weight) add_weights(c, u);
     return 0;
@@ -260,7 +295,7 @@ int core_law_rates(core *c, const real *u)
     muscle_law at;
     for EACH_MUSCLE (c, &at)
         if (at.states)
-            at.law->rates(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), at.xd);
+            at.law->rates(at.k, at.x, length_at(c, at.m), c->rates[at.m], command(&at, u), at.xd);
     if (c->blob.counts.bends) cable_friction_state_rates(c);
     return 0;
 }
@@ -276,7 +311,7 @@ int core_advance(core *c, const real *u, real h)
         if (at.law->is_hill && at.states == 1) /* its activation, nothing else */
             activations_add(&active, at.k, at.x, command(&at, u), h);
         else if (at.states)
-            at.law->advance(at.k, at.x, c->lengths[at.m], c->rates[at.m], command(&at, u), h);
+            at.law->advance(at.k, at.x, length_at(c, at.m), c->rates[at.m], command(&at, u), h);
     }
     if (active.count) activations_finish(&active, h);
     if (c->blob.counts.bends) cable_friction_advance(c, h);
@@ -286,24 +321,30 @@ int core_advance(core *c, const real *u, real h)
 #define ALMOST (real)1e-6 /* of a period */
 #define MOST_HELD 100
 
+/* The tension at the driven end, of what is the mean along a cable that stretches so. */
+static real at_driven_end(const core *c, int32_t m, real f)
+{
+    return does_stretch(c, m) ? f / c->cable_mean[m] : f;
+}
+
 /* The tension after a time h with command u; of now for a law without states. What moves along with the path
    does so after every `held`.                                                                         */
 static real tension_after(const core *c, const muscle_law *at, real u, real h, real held)
 {
-    const real l = c->lengths[at->m], v = c->rates[at->m];
-    if (!at->states) return bounded_tension(at, NULL, l, v, u);
+    const real l = c->lengths[at->m], driven = length_at(c, at->m), v = c->rates[at->m];
+    if (!at->states) return at_driven_end(c, at->m, bounded_tension(at, NULL, l, v, u));
     real x[MOST_LAW_STATES];
     memcpy(x, at->x, (size_t)at->states * sizeof(real));
     const int steps = at->law->moves_along ? whole_steps(ceil(h / held - ALMOST), MOST_HELD) : 1;
     const real t = h / steps, along = at->law->moves_along ? v * t : 0;
-    for (int i = 0; i < steps; i++) at->law->advance(at->k, x, l + v * t * i, v, u + along * i, t);
-    return bounded_tension(at, x, l + v * h, v, u);
+    for (int i = 0; i < steps; i++) at->law->advance(at->k, x, driven + v * t * i, v, u + along * i, t);
+    return at_driven_end(c, at->m, bounded_tension(at, x, l + v * h, v, u));
 }
 
 static void keep_reach(const core *c, const muscle_law *at, real h, real at_low, real at_high)
 {
     reach *r = reach_of(c, at);
-    if (at->law->moves_along || at->law->place) return; /* which depend on more */
+    if (at->law->moves_along || at->law->place || does_stretch(c, at->m)) return; /* which depend on more */
     r->is_known = 1, r->l = c->lengths[at->m], r->v = c->rates[at->m], r->h = h;
     r->at_low = at_low, r->at_high = at_high;
     memcpy(r->x, at->x, (size_t)at->states * sizeof(real));
@@ -370,7 +411,7 @@ static real enough_of(const muscle_law *at, real f, const attempt *a, const atte
 static int found_near(const core *c, const muscle_law *at, real f, real h, real held, real *u)
 {
     real step;
-    *u = at->law->guess(at->k, at->x, c->lengths[at->m], f, &step);
+    *u = at->law->guess(at->k, at->x, length_at(c, at->m), f, &step);
     attempt before = attempted(c, at, *u, f, h, held), last = before;
     *u += value_of(last.off) > 0 ? step : -step;
     for (int i = 0; i < NEAR_INVERSIONS; i++) {

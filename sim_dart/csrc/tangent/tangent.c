@@ -53,6 +53,7 @@
 #include "../laws/law_spring.c"
 #include "../laws/law_winch.c"
 #include "../cable_friction/bends.c"
+#include "../cable_friction/cable_stretch.c"
 #include "../cable_friction/cable_friction.c"
 #include "../laws/laws.c"
 #include "../dynamics/energies.c"

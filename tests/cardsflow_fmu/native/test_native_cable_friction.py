@@ -70,6 +70,23 @@ def test_the_bits_are_those_of_the_core_from_python(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.native
+def test_the_bits_are_those_of_the_core_of_winches(tmp_path: Path) -> None:
+    """Cables that stretch all along, with states of stretch besides those of slip."""
+    winch = {
+        "kind": "winch",
+        "drum_radius": 0.01,
+        "gear_ratio": 20.0,
+        "motor_inertia": 1e-6,
+        "axial_stiffness": 5e4,
+        "max_torque": 0.5,
+        "rest_length": 0.3,
+    }
+    settings = {"plant.engine": "core", "plant.substeps": 2, "muscles.*.model": winch}
+    check_bits(flower(tmp_path, 0.2, 0.3, **settings), tmp_path / "fmus")
+
+
+@pytest.mark.slow
+@pytest.mark.native
 @pytest.mark.parametrize("part", ["plant", "controller"])
 def test_states_are_whole(part: str, tmp_path: Path) -> None:
     """What is gone back to goes on as before."""

@@ -32,7 +32,7 @@ from support.robots.random_robots import random_robot, random_tree
 from support.robots.robots import EXAMPLES, stopped, with_coordinates
 from support.robots.wrapped import over_ellipsoids
 
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot import CableModel, Robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.native.fields import encode
@@ -41,6 +41,7 @@ from cardsflow_fmu.signals.groups import all_ports
 from cardsflow_fmu.signals.ports import Port, plant_groups
 from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics, close_loops, compile_blob
+from sim_dart.core.arrays import FloatArray
 
 
 def check(
@@ -150,6 +151,35 @@ def test_friction_of_cables(seed: int, tmp_path: Path) -> None:
     robot = random_robot(seed)
     rough = [replace(muscle, friction=0.2, presliding=0.01) for muscle in robot.muscles]
     check(robot.with_muscles(rough), tmp_path, seed, Options(2, energy=True), size=5e-4)
+
+
+def test_friction_of_cables_that_stretch(tmp_path: Path) -> None:
+    """By commands, from one start, whose stretch those do not change."""
+    robot, rng = random_robot(4), np.random.default_rng(4)
+    values = (("stiffness", 2e3), ("damping", 0.0), ("longest_rest_length", 5.0))
+    rough = [
+        replace(muscle, friction=0.2, presliding=0.01, model=CableModel("elastic_cable", values))
+        for muscle in robot.muscles
+    ]
+    n, m = len(robot.coordinates), len(robot.muscles)
+    q, qd = rng.uniform(-1, 1, n), rng.uniform(-2, 2, n)
+    with started(robot.with_muscles(rough), tmp_path, q, qd, Options(2, energy=True)) as slave:
+        inputs = slave.of["input"]
+        start = np.concatenate([rng.uniform(0.1, 0.2, m), np.zeros(len(inputs) - m)])
+
+        def gamma(values: FloatArray) -> FloatArray:
+            slave.restart(inputs, start)
+            slave.slave.setReal(inputs, list(values))
+            return slave.step()
+
+        for _ in range(4):
+            at = start + rng.uniform(-0.02, 0.02, start.size)
+            direction = rng.uniform(-1, 1, at.size)
+            expected = stretched(gamma, at, direction, 1e-5)
+            slave.restart(inputs, start)
+            slave.slave.setReal(inputs, list(at))
+            found, scale = slave.derivative(inputs, direction), np.abs(expected).max()
+            np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7 * scale)
 
 
 def test_springs_and_damping(tmp_path: Path) -> None:

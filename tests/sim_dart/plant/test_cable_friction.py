@@ -28,6 +28,7 @@ from addin_sdfusion.robot import (
     prismatic,
 )
 from addin_sdfusion.robot.model.rotations import rotation
+from addin_sdfusion.robot.model.tension_laws import PRESETS, law_parameters
 from sim_dart import Plant
 from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
@@ -357,18 +358,20 @@ def test_dart_is_the_same_but_for_its_explicit_rule() -> None:
     assert off[1] < 0.4 * off[0]
 
 
-def test_other_laws_pull_at_the_driven_end() -> None:
-    """An elastic cable stretches there: its tension is that of its whole length."""
-    stiff = CableModel(
-        "elastic_cable", (("stiffness", 500.0), ("damping", 0.0), ("longest_rest_length", 5.0))
-    )
+def test_a_motor_with_a_spring_pulls_at_the_driven_end() -> None:
+    """The cable behind its spring does not stretch."""
     robot, theta = corners()
-    plant = Plant(robot.with_muscles([replace(robot.muscles[0], model=stiff)]), STEP)
-    slide(plant, 1.0)
-    rest = plant.muscle_lengths[0] - 0.1
-    for _ in range(5):
-        plant.step([rest])
-    tension = 500.0 * (plant.muscle_lengths[0] - rest)
+    model = PRESETS["roboy_test_bench"]
+    plant = Plant(robot.with_muscles([replace(robot.muscles[0], model=model)]), STEP)
+    plant.reset([1.0], commands=[12.0])
+    state = plant.get_state()
+    state[6:8] = 1.0
+    plant.set_state(state)
+    plant.hold([12.0])
+    given = law_parameters(model)
+    k, l0, r = (given[name] for name in ("stiffness", "rest_length", "spindle_radius"))
+    tension = k * (plant.muscle_lengths[0] - l0 + r * state[5])
+    assert tension > 1.0
     assert plant.tensions[0] == pytest.approx(tension, rel=1e-12)
     assert plant.far_tensions[0] == pytest.approx(tension * math.exp(MU * theta), rel=1e-12)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from addin_sdfusion.robot import WORLD, Robot, ViaPoint
+from addin_sdfusion.robot import WORLD, CableModel, Robot, ViaPoint
 from sim_dart.muscles.paths import MusclePaths
 
 
@@ -26,3 +26,10 @@ def bent(robot: Robot, friction: float, q: ArrayLike) -> Robot:
         points = (ViaPoint(WORLD, (float(x), float(y), float(z))), *muscle.via_points)
         muscles.append(replace(muscle, friction=friction, via_points=points))
     return robot.with_muscles(muscles)
+
+
+def elastic_over_bends(robot: Robot) -> Robot:
+    """Every cable stretches all along, and rubs in its bends."""
+    values = (("stiffness", 2e3), ("damping", 1.0), ("longest_rest_length", 5.0))
+    model = CableModel("elastic_cable", values)
+    return robot.with_muscles([replace(m, friction=0.3, model=model) for m in robot.muscles])

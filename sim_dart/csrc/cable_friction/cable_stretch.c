@@ -1,0 +1,93 @@
+/* Cables with friction that stretch all along: elastic cables, winches, springs and ligaments.
+
+   A cable of compliance 1 / K is stretched by e_0 in all, and by e_k behind bend k: W_k e_0 of it, the share of its
+   length there, and what the jumps of tension F in the bends add:
+
+     e_k = W_k f / K + (C F)_k,      C_kj = (W_max(k,j) - W_k W_j) / K;
+
+   f, by its whole stretch, is the mean of its tension along it. T_1 = f / (1 + sum W_k (T_k+1 - T_k) / T_1) is that of
+   the first span, which motors and drums feel: their length is less by (f - T_1) / K.
+
+   What lies behind bend k without stretch is l_k - e_k: what it loses slides through the bend. So the slip is
+
+     dl_k - de_k,   within a step   h (A_k - W_k L) v - (C F)_k + (e_k - W_k f / K),
+
+   where f grows by K h L v; e_k is a state, that of the last step's end, so that all that comes between counts: a drum
+   that turns, a command. On the joints acts -L' f - sum (A_k - W_k L)' F_k, by the same rows. Energy is stored as
+   f^2 / 2 K + F' C F / 2; none comes from slips, as without stretch.
+
+   C is that of a chain of springs, which are the spans, held at both ends; with what a bend resists, a spring to the
+   ground beside each: solved from the driven end on.                                                    */
+#include "cable_stretch.h"
+
+#include "../math/elementary.h"
+
+/* In [N/m]. */
+static const real LEAST_STIFFNESS = PRECISE(1e-6, 1e-3);
+
+/* e_k of the cable whose bends are `at`: those of cables that stretch are before the slips, one after the other. */
+static real *stretches_of(const core *c, const bent_cable *at)
+{
+    real *state = c->law_states + c->blob.law_states - c->blob.counts.bends - c->blob.stretches;
+    for (int32_t m = 0; m < at->muscle; m++) state += c->cable_stretches[m] != 0 ? c->blob.muscle_bends[m] : 0;
+    return state;
+}
+
+void cable_stretch_take(core *c, int32_t muscle, int32_t bend, const cable_stretch *found)
+{
+    const bent_cable at = {muscle, bend, bend + c->blob.muscle_bends[muscle]};
+    const real *slip = slips_of(c), *state = stretches_of(c, &at), whole = c->lengths[muscle] + found->lead;
+    const int is_taut = value_of(found->over) > 0 && value_of(whole) > 0;
+    const real per_whole = is_taut ? 1 / whole : 0;
+    real mean = 1, T = 1;
+    for (int32_t k = at.begin; k < at.end; k++) {
+        const real W = c->bend_behind[k] * per_whole, grown = T * exponential_less_one(c->bend_grip[k] * slip[k]);
+        c->bend_share[k] = W;
+        c->bend_owed[k] = *state++ - W * found->over;
+        mean += W * grown, T += grown;
+    }
+    const real f = c->tensions[muscle];
+    c->tensions[muscle] = f / mean;
+    c->cable_mean[muscle] = mean;
+    c->cable_compliance[muscle] = is_taut ? 1 / larger(found->stiffness, LEAST_STIFFNESS) : 0;
+    c->cable_beyond[muscle] = (f - c->tensions[muscle]) * c->cable_compliance[muscle];
+}
+
+void cable_stretch_start(core *c)
+{
+    for EACH_CABLE (c, at) {
+        if (c->cable_stretches[at.muscle] == 0) continue;
+        real *state = stretches_of(c, &at);
+        for (int32_t k = at.begin; k < at.end; k++, state++) *state -= c->bend_owed[k], c->bend_owed[k] = 0;
+    }
+}
+
+void cable_stretch_advance(core *c, const bent_cable *at, real h)
+{
+    real *state = stretches_of(c, at);
+    for (int32_t k = at->begin; k < at->end; k++)
+        *state++ += h * c->bend_rates[k] - c->bend_presliding[k] * c->bend_next[k];
+}
+
+/* Of the span behind bend k. */
+static real span_compliance(const core *c, const bent_cable *at, int32_t k)
+{
+    const real behind = k + 1 < at->end ? c->bend_share[k + 1] : 0;
+    return c->cable_compliance[at->muscle] * larger(c->bend_share[k] - behind, 0);
+}
+
+void cable_stretch_yield(const core *c, const bent_cable *at, real *p)
+{
+    real soft = c->cable_compliance[at->muscle] * larger(1 - c->bend_share[at->begin], 0), moved = 0;
+    for (int32_t k = at->begin; k < at->end; k++) {
+        const real holds = 1 / (1 + soft * c->bend_slope[k] / c->bend_presliding[k]);
+        moved = p[k] = (moved + soft * p[k]) * holds;
+        c->bend_soft[k] = soft * holds;
+        soft = c->bend_soft[k] + span_compliance(c, at, k);
+    }
+    for (int32_t k = at->end - 1; k >= at->begin; k--) {
+        const real span = span_compliance(c, at, k), both = span + c->bend_soft[k];
+        const real next = k + 1 < at->end ? p[k + 1] : 0;
+        if (value_of(both) > 0) p[k] = (p[k] * span + c->bend_soft[k] * next) / both;
+    }
+}
