@@ -350,7 +350,11 @@ def _values(form: Mapping[str, Any]) -> str:
 LIMITS: tuple[tuple[str, int, Mapping[str, int]], ...] = (
     ("a robot, a world", limits.XML, {"elements": limits.XML_ELEMENTS}),
     ("CASPR's trajectories", limits.TRAJECTORY, {}),
-    ("a mesh", limits.MESH, {"corners and indices, as glTF": limits.MESH_NUMBERS}),
+    (
+        "a mesh",
+        limits.MESH,
+        {"numbers": limits.MESH_NUMBERS, "parts of a scene": limits.MESH_NODES},
+    ),
     ("a mesh as text", limits.MESH_TEXT, {}),
     ("an experiment, a study", limits.SETTINGS, {}),
     ("a design's snapshot", limits.SNAPSHOT, {"values": limits.SNAPSHOT_VALUES}),

@@ -65,7 +65,11 @@ MESH_LINE = 4 * KIB
 MESH_REACH = 1e9
 """How far a corner may be from the origin, in the mesh's own unit."""
 MESH_NUMBERS = 6_000_000
-"""Corners and indices of all meshes placed in a glTF scene."""
+"""Corners and indices of all meshes placed in a glTF scene, numbers in a COLLADA scene."""
+MESH_NODES = 5000
+"""Nodes and parts placed in a scene of glTF or COLLADA."""
+MESH_DEPTH = 50
+"""Nodes below one another there."""
 
 ARCHIVE = 256 * MIB
 """Bytes of a zip archive: an FMU, an .ssp, an experiment.zip."""

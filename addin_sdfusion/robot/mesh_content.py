@@ -10,12 +10,12 @@ from typing import Any
 from xml.parsers import expat
 
 from . import limits
+from .collada_scene import ColladaScene
 
 _BINARY_HEAD, _BINARY_FACET = 84, 50
 _STL_WORDS = rb"solid|facet|outer|vertex|endloop|endfacet|endsolid|color"
 _NO_NUMBER = "it has corners that are no finite numbers"
 _OBJ_WORDS = rb"v|vt|vn|vp|f|l|p|o|g|s|mg|usemtl|mtllib|usemap|maplib|cstype|deg|end|#.*"
-_COLLADA_FACES = ("triangles", "trifans", "tristrips", "polylist", "polygons")
 _GLB_HEAD, _GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
 
 
@@ -126,21 +126,7 @@ def _off(data: bytes) -> str | None:
 
 
 def _collada(data: bytes) -> str | None:
-    found: set[str] = set()
-
-    def element(name: str, _: dict[str, str]) -> None:
-        found.add(name.rpartition(":")[2])
-
-    def entity(*_: object) -> None:
-        raise ValueError("it declares XML entities")
-
-    parser = expat.ParserCreate()
-    parser.StartElementHandler = element
-    parser.EntityDeclHandler = entity
-    parser.Parse(data, True)
-    if "COLLADA" not in found or found.isdisjoint(_COLLADA_FACES):
-        return "it is no mesh of type .dae: it has no faces"
-    return None
+    return ColladaScene(data).fault()
 
 
 def _glb(data: bytes) -> str | None:
@@ -170,28 +156,50 @@ def _scene(scene: Any, kind: str) -> str | None:
 
 def _too_many(scene: dict[str, Any]) -> str | None:
     """What is too much in a glTF scene, whose meshes can be placed often; None where nothing is."""
-    nodes, meshes, accessors = (scene.get(key) or [] for key in ("nodes", "meshes", "accessors"))
+    lists = (scene.get(key) or [] for key in ("nodes", "meshes", "accessors", "scenes"))
+    nodes, meshes, accessors, scenes = lists
     try:
         children = [child for node in nodes for child in node.get("children") or ()]
         if len(set(children)) < len(children):
             return "it has a node below two others"
+        if _is_deep([node.get("children") or () for node in nodes]):
+            return f"it has more than {limits.MESH_NODES} nodes, or {limits.MESH_DEPTH} in a row"
         if any("bufferView" not in one or "sparse" in one for one in accessors):
             return "it has numbers that stand in no buffer"
+        if any(type(one["count"]) is not int or one["count"] < 0 for one in accessors):
+            return "it has numbers of no count"
+        parts = [mesh.get("primitives") or () for mesh in meshes]
         sizes = [
             sum(
                 accessors[index]["count"]
-                for part in mesh.get("primitives") or ()
+                for part in own
                 for index in (*part["attributes"].values(), part.get("indices"))
                 if index is not None
             )
-            for mesh in meshes
+            for own in parts
         ]
-        placed = [sizes[node["mesh"]] for node in nodes if "mesh" in node]
+        placed = [node["mesh"] for node in nodes if "mesh" in node]
+        numbers = sum(sizes[mesh] for mesh in placed), sum(one["count"] for one in accessors)
+        pieces = [sum(map(len, parts)), sum(len(parts[mesh]) for mesh in placed)]
+        pieces += [sum(len(one.get("nodes") or ()) for one in scenes)]
     except (AttributeError, KeyError, IndexError, TypeError) as error:
         raise ValueError(f"its scene is damaged ({error!r})") from None
-    if max(sum(sizes), sum(placed)) > limits.MESH_NUMBERS:
+    if max(sum(sizes), *numbers) > limits.MESH_NUMBERS:
         return f"its meshes have more than {limits.MESH_NUMBERS} corners and indices"
+    if max(pieces) > limits.MESH_NODES:
+        return f"its scene has more than {limits.MESH_NODES} parts"
     return None
+
+
+def _is_deep(children: list[Any]) -> bool:
+    """Whether there are too many nodes, or too many below one another, or in a circle."""
+    if len(children) > limits.MESH_NODES:
+        return True
+    parents = {child: k for k, own in enumerate(children) for child in own}
+    row: list[int | None] = list(range(len(children)))
+    for _ in range(limits.MESH_DEPTH):
+        row = [parents.get(k) for k in row if k is not None]
+    return any(k is not None for k in row)
 
 
 _TESTS: dict[str, Callable[[bytes], str | None]] = {

@@ -3,10 +3,12 @@ from __future__ import annotations
 import json
 import math
 import struct
+from typing import Any
 
 import pytest
 import trimesh
 
+from addin_sdfusion.robot import limits
 from addin_sdfusion.robot.mesh_content import mesh_problem
 
 BOX = trimesh.creation.box((0.1, 0.2, 0.3))
@@ -108,3 +110,79 @@ def test_corners_that_are_no_numbers_are_refused_in_text(suffix: str, text: str)
 def test_a_binary_stl_that_ends_early_says_how_much_is_there() -> None:
     problem = mesh_problem(".stl", _binary_stl(*range(9), facets=100))
     assert problem == "it is no mesh of type .stl: its head says 100 facets, and 1 are there"
+
+
+def gltf(nodes: list[dict[str, Any]], **changes: Any) -> bytes:
+    """A triangle that nodes place, with other parts of the scene in the place of its own."""
+    parts = {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": [0]}],
+        "nodes": nodes,
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "count": 3, "type": "VEC3"}],
+    }
+    return json.dumps(parts | changes).encode()
+
+
+TRIANGLE = {"attributes": {"POSITION": 0}}
+FLAT = [{"mesh": 0}] * (limits.MESH_NODES + 1)
+DEEP = [{"children": [k + 1]} for k in range(limits.MESH_DEPTH + 1)]
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (gltf([{"mesh": 0}]), None),
+        (gltf([*DEEP[:-2], {"mesh": 0}]), None),
+        (gltf([*DEEP, {"mesh": 0}]), "in a row"),
+        (gltf([{"children": [1]}, {"children": [0]}]), "in a row"),
+        (gltf(FLAT), "nodes"),
+        (gltf([{"mesh": 0}], scenes=[{"nodes": [0] * len(FLAT)}]), "parts"),
+        (gltf([{"mesh": 0}], meshes=[{"primitives": [TRIANGLE] * len(FLAT)}]), "parts"),
+        (gltf([{"mesh": 0}], accessors=[{"bufferView": 0, "count": -1}]), "no count"),
+    ],
+)
+def test_a_gltf_scene_of_a_few_bytes_does_not_become_much(data: bytes, reason: str | None) -> None:
+    """Trimesh takes minutes for 400000 nodes in a file of 6 MB."""
+    problem = mesh_problem(".gltf", data)
+    assert problem is None if reason is None else reason in str(problem)
+
+
+def collada(nodes: str, library: str = "", faces: int = 1) -> bytes:
+    triangles = "<triangles><p>0 1 2</p></triangles>" * faces
+    return (
+        f"<COLLADA><library_nodes>{library}</library_nodes><library_geometries>"
+        f"<geometry id='g'><mesh>{triangles}</mesh></geometry></library_geometries>"
+        f"<library_visual_scenes><visual_scene id='s'>{nodes}</visual_scene>"
+        "</library_visual_scenes></COLLADA>"
+    ).encode()
+
+
+PLACED = "<instance_geometry url='#g'/>"
+
+
+def layers(count: int, each: int) -> str:
+    """Nodes that place the next ones so often."""
+    placed = [f"<instance_node url='#n{k + 1}'/>" * each for k in range(count)]
+    nodes = [f"<node id='n{k}'>{inner}</node>" for k, inner in enumerate([*placed, PLACED])]
+    return "".join(nodes)
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (collada(f"<node>{PLACED * 3}</node>"), None),
+        (collada("<node><instance_node url='#n0'/></node>", layers(3, 10)), None),
+        (collada("<node><instance_node url='#n0'/></node>", layers(30, 30)), "parts"),
+        (collada(f"<node>{PLACED * 60}</node>", faces=100), "parts"),
+        (collada(f"<node>{PLACED * 2000}</node>").replace(b"0 1 2", b"1 " * 4000), "numbers"),
+        (collada("<node id='a'><instance_node url='#a'/></node>"), "deep"),
+        (collada("<node>" * 60 + PLACED + "</node>" * 60), "deep"),
+    ],
+)  # fmt: skip
+def test_a_collada_scene_of_a_few_bytes_does_not_become_much(
+    data: bytes, reason: str | None
+) -> None:
+    """Nodes that place others that place others: 30 layers of 30 had no end."""
+    problem = mesh_problem(".dae", data)
+    assert problem is None if reason is None else reason in str(problem)

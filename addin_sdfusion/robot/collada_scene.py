@@ -1,0 +1,112 @@
+"""How much the scene of a COLLADA file places: a few nodes can place a geometry without end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from xml.parsers import expat
+
+from . import limits
+
+_FACES = {"triangles", "trifans", "tristrips", "polylist", "polygons"}
+
+
+@dataclass
+class _Node:
+    """A node, or the top of a scene, with what it places.
+
+    Attributes:
+        geometries, nodes: The references to them.
+        inner: The nodes in it.
+    """
+
+    geometries: list[str] = field(default_factory=list)
+    nodes: list[str] = field(default_factory=list)
+    inner: list[_Node] = field(default_factory=list)
+    found: tuple[int, int] | None = None
+
+
+class ColladaScene:
+    """What is in a file, counted while it is parsed.
+
+    Args:
+        data: The file's content.
+
+    Raises:
+        ValueError: It declares XML entities.
+        expat.ExpatError: It is no XML.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self.elements: set[str] = set()
+        self._scenes: list[_Node] = []
+        self._open: list[_Node] = []
+        self._nodes: dict[str, _Node] = {}
+        self._sizes: dict[str, int] = {}
+        self._parts: dict[str, int] = {}
+        self._geometry: str | None = None
+        parser = expat.ParserCreate()
+        parser.buffer_text = True
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.CharacterDataHandler = self._text
+        parser.EntityDeclHandler = self._entity
+        parser.Parse(data, True)
+
+    def fault(self) -> str | None:
+        """What keeps it from being a mesh; None where nothing does."""
+        if "COLLADA" not in self.elements or self.elements.isdisjoint(_FACES):
+            return "it is no mesh of type .dae: it has no faces"
+        placed = [self._placed(scene, 0) for scene in self._scenes]
+        if sum(parts for parts, _ in placed) > limits.MESH_NODES:
+            return f"its scene has more than {limits.MESH_NODES} parts"
+        if sum(numbers for _, numbers in placed) > limits.MESH_NUMBERS:
+            return f"its scene places more than {limits.MESH_NUMBERS} numbers"
+        return None
+
+    def _placed(self, node: _Node, depth: int) -> tuple[int, int]:
+        """So many nodes and parts of geometries, and numbers in these, a node places."""
+        if depth > limits.MESH_DEPTH:
+            raise ValueError(f"it has nodes in nodes more than {limits.MESH_DEPTH} deep")
+        if node.found is None:
+            below = [*node.inner, *(self._nodes[n] for n in node.nodes if n in self._nodes)]
+            placed = [self._placed(one, depth + 1) for one in below]
+            parts = 1 + sum(self._parts.get(name, 1) for name in node.geometries)
+            parts += sum(parts for parts, _ in placed)
+            numbers = sum(self._sizes.get(name, 0) for name in node.geometries)
+            node.found = parts, numbers + sum(numbers for _, numbers in placed)
+        return node.found
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
+        name = name.rpartition(":")[2]
+        self.elements.add(name)
+        if name in ("node", "visual_scene"):
+            node = _Node()
+            if name == "visual_scene":
+                self._scenes.append(node)
+            elif self._open:
+                self._open[-1].inner.append(node)
+            self._nodes.setdefault(attributes.get("id", ""), node)
+            self._open.append(node)
+        elif name == "geometry":
+            self._geometry = attributes.get("id", "")
+        elif name in _FACES and self._geometry is not None:
+            self._parts[self._geometry] = self._parts.get(self._geometry, 0) + 1
+        elif name in ("instance_geometry", "instance_node") and self._open:
+            place = self._open[-1]
+            names = place.nodes if name == "instance_node" else place.geometries
+            names.append(attributes.get("url", "").removeprefix("#"))
+
+    def _end(self, name: str) -> None:
+        name = name.rpartition(":")[2]
+        if name in ("node", "visual_scene"):
+            self._open.pop()
+        elif name == "geometry":
+            self._geometry = None
+
+    def _text(self, text: str) -> None:
+        if self._geometry is not None:
+            count = self._sizes.get(self._geometry, 0) + len(text.split())
+            self._sizes[self._geometry] = count
+
+    def _entity(self, *_: object) -> None:
+        raise ValueError("it declares XML entities")
