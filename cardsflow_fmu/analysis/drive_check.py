@@ -60,14 +60,11 @@ def drive_findings(robot: Robot) -> list[Finding]:
 
 
 def experiment_findings(experiment: Experiment) -> list[Finding]:
-    """What goes wrong in a run of an experiment, as far as that is known without one."""
+    """What goes wrong in a run that can begin, as far as that is known without one."""
     robot = experiment.robot
     dynamics = control_dynamics(robot, may_be_singular=True)
-    found = list(_massless(robot, dynamics))
-    if found:
-        return found
     subject = Subject("experiment", experiment.name)
-    found += [warning(subject, "experiment", line) for line in experiment.warnings()]
+    found = [warning(subject, "experiment", line) for line in experiment.warnings()]
     passive = experiment.controller.unfollowing
     found += _held(robot, dynamics, np.array(experiment.start.q), passive)
     return found + list(_motion(experiment, subject))

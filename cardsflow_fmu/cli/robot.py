@@ -240,12 +240,12 @@ def _check(options: argparse.Namespace) -> int:
         reading = readings[0]
         findings = [finding for one in readings for finding in one.findings]
     sound = not any(finding.is_error for finding in findings)
-    if sound:
+    refused = _refusal(experiment) if sound else None
+    if sound and refused is None:
         findings += _drive_findings(reading, experiment)
         findings += _motion_findings(options, reading)
         findings += _losses(options, reading)
         findings = errors_first(findings)
-    refused = _refusal(experiment) if not any(found.is_error for found in findings) else None
     if options.json:
         print(json_text([finding.as_dict() for finding in findings], indent=1))
     else:

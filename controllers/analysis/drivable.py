@@ -125,6 +125,7 @@ def force_margin(terms: Terms, rows: Sequence[int]) -> tuple[float, FloatArray, 
     return float(x[m]), slopes, terms.low + w * x[:m]
 
 
+@np.errstate(over="ignore")  # of a drive that hardly pulls
 def _scaled(terms: Terms, rows: Sequence[int]) -> FloatArray:
     """What the ranges of the drives can do to some coordinates, over the roots of inertias."""
     root = np.sqrt(np.diag(terms.M)[list(rows)])

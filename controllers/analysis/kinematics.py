@@ -112,6 +112,7 @@ def forward_kinematics(
     return best
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what is out of reach is refused
 def inverse_kinematics(
     robot: TaskDynamics,
     y: ArrayLike,

@@ -22,8 +22,11 @@ duration = 0.01
 POINTS = "[reference]\npoints = [{time = 0.0, q = 0.1}, {time = 1.0, q = 0.2}]\n"
 HARDWARE = "[hardware]\nuse = true\nlink = "
 APPROACH = "[reference.approach]\nduration = "
+LINK = "[robot.links.link_2.inertia]\n"
 REFUSED = {
     "masses": (POINTS + "[plant]\nmass_scale = 1e-308", "plant.mass_scale: link"),
+    "mass": (POINTS + LINK + "mass = 1e308", "its mass matrix is not finite"),
+    "far inertia": (POINTS + LINK + "iyy = 1e308", "some motion of its joints moves no mass"),
     "no address": (POINTS + "[hardware]\nuse = true", "hardware.link: missing"),
     "address": (POINTS + HARDWARE + "'nobody'", "no hardware at 'nobody'"),
     "port": (POINTS + HARDWARE + "'udp://127.0.0.1:0'", "port 0 of"),
@@ -54,6 +57,13 @@ def test_check_refuses_what_a_run_refuses(
     code, out, err = cardsflow("check", file)
     assert (code, err) == (2, line)
     assert " 0 errors" not in out
+
+
+def test_a_mass_that_is_nearly_none_is_no_reason_for_warnings(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    file = written(tmp_path, POINTS + LINK + "mass = 1e-12")
+    assert cardsflow("check", file)[::2] == (0, "")
 
 
 def test_check_refuses_objects_within_the_robot(tmp_path: Path, cardsflow: CommandLine) -> None:

@@ -136,6 +136,8 @@ def test_an_unreachable_position_is_refused_with_its_distance(arm: DartDynamics)
     with pytest.raises(InputError, match=r"tip\.x 0, tip\.z 2\.5: .* distance 0\.5 m") as caught:
         inverse_kinematics(arm, [0.0, 2.5], [0.1, 0.1], starts=2)
     assert "at no limit" in str(caught.value)
+    with pytest.raises(InputError, match="distance inf m"):
+        inverse_kinematics(arm, [1e308, 1e308], [0.3, 0.3])
 
 
 def test_limits_in_the_way_are_named() -> None:
