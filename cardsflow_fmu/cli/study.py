@@ -104,6 +104,9 @@ def _executor(options: argparse.Namespace) -> Iterator[RunExecutor | None]:
 def _print(result: StudyResult) -> None:
     summary = result.summary
     print(f"{summary['study']}: {summary['runs']} runs, {summary['failed']} failed")
+    if others := summary.get("other_runs"):
+        what = "of another study, or from before a change; they stay, and count for nothing"
+        print(f"  {others} more in the folder are {what}")
     for error, count in list(summary["failures"].items())[:_ERRORS]:
         print(f"  {count} of them: {error}")
     for name, numbers in summary["metrics"].items():

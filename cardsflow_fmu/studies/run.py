@@ -84,7 +84,7 @@ def run_study(
     jobs = os.cpu_count() or 1 if jobs is None else jobs
     files = RunStore(Path(output or study.output))
     with files.locked():
-        if files.any() and not resume:
+        if files.hashes() and not resume:
             what = "holds runs of a study: go on with --resume, or choose another folder with -o"
             raise InputError(what, file=files.folder)
         work = _StudyRun(study, files, progress)
@@ -234,6 +234,9 @@ def _finished(study: Study, work: _StudyRun, search: Search | None) -> StudyResu
     units = metric_units(study.metrics, _tracking_unit(work.base))
     summary = study_summary(study, collected, rows)
     folder = work.files.folder
+    own = work.expanded() if search is None else (run for run, _ in search.runs)
+    if others := len(work.files.hashes().difference(run.hash for run in own)):
+        summary["other_runs"] = others
     if search is not None:
         summary["best"] = _best(study, search, folder)
         summary["history"] = search.history

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import CardsflowError, InputError, limits
+from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.robot.files import file_error, read_file, remove_leftovers, write_files
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.studies.definition.errors import StudyError
@@ -43,9 +44,9 @@ class RunStore:
             remove_leftovers(self._runs)
             yield
 
-    def any(self) -> bool:
-        """Whether there is a file of a run."""
-        return self._runs.is_dir() and any(self._runs.glob("*.json"))
+    def hashes(self) -> set[str]:
+        """The hashes of the runs that have a file."""
+        return {file.stem for file in self._runs.glob("*.json")}
 
     def write(self, run: Run, outcome: Outcome) -> None:
         """Write the file of a run.
@@ -65,7 +66,8 @@ class RunStore:
         try:
             write_files(self._runs, {f"{run.hash}.json": text})
         except CardsflowError as error:
-            raise StudyError(f"{error}; make room there") from None
+            room = "; make room there" if isinstance(error, MachineError) else ""
+            raise StudyError(f"{error}{room}") from None
 
     def read(self, run: Run) -> Outcome | None:
         """The outcome of a run; None without a valid file."""

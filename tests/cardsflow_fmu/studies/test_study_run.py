@@ -43,6 +43,11 @@ def table(folder: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
+def summary(folder: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((folder / "summary.json").read_text())
+    return content
+
+
 def stamps(folder: Path) -> dict[str, int]:
     return {file.name: file.stat().st_mtime_ns for file in (folder / "runs").iterdir()}
 
@@ -216,6 +221,13 @@ def test_a_full_disk_stops_clearly_and_is_resumed(
     assert len(table(output)) == 6
 
 
+def test_a_folder_in_the_place_of_a_run_is_no_full_disk(tmp_path: Path) -> None:
+    store = RunStore(tmp_path)
+    (tmp_path / "runs/ab.json").mkdir(parents=True)
+    with pytest.raises(StudyError, match=r"cannot be written: Is a directory$"):
+        store.write(Run(0, {}, {}, "ab"), Outcome({}, None, 0.0, 0.0))
+
+
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be written"):
@@ -226,8 +238,10 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
 def test_an_experiment_that_changed_meanwhile_is_another_study(tmp_path: Path) -> None:
     study, output = small_study(tmp_path), tmp_path / "out"
     run_here(study, output)
+    assert "other_runs" not in summary(output)
     more = small_study(tmp_path, short=study_text(duration=0.3))
     assert runs_of(more, output, resume=True) == 6
+    assert summary(output)["other_runs"] == 6
 
 
 def study_text(duration: float) -> str:
