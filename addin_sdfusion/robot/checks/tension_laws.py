@@ -49,7 +49,10 @@ def law_findings(subject: Subject, model: CableModel) -> Iterator[Finding]:
     known = {name: value for name, value in values.items() if value is not None}
     bad = list(_out_of_bounds(parameters, known))
     if not bad and len(known) == len(values) and finite(known.values()):
-        bad = [problem for rule in _RULES.get(model.kind, ()) for problem in rule(known)]
+        try:
+            bad = [problem for rule in _RULES.get(model.kind, ()) for problem in rule(known)]
+        except ArithmeticError:
+            bad = ["parameters are so small or large that their quotients are no numbers"]
     for problem in bad:
         yield error(subject, "bad-law-parameter", f"{model.kind}: {problem}")
 

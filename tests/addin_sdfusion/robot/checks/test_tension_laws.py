@@ -64,6 +64,14 @@ def test_every_number_out_of_its_bounds_is_reported_with_the_muscles_name(kind, 
         assert repr(value) in found.message
 
 
+@pytest.mark.parametrize("kind", ["series_elastic_motor", "hill_millard2012"])
+def test_numbers_that_are_nearly_none_are_found_or_sound(kind):
+    """Their quotients are no numbers."""
+    for parameter in TENSION_LAWS[kind].parameters:
+        for found in _errors(kind, SOUND[kind] | {parameter.name: 5e-324}):
+            assert found.code == "bad-law-parameter"
+
+
 @pytest.mark.parametrize(("kind", "parameter"), NAMED)
 def test_what_has_no_default_must_be_given(kind, parameter):
     left = {name: value for name, value in SOUND[kind].items() if name != parameter.name}
