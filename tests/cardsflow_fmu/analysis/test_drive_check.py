@@ -12,6 +12,7 @@ from support.robots.one_link import cable, one_link
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import (
+    WORLD,
     Coordinate,
     Inertia,
     InputError,
@@ -24,6 +25,7 @@ from addin_sdfusion.robot import (
 )
 from addin_sdfusion.robot.model.pose import Pose
 from cardsflow_fmu import check
+from cardsflow_fmu.analysis import drive_check
 from sim_dart import Plant
 
 Y = (0.0, 1.0, 0.0)
@@ -170,3 +172,21 @@ def test_caspr_folders_with_an_experiment_beside_are_robots(
     write_caspr(arm(0.5, lower=-1.0, upper=1.0, initial=0.0), tmp_path)
     (tmp_path / "experiment.toml").write_text("nonsense")
     assert cardsflow("check", tmp_path)[0] == 0
+
+
+@pytest.mark.parametrize(("joints", "muscles"), [(301, 1), (1, 2001)])
+def test_of_very_large_robots_it_is_said_that_nothing_was_looked_at(
+    joints: int, muscles: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A URDF of 1 MB has 3000 joints, for which it had not ended after 100 s."""
+    robot = arm(1.0)
+    more = range(1, joints)
+    links = [Link(f"l{k}", LIGHT) for k in more]
+    chain = [Joint(f"j{k}", WORLD, f"l{k}", revolute(Y), (Coordinate(f"q{k}"),)) for k in more]
+    strands = tuple(replace(robot.muscles[0], name=f"m{k}") for k in range(muscles))
+    robot = replace(
+        robot, links=(*robot.links, *links), joints=(*robot.joints, *chain)
+    ).with_muscles(strands)
+    monkeypatch.setattr(drive_check, "control_dynamics", lambda *_, **__: pytest.fail("computed"))
+    (finding,) = drive_check.drive_findings(robot)
+    assert finding.code == "not-looked-at"
