@@ -19,11 +19,11 @@ from controllers.force_distribution.linear import minimum_infinity_norm
 from controllers.force_distribution.methods import distribute
 from controllers.force_distribution.one_way import both_ways, one_way
 from controllers.force_distribution.poses import DistributedForces
-from controllers.validation import is_finite
 
 from .wrench_set import torque_margins
 
 _AT_BOUND = 1e-6  # a force this close to a bound is at it, relative to 1 N or the bound
+_LARGEST_MARGIN = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,15 +275,15 @@ def size_muscles(
 
     Args:
         terms: Torques and muscle Jacobians along the motion.
-        margin: Added to a peak, as a part of it, not negative.
+        margin: Added to a peak, as a part of it, from 0 to 1e6.
         method: Name of the distribution; one that allows unlimited muscles.
         options: Further keyword arguments of the method.
 
     Raises:
         InputError: The margin is wrong, or the method needs upper bounds.
     """
-    if not (is_finite(margin) and margin >= 0):
-        raise InputError(f"margin must be finite and not negative: {margin}")
+    if not 0.0 <= margin <= _LARGEST_MARGIN:
+        raise InputError(f"margin must be within 0 and {_LARGEST_MARGIN:g}: {margin}")
     muscles = len(terms.f_min) - terms.motors
     open_ways = np.full(terms.motors, -np.inf)
     lifted = terms.with_bounds(np.concatenate([terms.f_min[:muscles], open_ways]), np.inf)

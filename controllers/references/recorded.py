@@ -16,6 +16,8 @@ from controllers.arrays import FloatArray
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
+_LARGEST_NOISE = 1e100  # whose square is a number
+
 FEWEST_SAMPLES = 6
 """That a smoothing spline needs."""
 
@@ -79,8 +81,10 @@ def recorded_trajectory(
         space: Whether q is joint positions or task coordinates.
 
     Raises:
-        InputError: Shapes, numbers or times are none of a motion.
+        InputError: Shapes, numbers or times are none of a motion, or the noise is none.
     """
+    if noise is not None and not 0.0 <= noise <= _LARGEST_NOISE:
+        raise InputError(f"noise must be within 0 and {_LARGEST_NOISE:g}, not {noise!r}")
     _require_motion(times, q, 2 if qd is not None and qdd is not None else FEWEST_SAMPLES)
     for rows in (qd, qdd):
         if rows is not None:

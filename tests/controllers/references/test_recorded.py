@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from functools import partial
 
 import numpy as np
@@ -153,3 +154,10 @@ def test_times_too_uneven_for_a_spline_are_refused(make) -> None:
     times = np.array([0.0, 1e-320, 2e-320, 1.0, 1.5, 2.0, 2.5, 3.0])
     with pytest.raises(InputError, match="too uneven"):
         make(times, np.sin(np.arange(8.0))[:, None])
+
+
+@pytest.mark.parametrize("noise", [math.nan, 1e308, -1.0])
+def test_noise_that_is_none_is_refused(noise: float) -> None:
+    times = np.linspace(0.0, 1.0, 11)
+    with pytest.raises(InputError, match="noise must be within 0 and"):
+        recorded_trajectory(times, np.sin(times)[:, None], noise=noise)
