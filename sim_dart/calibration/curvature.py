@@ -49,7 +49,7 @@ def bends(
     if not any(problem.parameters[k].kind == "point" for k in drawn):
         return np.zeros(P)
     every = -(-len(cut) // _WINDOWS)
-    root = np.linalg.cholesky(covariance[np.ix_(drawn, drawn)])
+    root = covariance_root(covariance[np.ix_(drawn, drawn)])
     changes = np.zeros((_DRAWS, P))
     changes[:, drawn] = np.random.default_rng(0).normal(size=(_DRAWS, len(drawn))) @ root.T
     bent = problem.bent(z, cut[::every], starts[::every], changes)
@@ -58,3 +58,13 @@ def bends(
     H, curved = bent
     moved = -0.5 * every * np.linalg.solve(every * H + problem.prior(z)[2], curved.T).T
     return np.asarray(np.sqrt(np.mean(moved**2, axis=0)))
+
+
+def covariance_root(C: FloatArray) -> FloatArray:
+    """R with R R' = C, shape (k, k), where rounding has left some direction no variance, too."""
+    try:
+        return np.linalg.cholesky(C)
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(C)
+        root: FloatArray = vectors * np.sqrt(np.maximum(values, 0.0))
+        return root

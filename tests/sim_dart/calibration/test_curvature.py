@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.robots.recorded_arm import NOISE, ROWS, STEP, damped_arm, recording
 
-from sim_dart.calibration.curvature import bends
+from sim_dart.calibration.curvature import bends, covariance_root
 from sim_dart.calibration.parameters import PriorSettings, free_parameters
 from sim_dart.calibration.problem import CalibrationProblem
 from sim_dart.calibration.readings import Window, windows
@@ -67,3 +67,12 @@ def test_numbers_on_a_curve_deviate_by_the_square_of_their_tangent() -> None:
     linear = CalibrationProblem(problem.robot, parameters, np.full(6, NOISE), 0.3)
     none = bends(linear, np.zeros(6), cut, settled.starts, np.eye(6))
     np.testing.assert_array_equal(none, 0.0)
+
+
+def test_a_covariance_that_rounding_has_spoilt_has_a_root() -> None:
+    """One direction without variance, and less than none by rounding."""
+    C = np.array([[1.0, 1.0 + 1e-15], [1.0 + 1e-15, 1.0]])
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(C)
+    root = covariance_root(C)
+    np.testing.assert_allclose(root @ root.T, C, atol=1e-14)
