@@ -62,9 +62,10 @@ def bends(
 
 def covariance_root(C: FloatArray) -> FloatArray:
     """R with R R' = C, shape (k, k), where rounding has left some direction no variance, too."""
+    root: FloatArray
     try:
-        return np.linalg.cholesky(C)
+        root = np.linalg.cholesky(C)
     except np.linalg.LinAlgError:
         values, vectors = np.linalg.eigh(C)
-        root: FloatArray = vectors * np.sqrt(np.maximum(values, 0.0))
-        return root
+        root = vectors * np.sqrt(np.maximum(values, 0.0))
+    return root
