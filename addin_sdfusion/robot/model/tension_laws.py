@@ -121,8 +121,7 @@ TENSION_LAWS: dict[str, TensionLaw] = {
                    "Schutte, Rodgers, Zajac & Glaser 1993, IEEE Trans. Rehabil. Eng. 1; curves of "
                    "OpenSim's model of the wrist", SCHUTTE, _EXCITATION, _HILL_STATES),
         TensionLaw("ligament_blankevoort1991", "a ligament: a toe, then a line; damped when pulled",
-                   "Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24", LIGAMENT,
-                   stretches=True),
+                   "Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24", LIGAMENT),
         TensionLaw("mujoco_muscle", "MuJoCo's muscle, of Hill's type with a rigid tendon",
                    "MuJoCo: f = F (FL(L) FV(V) a + FP(L))", MUJOCO,
                    Command("excitation", "1", "control_low", "control_high"),

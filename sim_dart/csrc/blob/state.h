@@ -103,7 +103,7 @@
     ARRAY(pull_jacobian, bends ? muscles *dofs : 0)                                                    \
     ARRAY(cable_stretches, bends ? muscles : 0) /* whether it stretches all along, see cable_stretch.c */ \
     ARRAY(cable_compliance, bends ? muscles : 0) /* in [m/N]; 0 while it is slack, or does not stretch */ \
-    ARRAY(cable_mean, bends ? muscles : 0)       /* of its tension along it, over its first one */     \
+    ARRAY(cable_rise, bends ? muscles : 0)       /* of its mean tension over its first one, relative */ \
     ARRAY(cable_beyond, bends ? muscles : 0)     /* by which it is longer than with its first tension all along */ \
     ARRAY(bend_row, bends ? variables : 0)                                                             \
     ARRAY(bend_flow, bends *dofs) /* rows: A of cable_friction.c */                                    \

@@ -28,6 +28,12 @@ typedef struct {
     real last[3]; /* direction of the last span */
 } cable_walk;
 
+static real distance(const real A[3], const real B[3])
+{
+    const real d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
+    return sqrt(dot3(d, d));
+}
+
 static void bend_by(cable_walk *at, real angle)
 {
     const size_t dofs = (size_t)at->c->blob.counts.dofs;
@@ -52,15 +58,9 @@ static real angle_between(const real u[3], const real v[3])
 /* A span begins at a via point, or behind a contact. */
 static void go(cable_walk *at, const real u[3], const real A[3], int32_t a, const real B[3], int32_t b, real length)
 {
-    add_span(at->c, u, A, a, B, b, at->row);
+    span_add(at->c, u, A, a, B, b, at->row);
     memcpy(at->last, u, sizeof at->last);
     at->way += length;
-}
-
-static real distance(const real A[3], const real B[3])
-{
-    const real d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
-    return sqrt(dot3(d, d));
 }
 
 /* Passing an end of a segment: a bend but at the ends of the cable. */
@@ -73,9 +73,9 @@ static void go_straight(cable_walk *at, int32_t first, int32_t contacts)
 {
     const int32_t *frame = at->c->blob.point_frame + at->point;
     const real *A = at->c->point + 3 * at->point, *B = A + 3;
-    const real d[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]}, length = sqrt(dot3(d, d));
+    const real length = distance(A, B);
     real u[3];
-    for (int k = 0; k < 3; k++) u[k] = value_of(length) > 0 ? d[k] / length : at->last[k];
+    for (int k = 0; k < 3; k++) u[k] = value_of(length) > 0 ? (B[k] - A[k]) / length : at->last[k];
     pass_point(at, first, u);
     while (contacts-- > 0) bend_by(at, 0);
     if (value_of(length) > 0) go(at, u, A, frame[0], B, frame[1], length);
@@ -117,27 +117,23 @@ static real turned_over(const core *c, int32_t s, const real *contact)
     return value_of(way) > 0 ? ellipsoid_bend(&placed, contact + 12, contact + 3, way) : 0;
 }
 
-/* Of a turn on a circle, or on a cylinder on which it climbs. */
-static real arc_on_circle(const real *contact, real radius)
+/* Over a surface or off a pulley, whose contact is as core_trace has it: half the arc is before the bend, as on a
+   circle of that radius. */
+static void go_over(cable_walk *at, const real *contact, real angle, real radius, int32_t *frame, int32_t next)
 {
-    const real turned = turned_about(contact), angle = contact[CONTACT_NUMBERS - 1];
-    return value_of(turned) > 0 ? radius * angle * (angle / turned) : 0;
-}
-
-/* Over a surface or off a pulley, whose contact is as core_trace has it; half the arc is before the bend. */
-static void go_over(cable_walk *at, const real *contact, real angle, real arc, int32_t *frame, int32_t next)
-{
-    go(at, contact + 3, contact, *frame, contact, next, distance(contact, contact + 12) + 0.5 * arc);
+    const real half = 0.5 * radius * contact[CONTACT_NUMBERS - 1];
+    go(at, contact + 3, contact, *frame, contact, next, distance(contact, contact + 12) + half);
     bend_by(at, angle);
     memcpy(at->last, contact + 9, sizeof at->last);
-    at->way += 0.5 * arc;
+    at->way += half;
     *frame = next;
 }
 
-static real arc_over(const core *c, int32_t s, const real *contact)
+/* None for a guide, in which the cable touches a point; of an ellipsoid the contact has the arc itself. */
+static real arc_radius(const blob_view *blob, int32_t wrap, int32_t s)
 {
-    const int is_egg = c->blob.surface_kind[s] == SURFACE_ELLIPSOID;
-    return is_egg ? contact[CONTACT_NUMBERS - 1] : arc_on_circle(contact, c->blob.surface_radius[s]);
+    if (blob->wrap_side[wrap] == WRAP_INSIDE) return 0;
+    return blob->surface_kind[s] == SURFACE_ELLIPSOID ? 1 : blob->surface_radius[s];
 }
 
 static void go_in_contact(cable_walk *at, int32_t first, int32_t wraps, int32_t pulleys)
@@ -152,10 +148,11 @@ static void go_in_contact(cable_walk *at, int32_t first, int32_t wraps, int32_t 
     else span_direction(c, surface[0], wrap, wrap + 12, wrap + 3, u);
     pass_point(at, first, u);
     if (pulleys)
-        go_over(at, pulley, turned_about(pulley), arc_on_circle(pulley, c->blob.pulley_radius[at->pulley]), &frame, frame);
+        go_over(at, pulley, turned_about(pulley), c->blob.pulley_radius[at->pulley], &frame, frame);
     for (int32_t w = 0; w < wraps; w++, wrap += CONTACT_NUMBERS) {
         const int32_t s = surface[w];
-        go_over(at, wrap, turned_over(c, s, wrap), arc_over(c, s, wrap), &frame, c->blob.surface_frame[s]);
+        const real radius = arc_radius(&c->blob, at->wrap + w, s);
+        go_over(at, wrap, turned_over(c, s, wrap), radius, &frame, c->blob.surface_frame[s]);
     }
     go(at, end + 9, end + 6, frame, end + 6, c->blob.point_frame[at->point + 1], distance(end + 15, end + 6));
     if (wraps) span_direction(c, surface[wraps - 1], end + 6, end + 15, end + 9, at->last);

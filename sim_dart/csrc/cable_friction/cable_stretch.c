@@ -1,4 +1,4 @@
-/* Cables with friction that stretch all along: elastic cables, winches, springs and ligaments.
+/* Cables with friction that stretch all along: elastic cables, winches and springs.
 
    A cable of compliance 1 / K is stretched by e_0 in all, and by e_k behind bend k: W_k e_0 of it, the share of its
    length there, and what the jumps of tension F in the bends add:
@@ -39,16 +39,16 @@ void cable_stretch_take(core *c, int32_t muscle, int32_t bend, const cable_stret
     const real *slip = slips_of(c), *state = stretches_of(c, &at), whole = c->lengths[muscle] + found->lead;
     const int is_taut = value_of(found->over) > 0 && value_of(whole) > 0;
     const real per_whole = is_taut ? 1 / whole : 0;
-    real mean = 1, T = 1;
+    real rise = 0, T = 1;
     for (int32_t k = at.begin; k < at.end; k++) {
         const real W = c->bend_behind[k] * per_whole, grown = T * exponential_less_one(c->bend_grip[k] * slip[k]);
         c->bend_share[k] = W;
         c->bend_owed[k] = *state++ - W * found->over;
-        mean += W * grown, T += grown;
+        rise += W * grown, T += grown;
     }
     const real f = c->tensions[muscle];
-    c->tensions[muscle] = f / mean;
-    c->cable_mean[muscle] = mean;
+    c->tensions[muscle] = f / (1 + rise);
+    c->cable_rise[muscle] = rise, c->cable_stretches[muscle] = 1;
     c->cable_compliance[muscle] = is_taut ? 1 / larger(found->stiffness, LEAST_STIFFNESS) : 0;
     c->cable_beyond[muscle] = (f - c->tensions[muscle]) * c->cable_compliance[muscle];
 }

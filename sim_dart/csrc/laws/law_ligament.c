@@ -4,7 +4,6 @@
 
    Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24: Articular contact in a
    three-dimensional model of the knee.                                                                */
-#include "../math/elementary.h"
 #include "law.h"
 
 #include <stddef.h>
@@ -22,7 +21,6 @@ enum {
 };
 
 static const real FULL_DAMPING = 0.01;
-static const real LEAST_OF_TOE = 1e-3;
 
 static const char *ligament_refusal(const void *parameters)
 {
@@ -59,21 +57,10 @@ static real ligament_tension(const real *k, const real *x, real l, real v, real 
                            : spring;
 }
 
-/* The stiffness is that of the chord; with hardly any stretch in the toe, that of a part of it. */
-static cable_stretch ligament_stretched(const real *k, const real *x, real l, real u)
-{
-    const real over = larger(l - k[LIGAMENT_SLACK_LENGTH], 0), strain = over / k[LIGAMENT_SLACK_LENGTH];
-    const real toe = k[LIGAMENT_TOE], least = LEAST_OF_TOE * toe;
-    const real of_line = value_of(strain) < value_of(toe) ? larger(strain, least) / (2 * toe) : 1 - toe / (2 * strain);
-    (void)x, (void)u;
-    return (cable_stretch){over, k[LIGAMENT_STIFFNESS] * of_line / k[LIGAMENT_SLACK_LENGTH], 0};
-}
-
 TENSION_LAW(LIGAMENT) = {
     .parameters = PARAMETER_COUNT(ligament_parameters),
     .constants = LIGAMENT_CONSTANTS,
     .refusal = WHEN_OPENED(ligament_refusal),
     .prepare = WHEN_OPENED(ligament_prepare),
     .tension = ligament_tension,
-    .stretch = ligament_stretched,
 };

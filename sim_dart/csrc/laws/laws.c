@@ -24,7 +24,8 @@ static const char *const LAW_NAMES[] = {LAWS(LAW_NAME)};
 int laws_check(blob_view *view, char *message, size_t capacity)
 {
     const real *p = view->law_parameter;
-    int64_t left = view->counts.law_parameters, states = 0, stretches = 0, constants = 0;
+    int64_t left = view->counts.law_parameters, states = 0, constants = 0;
+    view->stretches = 0;
     for (int32_t m = 0; m < view->counts.muscles; m++) {
         const int32_t kind = view->law_kind[m];
         if (kind < 0 || kind >= LAW_KINDS)
@@ -43,13 +44,12 @@ int laws_check(blob_view *view, char *message, size_t capacity)
         if (law->place && view->muscle_points[m] != 2)
             return refuse(message, capacity, "muscle %d: %s hangs between two via points", (int)m, LAW_NAMES[kind]);
         states += law->states ? law->states(p) : 0;
-        stretches += law->stretch ? view->muscle_bends[m] : 0;
+        if (law->stretch) view->stretches += view->muscle_bends[m];
         constants += law->constants;
         p += law->parameters;
     }
     if (left) return refuse(message, capacity, "the laws' parameters do not add up");
-    view->stretches = (int32_t)stretches, view->law_constants = (int32_t)constants;
-    view->law_states = (int32_t)(states + stretches) + view->counts.bends;
+    view->law_states = (int32_t)states + view->stretches + view->counts.bends, view->law_constants = (int32_t)constants;
     return 0;
 }
 
@@ -115,7 +115,6 @@ void laws_prepare(core *c)
         at.law->prepare(at.p, at.k);
         reach_of(c, &at)->is_known = 0;
         at.k[LAW_STATES] = at.law->states ? at.law->states(at.p) : 0;
-        if (c->blob.counts.bends) c->cable_mean[at.m] = 1, c->cable_stretches[at.m] = at.law->stretch && c->blob.muscle_bends[at.m];
         share(&before, &at);
         before = at;
         c->has_weight |= at.law->place != NULL;
@@ -130,7 +129,7 @@ static real command(const muscle_law *at, const real *u)
 /* Whether it is a cable with friction that stretches all along. */
 static int does_stretch(const core *c, int32_t m)
 {
-    return c->blob.stretches && c->cable_stretches[m] != 0;
+    return c->blob.stretches && LAW_TABLE[c->blob.law_kind[m]]->stretch && c->blob.muscle_bends[m];
 }
 
 /* The length of a path as its law sees it, at the driven end. */
@@ -183,7 +182,7 @@ void laws_weigh(const core *c, const real *u, real way, real *forces)
             for (int end = 0; end < 2; end++) {
                 const real share = way * down[end] / size, *point = c->point + 3 * (k + end);
                 const real pull[3] = {share * g[0], share * g[1], share * g[2]};
-                add_span(c, pull, point, -1, point, c->blob.point_frame[k + end], forces);
+                span_add(c, pull, point, -1, point, c->blob.point_frame[k + end], forces);
             }
         }
         k += c->blob.muscle_points[at.m];
@@ -324,7 +323,7 @@ int core_advance(core *c, const real *u, real h)
 /* The tension at the driven end, of what is the mean along a cable that stretches so. */
 static real at_driven_end(const core *c, int32_t m, real f)
 {
-    return does_stretch(c, m) ? f / c->cable_mean[m] : f;
+    return does_stretch(c, m) ? f / (1 + c->cable_rise[m]) : f;
 }
 
 /* The tension after a time h with command u; of now for a law without states. What moves along with the path

@@ -37,6 +37,7 @@
 #include "../paths/routed/wrap_rules.c"
 #include "../paths/routed/route_wraps.c"
 #include "../paths/routed/routed.c"
+#include "../paths/span.c"
 #include "../paths/paths.c"
 #include "../laws/hill/activation.c"
 #include "../laws/hill/hill.c"

@@ -6,6 +6,13 @@
 #define LARGEST_FRICTION 2
 #define LARGEST_PRESLIDING 1
 
+static int is_any_in(int32_t first, int32_t end, const int32_t *points, int32_t count)
+{
+    for (int32_t k = 0; k < count; k++)
+        if (points[k] >= first && points[k] < end) return 1;
+    return 0;
+}
+
 /* Paths that are more than fixed points and wraps by our own rules have no order of spans that friction could
    go by. */
 static int is_simple(const blob_view *b, int32_t muscle, int32_t first)
@@ -14,15 +21,10 @@ static int is_simple(const blob_view *b, int32_t muscle, int32_t first)
     if (end - first < 2) return 0;
     for (int k = 0; k < b->counts.wraps; k++)
         if (b->wrap_point[k] >= first && b->wrap_point[k] < end && b->wrap_rule[k] != RULE_TAUT) return 0;
-    for (int k = 0; k < b->counts.conditions; k++)
-        if (b->condition_point[k] >= first && b->condition_point[k] < end) return 0;
-    for (int k = 0; k < b->counts.moves; k++)
-        if (b->move_point[k] >= first && b->move_point[k] < end) return 0;
-    for (int k = 0; k < b->counts.branches; k++)
-        if (b->branch_point[k] >= first && b->branch_point[k] < end) return 0;
-    for (int k = 0; k < b->counts.path_terms; k++)
-        if (b->path_term_muscle[k] == muscle) return 0;
-    return 1;
+    if (is_any_in(first, end, b->condition_point, b->counts.conditions)) return 0;
+    if (is_any_in(first, end, b->move_point, b->counts.moves)) return 0;
+    if (is_any_in(first, end, b->branch_point, b->counts.branches)) return 0;
+    return !is_any_in(muscle, muscle + 1, b->path_term_muscle, b->counts.path_terms);
 }
 
 int check_cable_friction(const blob_view *view, char *message, size_t capacity)

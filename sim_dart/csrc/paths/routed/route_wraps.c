@@ -159,7 +159,7 @@ void route_wraps_choose(core *c, route *r)
 static void take(const core *c, const route *r, const real u[3], const real at[3], int32_t a, int32_t b, real *row)
 {
     const real scaled[3] = {r->factor * u[0], r->factor * u[1], r->factor * u[2]};
-    add_span(c, scaled, at, a, at, b, row);
+    span_add(c, scaled, at, a, at, b, row);
 }
 
 /* Over one surface. */

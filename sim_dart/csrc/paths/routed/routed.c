@@ -112,7 +112,7 @@ static void add_straight(const core *c, const route *r, int32_t i, int32_t j, wa
     memset(way->leaving, 0, sizeof way->leaving);
     if (way->length == 0) return;
     for (int k = 0; k < 3; k++) way->entering[k] = way->leaving[k] = u[k] / way->length, u[k] = r->factor * way->leaving[k];
-    add_span(c, u, A, c->blob.point_frame[i], B, c->blob.point_frame[j], row);
+    span_add(c, u, A, c->blob.point_frame[i], B, c->blob.point_frame[j], row);
 }
 
 /* How the share of a straight way changes with those of its points, times its length. */
