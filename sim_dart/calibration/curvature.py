@@ -62,10 +62,9 @@ def bends(
 
 def covariance_root(C: FloatArray) -> FloatArray:
     """R with R R' = C, shape (k, k), where rounding has left some direction no variance, too."""
-    root: FloatArray
     try:
-        root = np.linalg.cholesky(C)
+        return np.linalg.cholesky(C).astype(np.float64)
     except np.linalg.LinAlgError:
         values, vectors = np.linalg.eigh(C)
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
-    return root
+        root: FloatArray = vectors * np.sqrt(np.maximum(values, 0.0))
+        return root

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from itertools import groupby, pairwise
+from typing import get_args
 
 from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, error, unknown, warning
-from ..model.muscle import Muscle, Wrap, WrapSurface
+from ..model.muscle import Muscle, Side, Wrap, WrapShape, WrapSurface
 from ..model.pose import Vector3
 from ..model.robot import WORLD, Robot
 from ..model.rotations import apply, inverse
@@ -30,6 +31,9 @@ def wrap_surfaces(robot: Robot) -> Iterator[Finding]:
         subject = Subject("wrap_surface", surface.name)
         if surface.link not in known:
             yield error(subject, "unknown-wrap-link", unknown("link", surface.link, links))
+        if surface.shape not in (known_shapes := get_args(WrapShape)):
+            problem = unknown("shape", surface.shape, known_shapes)
+            yield error(subject, "unknown-wrap-shape", problem)
         if surface.radius <= 0.0 or surface.length <= 0.0:
             size = f"radius {surface.radius!r} and length {surface.length!r}"
             yield error(subject, "bad-wrap-size", f"{size} are not both above zero")
@@ -67,6 +71,9 @@ def _wraps(
         if not wrap.segment <= wrap.last <= last and 0 <= wrap.segment <= last:
             problem = f"wraps up to segment {wrap.last}; it may be {wrap.segment} to {last}"
             yield error(subject, "bad-wrap-segment", problem)
+        if wrap.side not in get_args(Side):
+            problem = f"side {wrap.side!r} of {wrap.surface!r} is none of -1, 0 and 1"
+            yield error(subject, "bad-wrap-side", problem)
         if not 0 <= wrap.turns <= MOST_TURNS:
             problem = f"{wrap.turns} turns about {wrap.surface!r} are not within 0 to {MOST_TURNS}"
             yield error(subject, "bad-wrap-turns", problem)

@@ -31,6 +31,7 @@ CableKind = Literal[
     "vsd_flexure",
     "vsd_polynomial",
 ]
+Side = Literal[-1, 0, 1]
 WrapShape = Literal["sphere", "cylinder", "ellipsoid"]
 WrapRule = Literal["taut", "mujoco", "opensim"]
 Quadrant = Literal["all", "+x", "-x", "+y", "-y", "+z", "-z"]
@@ -210,7 +211,7 @@ class Wrap:
 
     surface: str
     segment: int
-    side: Literal[-1, 0, 1] = 0
+    side: Side = 0
     turns: int = 0
     inside: bool = False
     rule: WrapRule = "taut"
