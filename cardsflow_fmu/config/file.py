@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,12 @@ from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
 
 _LARGEST = 2**63
+_DEEPEST = 50
+_TOO_DEEP = "is nested too deeply"
+_DOTTED = re.compile(
+    rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{_DEEPEST}}}""", re.ASCII
+)
+"""A key of so many names with dots between, for which tomllib takes minutes."""
 
 
 def read_settings(file: Path) -> dict[str, Any]:
@@ -27,34 +34,39 @@ def read_settings(file: Path) -> dict[str, Any]:
         text = read_file(file, limits.JSON if is_json else limits.SETTINGS).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError("is not UTF-8 text", file=file) from None
+    if not is_json and _DOTTED.search(text):
+        raise InputError(_TOO_DEEP, file=file)
     try:
         data = json.loads(text) if is_json else tomllib.loads(text)
     except ValueError as error:
         raise InputError(" ".join(str(error).split()), file=file) from None
     except RecursionError:
-        raise InputError("is nested too deeply", file=file) from None
+        raise InputError(_TOO_DEEP, file=file) from None
     if not isinstance(data, dict):
         raise InputError("must hold a table", file=file)
     require_sizes(data, file)
     return data
 
 
-def require_sizes(data: Any, file: Path | None, key: str = "") -> None:
-    """Refuse whole numbers that no number of a machine can hold.
+def require_sizes(data: Any, file: Path | None, key: str = "", depth: int = 0) -> None:
+    """Refuse whole numbers that no number of a machine can hold, and tables in tables without end.
 
     Args:
         data: Plain data.
         file: Where it comes from, for messages.
         key: Its key.
+        depth: How many tables and lists it is in.
 
     Raises:
         InputError: There is one.
     """
+    if depth > _DEEPEST:
+        raise InputError(_TOO_DEEP, file=file)
     if isinstance(data, dict):
         for name, inner in data.items():
-            require_sizes(inner, file, f"{key}.{name}" if key else str(name))
+            require_sizes(inner, file, f"{key}.{name}" if key else str(name), depth + 1)
     elif isinstance(data, list):
         for k, inner in enumerate(data):
-            require_sizes(inner, file, f"{key}[{k}]")
+            require_sizes(inner, file, f"{key}[{k}]", depth + 1)
     elif isinstance(data, int) and abs(data) > _LARGEST:
         raise InputError("must be a number of less than 64 bits", file=file, key=key or None)
