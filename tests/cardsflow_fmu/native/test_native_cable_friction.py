@@ -20,6 +20,17 @@ from cardsflow_fmu.simulation.run import simulate
 
 ARM = EXAMPLES / "roboy_left_arm"
 START = (1.45, 0.0, 0.0, -1.3)
+WINCHES = {
+    "muscles.*.model": {
+        "kind": "winch",
+        "drum_radius": 0.01,
+        "gear_ratio": 20.0,
+        "motor_inertia": 1e-6,
+        "axial_stiffness": 5e4,
+        "max_torque": 0.5,
+        "rest_length": 0.3,
+    }
+}
 
 
 def flower(
@@ -72,16 +83,7 @@ def test_the_bits_are_those_of_the_core_from_python(tmp_path: Path) -> None:
 @pytest.mark.native
 def test_the_bits_are_those_of_the_core_of_winches(tmp_path: Path) -> None:
     """Cables that stretch all along, with states of stretch besides those of slip."""
-    winch = {
-        "kind": "winch",
-        "drum_radius": 0.01,
-        "gear_ratio": 20.0,
-        "motor_inertia": 1e-6,
-        "axial_stiffness": 5e4,
-        "max_torque": 0.5,
-        "rest_length": 0.3,
-    }
-    settings = {"plant.engine": "core", "plant.substeps": 2, "muscles.*.model": winch}
+    settings = {"plant.engine": "core", "plant.substeps": 2} | WINCHES
     check_bits(flower(tmp_path, 0.2, 0.3, **settings), tmp_path / "fmus")
 
 
@@ -90,7 +92,7 @@ def test_the_bits_are_those_of_the_core_of_winches(tmp_path: Path) -> None:
 @pytest.mark.parametrize("part", ["plant", "controller"])
 def test_states_are_whole(part: str, tmp_path: Path) -> None:
     """What is gone back to goes on as before."""
-    file = build(flower(tmp_path, 0.2, 0.3), tmp_path / "fmus", native=True)[part]
+    file = build(flower(tmp_path, 0.2, 0.3, **WINCHES), tmp_path / "fmus", native=True)[part]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
