@@ -41,8 +41,9 @@ class DescribedFmu(Idle):
         self._description = _description(file, folder)
         try:
             signals = read_signals(self._description, folder)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"is no FMU: {error}", file=file) from None
+        except (TypeError, ValueError, KeyError, RecursionError) as error:
+            reason = f"it lacks {error}" if isinstance(error, KeyError) else error
+            raise InputError(f"is no FMU: {reason}", file=file) from None
         taken = Row([signal for signal in signals if signal.causality == "input"])
         given = Row([signal for signal in signals if signal.causality == "output"])
         self.input_names, self.inputs = taken.names, taken.values

@@ -125,7 +125,9 @@ def _elements(folder: Path) -> dict[str, list[dict[str, str]]]:
     found = {}
     for variable in root.iterfind("ModelVariables/*"):
         for annotation in variable.iterfind(f"Annotations/Annotation[@type='{ELEMENTS}']"):
-            found[variable.get("name", "")] = json.loads(annotation.text or "[]")
+            rows = json.loads(annotation.text or "[]")
+            texts = [{key: str(row[key]) for key in ("name", "unit")} for row in rows]
+            found[variable.get("name", "")] = texts
     return found
 
 

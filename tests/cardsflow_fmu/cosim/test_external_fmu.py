@@ -6,6 +6,7 @@ import math
 import zipfile
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import escape
 
 import numpy as np
 import pytest
@@ -14,8 +15,10 @@ from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, Result, build
+from cardsflow_fmu.cosim.described_fmu import DescribedFmu
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.fmu.description import FmiVersion
+from cardsflow_fmu.signals.variables import ELEMENTS
 from cardsflow_fmu.simulation.run import simulate
 
 LEVERS = np.array([[0.1, -0.1, 0.05, -0.05], [0.0, 0.02, 0.1, -0.1]])
@@ -214,6 +217,29 @@ def test_a_coupling_is_part_of_the_data_that_travels() -> None:
     settings = {"run.coupling": "gauss_seidel", "run.order": list(order)}
     data = experiment_data(Experiment.load(PLANAR_2R, settings))["run"]
     assert (data["coupling"], data["order"]) == ("gauss_seidel", list(order))
+
+
+@pytest.mark.parametrize(
+    ("rows", "reason"),
+    [
+        ("[" * 20_000, "recursion"),
+        ("[{", "Expecting"),
+        ("3", "not iterable"),
+        ('[{"unit": "N"}]', "it lacks 'name'"),
+        ('[{"name": "a"}]', "it lacks 'unit'"),
+    ],
+)
+def test_names_of_elements_that_are_none_are_refused(
+    rows: str, reason: str, tmp_path: Path
+) -> None:
+    """In the annotation that our FMUs have, and an FMU by someone else may have."""
+    note = f"<Annotations><Annotation type='{ELEMENTS}'>{escape(rows)}</Annotation></Annotations>"
+    file = tmp_path / "odd.fmu"
+    with zipfile.ZipFile(file, "w") as archive:
+        text = FMI3.replace("<Dimension", f"{note}<Dimension", 1)
+        archive.writestr("modelDescription.xml", text)
+    with pytest.raises(InputError, match=rf"odd\.fmu: is no FMU: .*{reason}"):
+        DescribedFmu("plant", file, tmp_path / "unpacked")
 
 
 @pytest.mark.slow
