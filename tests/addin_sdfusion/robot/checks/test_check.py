@@ -184,6 +184,8 @@ ERRORS = {
     "pulley-without-winch": with_cable(pulley=pulley(inertia=1e-4)),
     "duplicate-wrap-surface": with_surfaces(BALL, BALL),
     "unknown-wrap-link": with_surfaces(replace(BALL, link="amr")),
+    "unknown-wrap-shape": with_surfaces(replace(BALL, shape="bal")),
+    "bad-wrap-side": over_balls(Wrap("ball", 0, side=10**20)),
     "bad-wrap-size": with_surfaces(replace(BALL, radius=0.0)),
     "unknown-wrap-surface": with_cable(wraps=(Wrap("ball", 0),)),
     "bad-wrap-segment": replace(with_cable(wraps=(Wrap("ball", 1),)), wrap_surfaces=(BALL,)),
