@@ -124,17 +124,20 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
     arms = [robot_size(robot) if motor.unit == "rad" else 1.0 for motor in robot.motors]
     counted = force * np.append(np.ones(dynamics.m), arms)
     A, torque = -dynamics.actuator_jacobian(q).T, M @ qdd + dynamics.gravity(q)
-    if not all(np.isfinite(part).all() for part in (M, A, torque)):
+    low, high = np.maximum(dynamics.f_min, -counted), np.minimum(dynamics.f_max, counted)
+    with np.errstate(over="ignore", invalid="ignore"):
+        torques = A * (high - low)
+    if not all(np.isfinite(part).all() for part in (M, torques, torque)):
         raise InputError(
-            "inertias, moment arms or weights are beyond the range of numbers; a length or a mass "
-            "is far too large"
+            "inertias, moment arms, weights or forces are beyond the range of numbers; a length, a "
+            "mass or a force is far too large"
         )
     return Terms(
         M,
         A,
         torque,
-        np.maximum(dynamics.f_min, -counted),
-        np.minimum(dynamics.f_max, counted),
+        low,
+        high,
         np.array([ACCELERATION[c.unit] for c in robot.coordinates]),
     )
 

@@ -148,7 +148,7 @@ def _columns(
     if not len(time):
         return [{"largest": None, "at": None, "beyond": True}] * a.shape[1]
     alike = (a == b) | (np.isnan(a) & np.isnan(b))
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
         difference = np.where(alike, 0.0, np.abs(a - b))
         excess = np.where(alike, -np.inf, difference - (tol + rtol * np.abs(b)))
     difference[np.isnan(difference)] = np.inf

@@ -110,15 +110,20 @@ class ExecutorAdapter:
         raise StudyError("the executor has lost its workers")
 
 
+MOST_JOBS = 1024
+"""Of a pool of processes."""
+
+
 @contextlib.contextmanager
 def process_executor(jobs: int) -> Iterator[ProcessExecutor]:
     """A pool of processes, as a context.
 
     Raises:
-        InputError: The number is not positive.
+        InputError: The number is not positive, or no machine has so many cores.
     """
-    if jobs < 1:
-        raise InputError(f"must be at least 1, not {jobs}", key="jobs")
+    if not 1 <= jobs <= MOST_JOBS:
+        limit = "at least 1" if jobs < 1 else f"at most {MOST_JOBS}"
+        raise InputError(f"must be {limit}, not {jobs}", key="jobs")
     with contextlib.closing(ProcessExecutor(jobs)) as executor:
         yield executor
 

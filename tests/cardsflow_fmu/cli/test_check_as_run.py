@@ -66,6 +66,14 @@ def test_a_mass_that_is_nearly_none_is_no_reason_for_warnings(
     assert cardsflow("check", file)[::2] == (0, "")
 
 
+def test_a_least_force_beyond_numbers_is_refused(tmp_path: Path, cardsflow: CommandLine) -> None:
+    text = (EXAMPLES / "hill_arm/experiment.toml").read_text()
+    text = text.replace("robot/model.sdf", str(EXAMPLES / "hill_arm/robot/model.sdf"))
+    file = tmp_path / "experiment.toml"
+    file.write_text(f"{text}\n[muscles]\nshoulder_flexor = {{ f_min = 1e308 }}\n")
+    assert "a mass or a force is far too large" in cardsflow("check", file)[2]
+
+
 def test_check_refuses_objects_within_the_robot(tmp_path: Path, cardsflow: CommandLine) -> None:
     text = (EXAMPLES / "pick_up/experiment.toml").read_text()
     text = text.replace("robot/model.sdf", str(EXAMPLES / "pick_up/robot/model.sdf"))

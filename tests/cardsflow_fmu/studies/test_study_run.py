@@ -325,6 +325,13 @@ def test_only_takes_the_begin_of_a_hash(
     assert not (tmp_path / "results").exists()
 
 
+def test_more_workers_than_any_machine_has_are_refused(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    line = cardsflow.refused("study", write_study(tmp_path), "-j", "99999999999999999999")
+    assert "jobs: must be at most 1024" in line
+
+
 @pytest.mark.slow
 @pytest.mark.extra("sweep")
 def test_numbers_of_workers_are_checked(tmp_path: Path, cardsflow: CommandLine) -> None:
