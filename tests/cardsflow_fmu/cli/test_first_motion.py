@@ -211,9 +211,9 @@ def test_a_length_beyond_all_numbers_is_refused(tmp_path: Path, cardsflow: Comma
     write_sdf(replace(robot, joints=(*robot.joints[:-1], wrist)), tmp_path)
     code, _, error = cardsflow("init", str(tmp_path), "-o", str(tmp_path / "out"))
     assert code == 2
-    assert "a length or a mass is far too large" in error.splitlines()[-1]
+    assert "a length, a mass or a force is far too large" in error.splitlines()[-1]
     code, out, error = cardsflow("check", str(tmp_path))
-    assert "a length or a mass is far too large: it is described" in out
+    assert "a length, a mass or a force is far too large: it is described" in out
     assert error == ""
 
 
