@@ -11,6 +11,7 @@ from ...errors import InputError, UnknownNameError
 from ...finding import Finding, Subject
 from ...finding_builders import label
 from ...limits import MIB, TRAJECTORY
+from ...mesh_files import lies_in
 from ...model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
 from ..traj import read_samples
 from ..xml import Node, Notes, parse, shortened
@@ -22,14 +23,23 @@ AVERAGE = "cubic_spline_average_velocity_trajectory"
 SPLINES: dict[str, Spline] = {tag: spline for spline, tag in CASPR_SPLINES.items()}
 SPLINES[AVERAGE] = "cubic"
 TOO_MANY = f"the .traj files are larger than {TRAJECTORY // MIB} MiB together"
+_LEADS_OUT = "is a link that leads out of this folder"
 LETTERS: dict[Space, str] = {"joint": "q", "operational": "y"}
 
 
 def trajectories_file(bodies: Path) -> Path | None:
-    """CASPR's trajectories beside a robot's `<name>_bodies.xml`; None where there are none."""
+    """CASPR's trajectories beside a robot's `<name>_bodies.xml`; None where there are none.
+
+    Raises:
+        InputError: They are a link that leads out of the folder.
+    """
     stem = bodies.name.removesuffix(BODIES)
     file = bodies.with_name(f"{stem}_trajectories.xml")
-    return file if stem != bodies.name and file.is_file() else None
+    if stem == bodies.name or not file.is_file():
+        return None
+    if not lies_in(file, [bodies.parent]):
+        raise InputError(f"{_LEADS_OUT}; copy the file here", file=file)
+    return file
 
 
 def trajectory_names(file: str | Path, space: Space = "joint") -> tuple[str, ...]:
@@ -70,8 +80,8 @@ def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding
     notes, findings = Notes(), []
     trajectories: dict[str, Trajectory] = {}
     left = TRAJECTORY
-    file = trajectories_file(Path(robot))
     try:
+        file = trajectories_file(Path(robot))
         groups = {} if file is None else _nodes(file, notes)
     except InputError as error:
         groups = {}
@@ -169,6 +179,9 @@ def _samples_file(node: Node) -> Path:
     file = node.file.parent / path
     if not file.is_file():
         what = f"trajectory {node.subject.name!r}: there is no file {name!r} beside this one"
+        raise InputError(what, file=node.file, line=node.line)
+    if not lies_in(file, [node.file.parent]):  # its samples would be in FMUs and results
+        what = f"trajectory {node.subject.name!r}: {name!r} {_LEADS_OUT}; copy the file here"
         raise InputError(what, file=node.file, line=node.line)
     return file
 

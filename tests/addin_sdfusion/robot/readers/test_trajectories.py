@@ -1,11 +1,12 @@
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 from addin_sdfusion.robot import InputError, TrajectoryPoint, UnknownNameError
-from addin_sdfusion.robot.readers import read_trajectory, trajectory_names
+from addin_sdfusion.robot.readers import read_trajectories, read_trajectory, trajectory_names
 
 EXAMPLE = Path(__file__).parents[4] / "examples/planar_2r/robot/planar_2r_trajectories.xml"
 STILL = (0.0, 0.0)
@@ -242,3 +243,29 @@ def test_a_file_of_another_kind_is_refused(tmp_path):
     file.write_text("<cables/>")
     with pytest.raises(InputError, match="is not CASPR's <trajectories>"):
         trajectory_names(file)
+
+
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_samples_elsewhere_are_not_read_by_a_link(tmp_path, is_folder):
+    """A stranger's robot would carry them into FMUs and results."""
+    (tmp_path / "private").mkdir()
+    (tmp_path / "private/t.traj").write_text("\n".join(SAMPLES))
+    (tmp_path / "robot").mkdir()
+    file = file_with(tmp_path / "robot", FILE.replace("t.traj", "in/t.traj") if is_folder else FILE)
+    link = tmp_path / "robot" / ("in" if is_folder else "t.traj")
+    link.symlink_to(tmp_path / ("private" if is_folder else "private/t.traj"))
+    with pytest.raises(InputError, match="a link that leads out of this folder"):
+        read_trajectory(file, "t")
+    link.unlink()
+    shutil.copytree(tmp_path / "private", tmp_path / "robot/in")
+    shutil.copy(tmp_path / "private/t.traj", tmp_path / "robot")
+    assert read_trajectory(file, "t").spline == "samples"
+
+
+def test_trajectories_that_are_a_link_to_elsewhere_are_left_out(tmp_path):
+    (tmp_path / "private").mkdir()
+    elsewhere = file_with(tmp_path / "private", FILE)
+    (tmp_path / "x_trajectories.xml").symlink_to(elsewhere)
+    trajectories, (finding,) = read_trajectories(tmp_path / "x_bodies.xml")
+    assert trajectories == []
+    assert "leads out of this folder" in finding.message
