@@ -265,7 +265,8 @@ def test_samples_elsewhere_are_not_read_by_a_link(tmp_path, is_folder):
 def test_trajectories_that_are_a_link_to_elsewhere_are_left_out(tmp_path):
     (tmp_path / "private").mkdir()
     elsewhere = file_with(tmp_path / "private", FILE)
-    (tmp_path / "x_trajectories.xml").symlink_to(elsewhere)
-    trajectories, (finding,) = read_trajectories(tmp_path / "x_bodies.xml")
+    (tmp_path / "robot").mkdir()
+    (tmp_path / "robot/x_trajectories.xml").symlink_to(elsewhere)
+    trajectories, (finding,) = read_trajectories(tmp_path / "robot/x_bodies.xml")
     assert trajectories == []
     assert "leads out of this folder" in finding.message
