@@ -188,13 +188,14 @@ class _Export:
         trajectories = [gentle_motion(robot)]
         losses = partial(caspr_losses, trajectories=trajectories)
         write = partial(write_caspr, name=name, trajectories=trajectories)
-        caspr = FORMATS["caspr"]._replace(losses=losses, write=write)
+        caspr = FORMATS["caspr"]._replace(losses=losses, write=write, is_named=False)
         self._write_as("CASPR", caspr, robot, CASPR)
 
     def _write_osim(self, robot: Robot, name: str) -> None:
         meshes = {mesh.uri: self._below(mesh.uri) for link in robot.links for mesh in link.meshes}
         write = partial(write_osim, name=name, meshes=meshes)
-        self._write_as("OpenSim", FORMATS["osim"]._replace(write=write), robot, "")
+        osim = FORMATS["osim"]._replace(write=write, is_named=False)
+        self._write_as("OpenSim", osim, robot, "")
 
     def _write_with_meshes(self, program: str, format_: str, robot: Robot) -> None:
         """Write a robot and its meshes into a folder of its own, which can be taken elsewhere."""
