@@ -275,11 +275,12 @@ def _experiment(path: Path) -> Experiment | None:
 
 def _refusal(experiment: Experiment | None) -> CardsflowError | None:
     """What a run of an experiment would end with before its first step."""
+    if experiment is None:
+        return None
     from cardsflow_fmu.simulation.from_experiment import require_openable
 
     try:
-        if experiment is not None:
-            require_openable(experiment)
+        require_openable(experiment)
     except CardsflowError as error:
         return error
     return None
