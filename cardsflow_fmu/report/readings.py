@@ -83,7 +83,7 @@ def read_readings(
     if motors:
         torques[:, driven] = block(motors, 0.0)
     q = block(coordinate_signals("q", robot))
-    readings = Readings(path.name, step, q, lengths, tensions, torques)
+    readings = Readings(path.resolve().name, step, q, lengths, tensions, torques)
     if not markers:
         return readings
     if capture is not None:

@@ -55,8 +55,12 @@ def position_values(position: FloatArray) -> Mapping[str, Any]:
 
 
 def quaternion_values(T: FloatArray) -> Mapping[str, Any]:
-    """Orientations of poses, shape (K, 4, 4), as a `Quaternion`."""
-    return dict(zip("xyzw", Rotation.from_matrix(T[:, :3, :3]).as_quat().T, strict=True))
+    """Orientations of poses, shape (K, 4, 4), as a `Quaternion`; NaN where a pose is."""
+    R, quaternions = T[:, :3, :3], np.full((len(T), 4), np.nan)
+    sound = np.isfinite(R).all(axis=(1, 2))
+    if sound.any():
+        quaternions[sound] = Rotation.from_matrix(R[sound]).as_quat()
+    return dict(zip("xyzw", quaternions.T, strict=True))
 
 
 def pose_values(T: FloatArray) -> Mapping[str, Any]:

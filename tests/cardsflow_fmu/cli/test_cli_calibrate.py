@@ -72,7 +72,7 @@ def test_a_robot_and_a_report_are_written(
 
 
 def test_what_is_no_recording_of_the_robot_is_one_line(
-    cardsflow: CommandLine, tmp_path: Path, result: RunData
+    cardsflow: CommandLine, tmp_path: Path, result: RunData, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And nothing is written."""
     names, rows = table_of(result)
@@ -82,18 +82,26 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
     late[50:, 0] -= 0.5
     uneven = rows.copy()
     uneven[:, 0] += np.arange(len(rows)) ** 2 * 1e-5
+    huge = rows[:60].copy()
+    huge[:, [k for k, name in enumerate(names) if name.startswith("f.")]] = 1e300
     cases = {
         "from lengths alone": ([names[k] for k in blind], rows[:, blind]),
         "is of another robot": (foreign, rows),
         "time goes back after row 50": (names, late),
         "not equal steps": (names, uneven),
         "record for longer": (names, rows[:60]),
+        "case.csv: there are": (names, huge),
     }
     for message, table in cases.items():
         file = written(tmp_path / "case.csv", *table)
         assert message in cardsflow.refused(*command(file, tmp_path / "new"))
         assert not (tmp_path / "new").exists()
     assert cardsflow.refused(*command(tmp_path / "none.csv", tmp_path / "new"))
+    folder = tmp_path / "recorded"
+    short = ["run", PLANAR_2R, "--direct", "--set", "run.duration=0.3", "-o", folder]
+    assert cardsflow(*short)[0] == 0
+    monkeypatch.chdir(folder)
+    assert "recorded: there are" in cardsflow.refused(*command(Path(), tmp_path / "new"))
     missing = ["calibrate", file, "--robot", ROBOT, "-o", tmp_path / "new"]
     assert "--free" in cardsflow.refused(*missing)
 

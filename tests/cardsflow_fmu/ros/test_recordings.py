@@ -18,13 +18,14 @@ from support.robots.every_joint import every_joint
 from support.robots.random_robots import random_robot, random_tree
 from support.robots.robots import PLANAR_2R, planar_2r
 
-from addin_sdfusion.robot import WORLD, InputError, Robot
+from addin_sdfusion.robot import WORLD, InputError, Pose, Robot
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
 from cardsflow_fmu.middleware import types
 from cardsflow_fmu.middleware.cdr import message_rows
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.ros.recording import convert_run, write_recording
+from cardsflow_fmu.ros.robot_frames import quaternion_values
 from cardsflow_fmu.ros.topics import nanoseconds
 from cardsflow_fmu.signals.ports import coordinate_signals, motor_signals, muscle_signals
 from cardsflow_fmu.viewer.scene.link_poses import link_poses
@@ -186,6 +187,20 @@ def chain(by_child: dict[str, Any], link: str) -> np.ndarray:
 
 
 @pytest.mark.slow
+def test_where_a_pose_is_no_number_its_orientation_is_none() -> None:
+    """As in rows of a run that diverged; the others are as they would be without."""
+    T = np.stack([transform(turned_by(angle)) for angle in (0.3, 0.5, -0.2)])
+    T[1, 0, 0] = np.nan
+    found = np.stack(list(quaternion_values(T).values()), axis=1)
+    assert np.isnan(found[1]).all()
+    np.testing.assert_allclose(found[[0, 2], 2], np.sin([0.15, -0.1]), rtol=1e-15)
+    assert np.isnan(np.stack(list(quaternion_values(T[1:2]).values()))).all()
+
+
+def turned_by(angle: float) -> Pose:
+    return Pose((1.0, 2.0, 3.0), (0.0, 0.0, angle))
+
+
 def test_efforts_and_rates_are_those_of_the_muscle_jacobian(tmp_path: Path) -> None:
     """By the principle of virtual work, with L by central differences of the lengths."""
     robot = random_robot(3)
