@@ -69,6 +69,7 @@ def convert_run(path: str | Path, file: str | Path) -> Recorded:
         return write_recording(run, place)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of a run that diverged
 def write_recording(run: RunData, file: Path) -> Recorded:
     """Write a run as a recording; see `convert_run`.
 

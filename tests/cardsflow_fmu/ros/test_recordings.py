@@ -186,7 +186,13 @@ def chain(by_child: dict[str, Any], link: str) -> np.ndarray:
     return T
 
 
-@pytest.mark.slow
+def test_a_run_that_diverged_is_recorded_without_a_warning(tmp_path: Path) -> None:
+    run = run_of(planar_2r(), tmp_path)
+    run.rows[3:, 1:] = 1e308
+    run.rows[5:, 1:] = np.nan
+    assert write_recording(run, tmp_path / "run.mcap").topics
+
+
 def test_where_a_pose_is_no_number_its_orientation_is_none() -> None:
     """As in rows of a run that diverged; the others are as they would be without."""
     T = np.stack([transform(turned_by(angle)) for angle in (0.3, 0.5, -0.2)])
@@ -201,6 +207,7 @@ def turned_by(angle: float) -> Pose:
     return Pose((1.0, 2.0, 3.0), (0.0, 0.0, angle))
 
 
+@pytest.mark.slow
 def test_efforts_and_rates_are_those_of_the_muscle_jacobian(tmp_path: Path) -> None:
     """By the principle of virtual work, with L by central differences of the lengths."""
     robot = random_robot(3)
