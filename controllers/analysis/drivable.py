@@ -98,7 +98,9 @@ def drivable(terms: Terms, among: Sequence[int]) -> Drivable:
 
 
 def force_margin(terms: Terms, rows: Sequence[int]) -> tuple[float, FloatArray, FloatArray]:
-    """T of eq. (1) for some coordinates, its multipliers and forces; -inf where A_S lacks rank.
+    """T of eq. (1) for some coordinates, its multipliers and forces.
+
+    It is -inf where A_S lacks rank, or one of them moves no mass.
 
     Returns:
         t; how it grows with the torque of each coordinate, relative to the root of its inertia;
@@ -106,6 +108,8 @@ def force_margin(terms: Terms, rows: Sequence[int]) -> tuple[float, FloatArray, 
     """
     index, m = list(rows), terms.A.shape[1]
     root = np.sqrt(np.diag(terms.M)[index])
+    if not (root > 0.0).all():
+        return -np.inf, np.zeros(len(index)), np.full(m, np.nan)
     w = np.maximum(0.5 * (terms.high - terms.low), 1e-300)
     A = terms.A[index] / root[:, None] * w  # of (f - low) / w
     b = (terms.torque[index] - terms.A[index] @ terms.low) / root

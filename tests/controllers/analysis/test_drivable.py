@@ -76,3 +76,11 @@ def test_muscles_that_hold_but_hardly_move_do_not_drive() -> None:
     fast = Terms(one.M, one.A, one.torque, one.low, one.high, np.array([1.1]))
     assert drivable(slow, [0]).coordinates == (0,)
     assert drivable(fast, [0]).missing == {0: "one of its own"}  # 10 N on 0.1 m make 1 N·m
+
+
+def test_what_moves_no_mass_has_no_margin() -> None:
+    """As where lengths are so large that the mass there is lost in rounding."""
+    one = terms(np.eye(2), np.zeros(2), 1.0, 10.0)
+    t, _, forces = force_margin(one._replace(M=np.diag([1.0, 0.0])), range(2))
+    assert t == -np.inf
+    assert np.isnan(forces).all()
