@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,6 +83,6 @@ def test_muscles_that_hold_but_hardly_move_do_not_drive() -> None:
 def test_what_moves_no_mass_has_no_margin() -> None:
     """As where lengths are so large that the mass there is lost in rounding."""
     one = terms(np.eye(2), np.zeros(2), 1.0, 10.0)
-    t, _, forces = force_margin(one._replace(M=np.diag([1.0, 0.0])), range(2))
+    t, _, forces = force_margin(replace(one, M=np.diag([1.0, 0.0])), range(2))
     assert t == -np.inf
     assert np.isnan(forces).all()
