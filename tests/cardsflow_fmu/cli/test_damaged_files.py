@@ -20,7 +20,7 @@ MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "200")) // 10
 CHUNK = 500
 """So many are tried in one process."""
 
-NEEDS = {"parquet": "pyarrow", "step": "OCP", "step tables": "OCP", "step command": "OCP"}
+NEEDS = {"parquet": "pyarrow", "step": "OCP", "step tables": "OCP"}
 """The module of an extra without which a kind is not tried."""
 
 TESTS = Path(__file__).parents[2]

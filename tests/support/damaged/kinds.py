@@ -5,12 +5,9 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import os
 import random
 import shutil
-import signal
 import struct
-import traceback
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
@@ -402,46 +399,14 @@ def _step(folder: Path) -> None:
         (folder / f"{name}.csv").write_text(text, encoding="utf-8")
 
 
-def _read_step(folder: Path) -> None:
-    """As the process does that reads it, in a child: the kernel crashes on some.
-
-    Raises:
-        AssertionError: The child has a fault of its own, or takes too long.
-    """
-    from addin_sdfusion.settings import ExportSettings
-    from cardsflow_fmu.cad.kernel import kernel
-    from cardsflow_fmu.cad.step_design import Tables, step_design
-
-    for module in ("STEPCAFControl", "XCAFDoc", "BRepMesh", "BRepGProp"):
-        kernel(module)  # once, before there are children
-    *tables, wraps = (folder / f"{n}.csv" for n in ("joints", "muscles", "materials", "wraps"))
-    child = os.fork()
-    if child == 0:
-        signal.setitimer(signal.ITIMER_PROF, SECONDS)
-        code = 3
-        try:
-            step_design(folder / "hands.step", Tables(*tables, wraps=wraps), ExportSettings())
-            code = 0
-        except InputError as error:
-            code = 0 if len(str(error).splitlines()) == 1 else 4
-        except BaseException:
-            (folder.parent / "trace.txt").write_text(traceback.format_exc())
-        os._exit(code)
-    status = os.waitpid(child, 0)[1]
-    ended = os.WTERMSIG(status) if os.WIFSIGNALED(status) else None
-    assert ended != signal.SIGPROF, "takes too long"
-    trace = folder.parent / "trace.txt"
-    assert ended is not None or status == 0, trace.read_text() if trace.exists() else status
-
-
 def _snapshot(folder: Path) -> None:
     shutil.copy(EXAMPLES / "from_cad/two_link_arm.json", folder / "design.json")
 
 
 _TO_RUN = ("convert", ".", "--to", "run.mcap")
 _TO_MOTION = ("--to", "motion_of.csv")
-_TABLES = (
-    *("--joints", "joints.csv", "--muscles", "muscles.csv"),
+_IMPORT = (
+    *("import-cad", "hands.step", "x", "--joints", "joints.csv", "--muscles", "muscles.csv"),
     *("--materials", "materials.csv", "--wraps", "wraps.csv"),
 )
 _CALIBRATE = ("calibrate", ".", "--robot", "robot", "--free", "muscles.*.offset", "-o", "x")
@@ -506,9 +471,8 @@ KINDS: dict[str, Kind] = {
     "search": Kind(_search, "study.toml", [_read_search]),
     "killed run": Kind(_killed, "*.*", [("compare", ".", "."), _TO_RUN]),
     "figures": Kind(_results, "*.*", [("plot", "."), ("report", ".")]),
-    "step": Kind(_step, "*.step", [_read_step]),
-    "step tables": Kind(_step, "*.csv", [_read_step]),
-    "step command": Kind(_step, "*.*", [("import-cad", "hands.step", "x", *_TABLES)]),
+    "step": Kind(_step, "*.step", [_IMPORT]),
+    "step tables": Kind(_step, "*.csv", [_IMPORT]),
     "snapshot": Kind(_snapshot, "design.json", [_EXPORT]),
 }
 
