@@ -99,5 +99,11 @@ def motor_numbers(muscles: Iterable[str]) -> dict[str, int]:
 
 def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
     """Orders names with their numbers as numbers: `motor2` comes before `motor10`."""
-    parts = re.split(r"([0-9]+)", name)
-    return tuple((1, int(part), "") if part.isdecimal() else (0, 0, part) for part in parts if part)
+    return tuple(_place(part) for part in re.split(r"([0-9]+)", name) if part)
+
+
+def _place(part: str) -> tuple[int, int, str]:
+    if not "0" <= part[0] <= "9":
+        return 0, 0, part
+    digits = part.lstrip("0")
+    return 1, len(digits), digits

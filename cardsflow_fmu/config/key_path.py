@@ -17,7 +17,7 @@ EVERY_OTHER = "*"
 T = TypeVar("T")
 
 _PART = re.compile(r'"(?P<quoted>[^"]*)"|(?P<bare>[^."]+)')
-_INDEXED = re.compile(r"(?P<name>.+)\[(?P<index>\d+)\]")
+_INDEXED = re.compile(r"(?P<name>.+)\[(?P<index>[0-9]{1,9})\]")
 
 
 class PathError(InputError):

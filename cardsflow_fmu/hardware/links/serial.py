@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import select
 import time
 from collections import deque
@@ -108,7 +109,7 @@ def serial_address(uri: str) -> tuple[str, int]:
     query = parse_qs(parts.query, keep_blank_values=True)
     baud = query.pop("baud", [str(_BAUD)])[-1]
     good = parts.scheme == "serial" and not parts.netloc and len(parts.path) > 1
-    if not good or query or parts.fragment or not (baud.isascii() and baud.isdecimal()):
+    if not good or query or parts.fragment or not re.fullmatch("[0-9]{1,10}", baud):
         raise InputError(f"cannot use {uri!r}: {_FORM}")
     if not 0 < int(baud) < 2**31:
         raise InputError(f"cannot use {baud} baud: {_FORM}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import re
 import socket
 import traceback
 from collections.abc import Iterator
@@ -88,7 +89,7 @@ def _require_answer(address: str) -> None:
     """Refuse an address without listener: Dask's own client gives up late, and loudly."""
     _, _, location = address.rpartition("://")
     host, _, port = location.rstrip("/").rpartition(":")
-    if not host or not port.isdigit() or not 0 < int(port) < 65536:
+    if not host or not re.fullmatch("[0-9]{1,5}", port) or not 0 < int(port) < 65536:
         what = f"no Dask scheduler at {address}: an address is tls://HOST:PORT, or {LOCAL!r}"
         raise InputError(what, key="--dask")
     try:

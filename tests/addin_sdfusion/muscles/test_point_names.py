@@ -85,3 +85,8 @@ def test_numbers_compare_as_numbers() -> None:
     assert sorted(names, key=natural_key) == [
         "Motor1", "motor", "motor2", "motor2b", "motor10", "2", "10",
     ]  # fmt: skip
+
+
+def test_a_number_may_have_more_digits_than_python_reads() -> None:
+    names = ["m" + "9" * 5000, "m1" + "0" * 5000, "m007", "m8"]
+    assert sorted(names, key=natural_key) == ["m007", "m8", names[0], names[1]]

@@ -535,6 +535,7 @@ def test_addresses_by_udp(uri: str, address: tuple[str, int]) -> None:
         "serial://",
         "serial:///dev/ttyACM0?baud=fast",
         "serial:///dev/ttyACM0?baud=0",
+        "serial:///dev/ttyACM0?baud=" + "9" * 5000,
         "serial:///dev/ttyACM0?bauds=9600",
         "serial://host/dev/ttyACM0",
         "loopback:",
