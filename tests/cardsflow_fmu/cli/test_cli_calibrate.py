@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.command_line import CommandLine
-from support.robots.recorded_arm import MARKERS, places
+from support.robots.recorded_arm import MARKERS, places, write_markers
 from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import read_robot
@@ -136,12 +136,6 @@ def test_recordings_of_hardware(cardsflow: CommandLine, tmp_path: Path) -> None:
     assert not (tmp_path / "new").exists()
 
 
-def worn(file: Path) -> Path:
-    tables = (f'[{m.name}]\nlink = "{m.link}"\nposition = {list(m.position)}\n' for m in MARKERS)
-    file.write_text("\n".join(tables))
-    return file
-
-
 def captured(file: Path, result: RunData) -> Path:
     """Markers at 100 Hz with noise, as motion capture writes them: hidden ones are empty."""
     rng, q = np.random.default_rng(3), result.columns(["q.joint_1", "q.joint_2"])[::10]
@@ -162,7 +156,8 @@ def test_markers_take_the_place_of_encoders(
     names, rows = table_of(result)
     kept = [k for k, name in enumerate(names) if not name.startswith("q.")]
     file = written(tmp_path / "run.csv", [names[k] for k in kept], rows[:, kept])
-    markers, capture = worn(tmp_path / "markers.toml"), captured(tmp_path / "seen.csv", result)
+    markers = write_markers(tmp_path / "markers.toml")
+    capture = captured(tmp_path / "seen.csv", result)
     words = [*command(file, tmp_path / "new"), "--markers", markers, "--capture", capture]
     code, out, _ = cardsflow(*words)
     assert code == 0, out
@@ -180,7 +175,8 @@ def test_markers_that_do_not_fit_are_one_line(
     cardsflow: CommandLine, tmp_path: Path, result: RunData
 ) -> None:
     file = written(tmp_path / "run.csv", *table_of(result))
-    markers, capture = worn(tmp_path / "markers.toml"), captured(tmp_path / "seen.csv", result)
+    markers = write_markers(tmp_path / "markers.toml")
+    capture = captured(tmp_path / "seen.csv", result)
     broken = tmp_path / "broken.toml"
     whole = markers.read_text()
     for more, content, message in (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -22,6 +23,13 @@ MARKERS = (
     Marker("tip", "link_2", (0.05, -0.01, 1.0)),
 )
 WORN = np.array([marker.position for marker in MARKERS])
+
+
+def write_markers(file: Path) -> Path:
+    """The table of markers that `calibrate` reads."""
+    tables = (f'[{m.name}]\nlink = "{m.link}"\nposition = {list(m.position)}\n' for m in MARKERS)
+    file.write_text("\n".join(tables))
+    return file
 
 
 def damped_arm() -> Robot:
