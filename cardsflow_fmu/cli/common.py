@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from addin_sdfusion.robot import Finding, InputError
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.config.file import require_sizes
+from cardsflow_fmu.config.key_path import split_setting
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
@@ -158,9 +159,10 @@ def settings_of(words: Sequence[str]) -> dict[str, Any]:
     """`KEY=VALUE` words as settings; a value is TOML, or else a text."""
     settings: dict[str, Any] = {}
     for word in words:
-        key, equals, value = word.partition("=")
-        if not equals or not key:
+        parts = split_setting(word)
+        if parts is None:
             raise InputError(f"must be KEY=VALUE, not {word!r}", key="--set")
+        key, value = parts
         try:
             settings[key] = tomllib.loads(f"value = {value}")["value"]
             require_sizes(settings[key], None, f"--set {key}")

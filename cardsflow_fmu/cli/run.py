@@ -86,12 +86,13 @@ def add_run(commands: Commands) -> None:
 def _run(options: argparse.Namespace) -> int:
     if options.experiment.suffix == ".ssp":
         return _run_system(options)
+    from cardsflow_fmu.hardware.session.connect import require_connectable
     from cardsflow_fmu.simulation.run import RunError, run
 
     if options.hardware is not None:
         options.set += [f"hardware.link={json_text(options.hardware)}", "hardware.use=true"]
     experiment = experiment_of(options)
-    _require_hardware(experiment)
+    require_connectable(experiment)  # before anything is built
     for warning in experiment.warnings():
         print(f"cardsflow: warning: {warning}", file=sys.stderr)
     _print_observability(experiment)
@@ -128,18 +129,6 @@ def _print_observability(experiment: Experiment) -> None:
         print(f"cardsflow: warning: {line}", file=sys.stderr)
     for line in observable.observability_remarks(found):
         print(f"cardsflow: note: {line}", file=sys.stderr)
-
-
-def _require_hardware(experiment: Experiment) -> None:
-    """Refuse hardware that cannot be connected to, before anything is built.
-
-    Raises:
-        InputError: The address is missing or wrong, the key cannot be read, a bound is missing.
-    """
-    from cardsflow_fmu.hardware.session.connect import Connection, make_session
-
-    if experiment.hardware.use and "hardware" not in experiment.fmus:
-        make_session(experiment, Connection())
 
 
 def _run_system(options: argparse.Namespace) -> int:

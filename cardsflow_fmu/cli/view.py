@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 import contextlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import Finding, InputError
 
-from .common import GOOD, ROBOT_FILE, Commands, add_json, print_files
+from .common import GOOD, ROBOT_FILE, Commands, add_json, print_files, print_findings
 
 if TYPE_CHECKING:
     from cardsflow_fmu.cosim.recording import Watch
@@ -72,7 +72,9 @@ def _view(options: argparse.Namespace) -> int:
 
     paths = [options.thing] + ([options.other] if options.other else [])
     if options.html or options.rrd:
-        acts = acts_of(paths, cable_set=options.cable_set, full_scale=options.full_scale)
+        acts = acts_of(
+            paths, cable_set=options.cable_set, full_scale=options.full_scale, note=_note
+        )
         files = [write_page(acts, options.html)] if options.html else []
         files += [write_recording(acts, options.rrd)] if options.rrd else []
         print_files(files, options.json)
@@ -86,8 +88,13 @@ def _view(options: argparse.Namespace) -> int:
             port=options.port,
             browser=not options.no_browser,
             report=_print_line,
+            note=_note,
         )
     return GOOD
+
+
+def _note(findings: Sequence[Finding]) -> None:
+    print_findings(findings, rest="cardsflow check")
 
 
 @contextlib.contextmanager

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import copy
 import re
+import tomllib
 from collections.abc import Collection, Iterable, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, TypeVar
 
 from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot.json_text import json_text
 
 EVERY_OTHER = "*"
 """In a table by name: all names that it does not name."""
 
 T = TypeVar("T")
 
-_PART = re.compile(r'"(?P<quoted>[^"]*)"|(?P<bare>[^."]+)')
+_QUOTED = r""""(?:[^"\\]|\\.)*"|'[^']*'"""
+_PART = re.compile(rf"""(?P<quoted>{_QUOTED})|(?P<bare>[^."'][^."]*)""")
+_SETTING = re.compile(rf"""(?P<key>(?>{_QUOTED}|[^."'=][^.=]*|\.)+)=(?P<value>.*)""", re.DOTALL)
+_PLAIN = re.compile(r"""[^\s."'=\x00-\x1f\x7f][^."=\x00-\x1f\x7f]*""")
+_NO_PATH = """is not names with dots between, quoted as in TOML where they hold dots or quotes"""
 _INDEXED = re.compile(r"(?P<name>.+)\[(?P<index>[0-9]{1,9})\]")
 
 
@@ -25,10 +31,10 @@ class PathError(InputError):
 
 
 def split_path(key: str) -> list[str]:
-    """The parts of a full key; a name with dots is in quotes: `controller.kp."hand.x"`.
+    """The parts of a full key; a name with dots or quotes is quoted: `controller.kp."hand.x"`.
 
     Args:
-        key: The full key.
+        key: The full key; quotes are as in TOML, "..." with escapes and '...' without.
 
     Raises:
         InputError: It is not parts with dots between.
@@ -37,19 +43,37 @@ def split_path(key: str) -> list[str]:
     while True:
         match = _PART.match(key, position)
         if match is None:
-            raise InputError("is not names with dots between", key=key)
-        parts.append(match["bare"] if match["quoted"] is None else match["quoted"])
+            raise InputError(_NO_PATH, key=key)
+        parts.append(match["bare"] if match["quoted"] is None else _unquoted(match["quoted"], key))
         position = match.end()
         if position == len(key):
             return parts
         if key[position] != ".":
-            raise InputError("is not names with dots between", key=key)
+            raise InputError(_NO_PATH, key=key)
         position += 1
+
+
+def _unquoted(text: str, key: str) -> str:
+    try:
+        return str(tomllib.loads(f"name = {text}")["name"])
+    except tomllib.TOMLDecodeError:
+        raise InputError(_NO_PATH, key=key) from None
 
 
 def join_path(parts: Iterable[str]) -> str:
     """The full key of parts."""
-    return ".".join(f'"{part}"' if "." in part else part for part in parts)
+    return ".".join(part if _PLAIN.fullmatch(part) else quoted(part) for part in parts)
+
+
+def quoted(text: str) -> str:
+    """A text as TOML has it, in double quotes."""
+    return json_text(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def split_setting(word: str) -> tuple[str, str] | None:
+    """Key and value of a word `KEY=VALUE`, where quoted names may hold `=`; None of others."""
+    match = _SETTING.fullmatch(word)
+    return None if match is None else (match["key"], match["value"])
 
 
 def indexed(part: str) -> tuple[str, int | None]:

@@ -96,6 +96,22 @@ def require_closed(data: Mapping[str, Any], file: Path) -> None:
             raise InputError(what, file=file, key=key)
 
 
+def require_carried(own: Iterable[Path], folder: Path) -> None:
+    """Refuse a robot in an archive that names files outside of it.
+
+    Args:
+        own: The files of the robot.
+        folder: Where the archive is unpacked.
+
+    Raises:
+        InputError: One lies elsewhere.
+    """
+    for file in own:
+        if not lies_in(file, [folder]):
+            what = "is named by a robot in an archive, and lies outside of the archive"
+            raise InputError(what, file=file)
+
+
 def _paths(data: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """The paths in an experiment, by their keys."""
     yield "robot.path", _table(data, "robot").get("path")

@@ -16,9 +16,9 @@ from cardsflow_fmu.config.table import Context
 from cardsflow_fmu.signals.estimation import estimation_wiring
 from cardsflow_fmu.signals.ports import load_signals
 from cardsflow_fmu.signals.world import wrench_signals
-from cardsflow_fmu.utils.multiples import whole_duration
+from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_duration
 
-from .carried_files import mesh_roots, named_files, require_closed, require_own
+from .carried_files import mesh_roots, named_files, require_carried, require_closed, require_own
 from .loops import closing_dynamics, with_dependent, with_resting_points
 from .settings.controller import read_controller
 from .settings.controller_types import control_type
@@ -72,7 +72,10 @@ def read_carried_experiment(file: Path) -> dict[str, Any]:
     """
     data = read_settings(file)
     require_closed(data, file)
-    return experiment_settings(data, file)
+    found = experiment_settings(data, file)
+    for own in (found["robot_files"], *(part.files for part in found.get("parts", ()))):
+        require_carried(own, file.parent)
+    return found
 
 
 def _require_experiment(path: Path, file: Path) -> None:
@@ -262,5 +265,6 @@ def _plant(
         file=context.file,
         key="plant.step",
         blame="run.step",
+        most=MOST_STEPS,
     )
     return settings

@@ -19,9 +19,10 @@ from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
-from cardsflow_fmu.hardware.session.connect import Connection, make_session
+from cardsflow_fmu.hardware.session.connect import Connection, require_connectable
 from cardsflow_fmu.hardware.session.paced_run import approach_time, with_approach
 from cardsflow_fmu.models.direct_participant import DirectParticipant, IdleParticipant
 from cardsflow_fmu.models.hardware import HardwareModel
@@ -155,9 +156,11 @@ def require_openable(experiment: Experiment) -> None:
         InputError: Something does not fit, or cannot be made.
         SimulationError: A participant does not start.
     """
+    require_connectable(experiment)
     if any(muscle.model.own is not None for muscle in experiment.robot.muscles):
         return
     approach_time(experiment)
+    experiment_resources(experiment)
     with temporary_folder() as aside, _participants(experiment, _idle, aside) as participants:
         _master(experiment, participants)
 
@@ -243,9 +246,8 @@ def _idle(experiment: Experiment, role: str, unpacked: Path) -> Participant:
     external = experiment.fmus.get(name)
     if external is not None:
         return DescribedFmu(role, external.file, unpacked, external.parameters)
-    if name == HARDWARE:
-        make_session(experiment, _connection(experiment))
-    elif name != "controller" or experiment.controller.own_law is None:
+    own_law = name == "controller" and experiment.controller.own_law is not None
+    if name != HARDWARE and not own_law:
         return DirectParticipant(role, MODELS[name](experiment))
     return IdleParticipant(role, MODELS[name].table(experiment))
 

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import Finding, InputError
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu.experiment.carried_files import left_out
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
@@ -24,6 +24,8 @@ from .scene.stage import Stage
 
 PAGES = (".html", ".htm")
 """Suffixes of pages."""
+
+NoteFindings = Callable[[Sequence[Finding]], object]
 
 
 def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
@@ -58,12 +60,15 @@ def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
     return Act(stage, str(result.summary.get("experiment", experiment.name)), notes(result))
 
 
-def robot_act(path: str | Path, cable_set: str | None = None) -> Act:
+def robot_act(
+    path: str | Path, cable_set: str | None = None, *, note: NoteFindings | None = None
+) -> Act:
     """A robot at its start.
 
     Args:
         path: A robot's file, or its folder.
         cable_set: The cable set to use; the file's own when None.
+        note: Called with what is to be said of its files, such as meshes that are missing.
 
     Raises:
         RobotError: The robot cannot be used.
@@ -71,6 +76,8 @@ def robot_act(path: str | Path, cable_set: str | None = None) -> Act:
     """
     reading = read(path, cable_set)
     robot = reading.require()
+    if note is not None:
+        note(reading.findings)
     start = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
     folder = reading.files[0].parent
     meshes = link_meshes(robot, folder)
@@ -117,6 +124,7 @@ def view(
     port: int | None = None,
     browser: bool = True,
     report: Callable[[str], object] = print,
+    note: NoteFindings | None = None,
 ) -> None:
     """Show one or two runs, or a robot, in the browser until Ctrl-C.
 
@@ -127,23 +135,27 @@ def view(
         port: The port; a free one from 8080 on when None.
         browser: Whether to open the browser.
         report: Called with the line that has the address.
+        note: As for `robot_act`.
 
     Raises:
         InputError: There is nothing to show, viser is missing, or the port is taken.
     """
-    acts = acts_of(paths, cable_set=cable_set, full_scale=full_scale)
+    acts = acts_of(paths, cable_set=cable_set, full_scale=full_scale, note=note)
     with interruption() as ended, server(port, browser=browser) as opened:
         report(f"{address(opened)}  (Ctrl-C ends)")
         if is_run(Path(paths[0])):
             replay(opened, acts, ended)
         else:
-            reading = read(paths[0], cable_set)
-            robot = reading.require()
-            pose(opened, robot, link_meshes(robot, reading.files[0].parent), ended)
+            stage = acts[0].stage
+            pose(opened, stage.robot, stage.meshes, ended)
 
 
 def acts_of(
-    paths: Sequence[str | Path], *, cable_set: str | None = None, full_scale: bool = False
+    paths: Sequence[str | Path],
+    *,
+    cable_set: str | None = None,
+    full_scale: bool = False,
+    note: NoteFindings | None = None,
 ) -> list[Act]:
     """The motions of runs, or a robot. Arguments and errors as for `view`."""
     for path in paths:
@@ -158,7 +170,7 @@ def acts_of(
             what = "is for a robot; a run shows the cable set that it was run with"
             raise InputError(what, key="--cable-set")
         return [run_act(path, full_scale=full_scale) for path in paths]
-    return [robot_act(paths[0], cable_set)]
+    return [robot_act(paths[0], cable_set, note=note)]
 
 
 @contextlib.contextmanager

@@ -47,7 +47,7 @@ def inertias(robot: Robot) -> Iterator[Finding]:
         elif not positive_semidefinite(density_matrix(link.inertia.matrix)):
             problem = (
                 "a principal moment of inertia exceeds the sum of the other two; no body has "
-                "that. Is the matrix about the centre of mass? --repair mends known SDF files"
+                "that. Is the matrix about the centre of mass?"
             )
             yield warning(subject, "inertia-triangle", problem)
 

@@ -26,9 +26,10 @@ from .mjcf.model import read_mjcf
 from .opensim.model import read_osim
 from .sdf.model import read_sdf
 from .urdf.model import read_urdf
-from .xml import Notes, shortened
+from .xml import ABSOLUTE, Notes, shortened
 
 __all__ = [
+    "ABSOLUTE",
     "WHAT",
     "Reading",
     "holds_robot",

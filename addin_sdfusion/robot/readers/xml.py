@@ -27,6 +27,9 @@ SPACE = re.compile(r"\s")
 INTEGER = re.compile(r"\d{1,9}", re.ASCII)
 TRUE = ("true", "1")
 
+ABSOLUTE = "absolute-path"
+"""Code of findings of what experiments refuse: their robots are in FMUs and results."""
+
 
 @dataclass
 class Notes:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, Pose, Robot, UnknownNameError
-from addin_sdfusion.robot.readers import Reading, read
+from addin_sdfusion.robot.readers import ABSOLUTE, Reading, read
 from addin_sdfusion.robot.transforms.combine import Member, combine
 from cardsflow_fmu.config.table import Context, Table, Text, Vector3, setting
 from cardsflow_fmu.experiment.robot_overrides import KINDS, with_overrides
@@ -100,6 +100,9 @@ def read_robot(
         context.require(f"{key}.cable_set", "cable set", error.name, error.known)
         raise
     robot = reading.require()
+    for finding in reading.findings:
+        if finding.code == ABSOLUTE:
+            raise InputError(finding.message, file=finding.file, line=finding.line)
     if (tasks := settings.operational_space) is not None:
         known = [s.name for s in robot.task_sets]
         context.require(f"{key}.operational_space", "operational space", tasks, known)

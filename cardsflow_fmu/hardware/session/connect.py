@@ -126,6 +126,22 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
     return HardwareSession(robot, settings, link, handshake, make_recorder, link.clock, pose)
 
 
+def require_connectable(experiment: Experiment) -> None:
+    """Refuse hardware that is driven and cannot be connected to; nothing is sent.
+
+    An external hardware.fmu may know by itself where its hardware is.
+
+    Args:
+        experiment: The experiment.
+
+    Raises:
+        InputError: The address is missing or wrong, the key cannot be read, a bound is missing.
+    """
+    known = "hardware" in experiment.fmus and not experiment.hardware.link
+    if experiment.hardware.use and not known:
+        make_session(experiment, Connection())
+
+
 def _fitted_pose(experiment: Experiment) -> FittedPose:
     """By the offsets that the estimator knows of, from the start on."""
     estimator, q = experiment.estimator, np.array(experiment.start.q)

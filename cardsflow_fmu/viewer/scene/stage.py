@@ -62,7 +62,7 @@ class Stage:
         full_scale: Whether colours reach to f_max, instead of the largest tension of the motion.
 
     Attributes:
-        robot, motion: As given.
+        robot, motion, meshes: As given.
         environment: Objects and ground around the robot.
         box: The two corners of a box that holds the robot and its meshes in all frames, in [m].
         reach: The diagonal of that box, in [m].
@@ -78,7 +78,7 @@ class Stage:
         full_scale: bool = False,
     ) -> None:
         self.robot, self.motion = robot, motion
-        self._meshes = meshes or {}
+        self.meshes = meshes or {}
         self._poses = link_poses(robot, motion.q)
         self._paths = muscle_paths(robot, motion.q, self._poses)
         self._pulls = [pulls(path) for path in self._paths]
@@ -148,7 +148,7 @@ class Stage:
 
     def _mesh_corners(self) -> Iterator[tuple[str, tuple[float, float, float]]]:
         """The corners of a box about each mesh, in the frame of its link."""
-        for link, meshes in self._meshes.items():
+        for link, meshes in self.meshes.items():
             for mesh in meshes:
                 low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
                 for x, y, z in product(*zip(low.tolist(), high.tolist(), strict=True)):
@@ -157,7 +157,7 @@ class Stage:
     @cached_property
     def _hulls(self) -> dict[str, Triangles]:
         """Of the links without a mesh whose attachment points span an area."""
-        bare = [link for link in self.robot.links if link.name not in self._meshes]
+        bare = [link for link in self.robot.links if link.name not in self.meshes]
         hulls = {link.name: platform_hull(self.robot, link, 0.01 * self.reach) for link in bare}
         return {name: hull for name, hull in hulls.items() if hull is not None}
 
@@ -188,8 +188,8 @@ class Stage:
         reach = self.reach
         for link in self.robot.links:
             T = self._poses[link.name][k]
-            if link.name in self._meshes:
-                for i, mesh in enumerate(self._meshes[link.name]):
+            if link.name in self.meshes:
+                for i, mesh in enumerate(self.meshes[link.name]):
                     key = f"{link.name}/{i}"
                     colour = mesh.colour or colours.LINK
                     yield s.MeshShape(s.LINKS, key, colour, T, mesh, lever=reach / 2)
@@ -201,7 +201,7 @@ class Stage:
                 a, b = (T[:3, :3] @ end + T[:3, 3] for end in ends)
                 yield s.Capsule(s.LINKS, f"{link.name}/{i}", colours.LINK, a, b, 0.01 * reach)
         for joint, poses in zip(self.robot.joints, self._joints, strict=True):
-            if joint.motions and joint.child not in self._meshes:
+            if joint.motions and joint.child not in self.meshes:
                 key, centre = f"joint {joint.name}", poses[k, :3, 3]
                 yield s.Sphere(s.LINKS, key, colours.JOINT, centre, 0.015 * reach)
 

@@ -34,6 +34,7 @@ REFUSED = {
     "input": (POINTS + "[wiring.plant]\n'w.hand.fx' = 0.0", "no input 'plant.w.hand.fx'"),
     "gap": (POINTS + APPROACH + "1.0\nstart = [1e308, 1e308]\n[start]\nq = 0.1", "part 1 of"),
     "long": (POINTS + APPROACH + "1e308", "duration must be within 1e-100 and 1e+100 s"),
+    "steps": (POINTS + "[plant]\nstep = 1e-9", "1e+06 times plant.step"),
     "short": (POINTS + APPROACH + "1e-308", "duration must be within 1e-100 and 1e+100 s"),
     "far": (POINTS.replace("1.0", "1e-308"), "too uneven for a spline"),
 }
@@ -86,6 +87,22 @@ def test_check_refuses_objects_within_the_robot(tmp_path: Path, cardsflow: Comma
     assert "world.objects[1]: position must be within 1e+06" in cardsflow.refused("check", file)
 
 
+def test_check_refuses_files_of_robots_that_may_not_travel(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    folder = tmp_path / "arm/robot"
+    folder.mkdir(parents=True)
+    text = (EXAMPLES / "models/arm.xml").read_text()
+    (tmp_path / "arm.xml").write_text(text)
+    (folder / "arm.xml").write_text('<mujoco><include file="../../arm.xml"/></mujoco>')
+    file = written(tmp_path / "arm", POINTS.replace("0.1", "[0.1, -0.5]").replace("0.2", "[0, 0]"))
+    arm = f'path = "{PLANAR_2R / "robot"}"\ncable_set = "basic"'
+    file.write_text(file.read_text().replace(arm, 'path = "robot"'))
+    line = cardsflow.refused("run", file, "--direct", "-o", tmp_path / "out")
+    assert "arm.xml: lies outside the folders" in line
+    assert cardsflow("check", file)[::2] == (2, line)
+
+
 def test_check_runs_no_code_of_others_and_connects_to_nothing(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
@@ -112,3 +129,17 @@ def test_check_holds_external_fmus_to_their_descriptions(
     ):
         file.write_text(f"{text}{table}\n")
         assert reason in cardsflow("check", file)[2]
+
+
+def test_the_address_of_hardware_in_an_external_fmu_is_an_address(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    KINDS["fmu"].make(tmp_path)
+    file = tmp_path / "with.toml"
+    text = file.read_text().replace("[fmus.plant]", "[fmus.hardware]")
+    file.write_text(text + HARDWARE + "'nobody'\n")
+    line = cardsflow.refused("run", file, "--direct", "-o", tmp_path / "out")
+    assert "no hardware at 'nobody'" in line
+    assert cardsflow("check", file)[::2] == (2, line)
+    file.write_text(text + HARDWARE.replace("link = ", ""))
+    assert "hardware.link" not in cardsflow("check", file)[2]

@@ -301,3 +301,70 @@ def test_no_warning_that_is_kept_tells_where_a_key_is(home: Path) -> None:
         data = content if isinstance(content, bytes) else content.read_bytes()
         assert b"device.key" not in data, name
         assert b"k" * 32 not in data, name
+
+
+EXPERIMENT = """[robot]
+path = "robot/arm.xml"
+[reference]
+points = [{time = 0.0, q = [0.1, -0.5]}, {time = 1.0, q = [0.2, -0.6]}]
+[controller]
+type = "joint_space"
+kp = 100.0
+kd = 20.0
+"""
+
+
+@pytest.fixture
+def mjcf(tmp_path: Path) -> Path:
+    """An arm in MJCF: a mesh has the mass of its forearm, its actuators are included."""
+    folder = tmp_path / "arm"
+    (folder / "robot").mkdir(parents=True)
+    text = (EXAMPLES / "models/arm.xml").read_text()
+    start = text.index("  <actuator>")
+    parts = f"<mujocoinclude>{text[start : text.index('</mujoco>')]}</mujocoinclude>"
+    (folder / "robot/parts.xml").write_text(parts)
+    forearm = '<geom fromto="0 0 0 0 0 -0.26"/>'
+    assert forearm in text
+    text = text[:start].replace(forearm, '<geom type="mesh" mesh="bone" mass="1"/>')
+    asset = '<asset><mesh name="bone" file="bone.stl"/></asset>'
+    (folder / "robot/arm.xml").write_text(f'{text}{asset}<include file="parts.xml"/></mujoco>')
+    (folder / "robot/bone.stl").write_bytes(SECRET)
+    (folder / "experiment.toml").write_text(EXPERIMENT)
+    return folder
+
+
+def test_a_mesh_that_a_mass_comes_from_is_among_the_robots_files(
+    mjcf: Path, tmp_path: Path
+) -> None:
+    experiment = Experiment.load(mjcf)
+    assert experiment.robot.link("forearm").inertia.mass > 1.0
+    for place, content in experiment_resources(experiment).items():
+        target = tmp_path / "fmu" / place
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
+    shutil.rmtree(mjcf)
+    assert Experiment.from_resources(tmp_path / "fmu").robot == experiment.robot
+
+
+@pytest.mark.parametrize("name", ["parts.xml", "bone.stl"])
+def test_experiments_name_no_file_by_a_path_of_this_machine_alone(mjcf: Path, name: str) -> None:
+    robot = mjcf / "robot/arm.xml"
+    robot.write_text(robot.read_text().replace(f'"{name}"', f'"{mjcf}/robot/{name}"'))
+    (finding,) = (each for each in read(robot).findings if each.code == "absolute-path")
+    with pytest.raises(InputError, match="a path on this machine alone") as refused:
+        Experiment.load(mjcf)
+    assert (refused.value.what, refused.value.line) == (finding.message, finding.line)
+
+
+@pytest.mark.parametrize("name", ["parts.xml", "bone.stl"])
+def test_robots_in_archives_name_no_file_outside(mjcf: Path, tmp_path: Path, name: str) -> None:
+    archive = tmp_path / "archive/fmu"
+    for place, content in experiment_resources(Experiment.load(mjcf)).items():
+        (archive / place).parent.mkdir(parents=True, exist_ok=True)
+        data = content if isinstance(content, bytes) else content.read_bytes()
+        (archive / place).write_bytes(data)
+    (archive / "robot" / name).rename(tmp_path / name)
+    main = archive / "robot/arm.xml"
+    main.write_text(main.read_text().replace(f'"{name}"', f'"../../../{name}"'))
+    with pytest.raises(InputError, match="lies outside of the archive"):
+        Experiment.from_resources(archive)

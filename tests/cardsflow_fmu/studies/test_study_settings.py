@@ -10,18 +10,45 @@ from support.small_studies import PLANAR
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.config.key_path import PathError, join_path, set_value, split_path
+from cardsflow_fmu.cli.common import settings_of
+from cardsflow_fmu.config.key_path import (
+    PathError,
+    join_path,
+    set_value,
+    split_path,
+    split_setting,
+)
 from cardsflow_fmu.experiment.writer import experiment_resources
+from cardsflow_fmu.studies.definition.rerun_command import toml_value
 
 FILE = Path("experiment.toml")
 
 
-@pytest.mark.parametrize("parts", [["controller", "kp"], ["kp", "hand.x"], ["a", "p[0]", "b c"]])
+NAMES = ['a"b', "it's", "'", "a\\b", "a=b", "", " a", "\n\x7f\u202e", "\N{ROBOT FACE}", "a\\"]
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [["controller", "kp"], ["kp", "hand.x"], ["a", "p[0]", "b c"], *([n, n] for n in NAMES)],
+)
 def test_paths_come_apart_as_they_were_joined(parts: list[str]) -> None:
     assert split_path(join_path(parts)) == parts
 
 
-@pytest.mark.parametrize("path", ["", ".", "a..b", "a.", ".a", 'a."b', '"a"b'])
+@pytest.mark.parametrize("name", NAMES)
+def test_words_of_the_command_line_hold_any_name(name: str) -> None:
+    key = join_path(["links", name, "mass"])
+    assert split_setting(f"{key}={toml_value({name: name})}") == (key, toml_value({name: name}))
+    assert settings_of([f"{key}={toml_value({name: name})}"]) == {key: {name: name}}
+
+
+def test_quotes_are_as_in_toml() -> None:
+    assert split_path(r"""a."b\"\u0041".'c\d'.e""") == ["a", 'b"A', r"c\d", "e"]
+    assert split_setting("a") is split_setting("=1") is split_setting('a."=1') is None
+    assert split_setting('"a"' * 10000) is None
+
+
+@pytest.mark.parametrize("path", ["", ".", "a..b", "a.", ".a", 'a."b', '"a"b', r'"\q"', "'a"])
 def test_invalid_paths_are_refused(path: str) -> None:
     with pytest.raises(InputError):
         split_path(path)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -16,7 +17,7 @@ import pytest
 from support.browser import Page, opened_browser
 from support.command_line import CommandLine
 from support.recorded import waving
-from support.robots.robots import PLANAR_2R, planar_2r
+from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
@@ -211,6 +212,14 @@ def test_the_command_writes_pages_of_runs_and_robots(
         file = tmp_path / f"{len(words)}.html"
         assert cardsflow("view", *words, "--html", file)[:2] == (0, f"{file}\n")
         assert file.read_text().startswith("<!DOCTYPE html>")
+
+
+def test_meshes_that_are_missing_are_said_first(tmp_path: Path, cardsflow: CommandLine) -> None:
+    shutil.copytree(EXAMPLES / "pick_up/robot", tmp_path / "robot")
+    shutil.rmtree(tmp_path / "robot/meshes")
+    code, _, err = cardsflow("view", tmp_path / "robot", "--html", tmp_path / "arm.html")
+    assert code == 0
+    assert "mesh files are not found, such as" in err.splitlines()[0]
 
 
 @pytest.mark.parametrize(

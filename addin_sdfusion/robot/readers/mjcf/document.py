@@ -10,7 +10,7 @@ from typing import Any
 from ...errors import InputError
 from ...finding import Subject
 from ...mesh_files import is_file
-from ..xml import Node, Notes, parse
+from ..xml import ABSOLUTE, Node, Notes, parse, shortened
 
 MAIN = "main"
 MOST_INCLUDED = 100
@@ -115,6 +115,7 @@ class Document:
         file = self._folder / name  # or, as in MuJoCo, beside the file that includes it
         if not is_file(file) and is_file(include.file.parent / name):
             file = include.file.parent / name
+        note_absolute(include, name)
         place = file.resolve()
         if place in self._included or len(self._included) > MOST_INCLUDED:
             include.error("included-twice", f"{name!r} is included already, or too many files are")
@@ -123,6 +124,16 @@ class Document:
             )
         self._included.add(place)
         return parse(file, include.subject, include.notes, mend=_as_xml)
+
+
+def note_absolute(node: Node, name: str) -> None:
+    """Warn of a file of the robot that is named by a path of this machine."""
+    if Path(name.removeprefix("file://")).is_absolute():
+        problem = (
+            f"{shortened(name)} is a path on this machine alone: what is written of the robot "
+            "could not be read elsewhere; name it by its path from the folder of this file"
+        )
+        node.warning(ABSOLUTE, problem)
 
 
 def _as_xml(data: bytes) -> bytes:

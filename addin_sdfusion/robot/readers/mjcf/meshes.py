@@ -16,7 +16,7 @@ from ...model.rotations import Matrix3
 from ..xml import Node
 from .bodies import Body, Part
 from .compiler import Compiler
-from .document import MAIN, Document
+from .document import MAIN, Document, note_absolute
 from .shapes import place_of, shape_of, sizes_of
 
 LEGACY = "legacy"
@@ -127,9 +127,11 @@ class MeshAssets:
         if not is_file(file):
             return None
         try:
-            data = mesh_bytes(file, None)  # for its mass alone: it neither travels nor is shown
+            data = mesh_bytes(file, None)  # whether it may travel is for those who pack it
         except InputError:
             return None
+        note_absolute(node, self.uri(name))
+        node.notes.files.append(file)
         return _solid_of(data, file.suffix, self.scale(name), node.attribute("inertia", LEGACY))
 
 

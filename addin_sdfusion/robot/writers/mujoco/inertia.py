@@ -46,7 +46,7 @@ def inertia_losses(robot: Robot) -> Iterator[Finding]:
         if missing is None:
             problem = (
                 "MuJoCo refuses a principal moment of inertia above the sum of the other two; "
-                "correct the inertia; --repair mends known SDF files"
+                "correct the inertia"
             )
             yield error(subject, "inertia-triangle", problem)
         elif missing:
