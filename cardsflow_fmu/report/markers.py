@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -52,19 +52,9 @@ def read_capture(file: Path) -> dict[str, FloatArray]:
     return dict(zip(names, rows.T, strict=True))
 
 
-def marker_columns(
-    path: Path, columns: Mapping[str, FloatArray], markers: Sequence[Marker]
-) -> FloatArray:
-    """Where markers were seen, shape (rows, 3 M), in [m].
-
-    Raises:
-        InputError: A column is missing.
-    """
-    names = [f"{one.name}.{axis}" for one in markers for axis in "xyz"]
-    for name in names:
-        if name not in columns:
-            raise InputError(f"has no column {name!r}, of a marker, in m", file=path)
-    return np.column_stack([columns[name] for name in names])
+def marker_names(markers: Sequence[Marker]) -> list[str]:
+    """The columns of markers' places, 3 M of them: `elbow.x`, in [m]."""
+    return [f"{one.name}.{axis}" for one in markers for axis in "xyz"]
 
 
 def seen_at(readings: Readings, first: float, times: FloatArray, markers: FloatArray) -> Readings:

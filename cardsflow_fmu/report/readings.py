@@ -24,12 +24,15 @@ from sim_dart.calibration.markers import Marker
 from sim_dart.calibration.readings import Readings
 from sim_dart.estimation.estimated_robot import passive_muscles
 
-from .markers import marker_columns, read_capture, seen_at
+from .markers import marker_names, read_capture, seen_at
 
 _JITTER = 0.25
 """Of a step: times farther from equal steps are a gap, or no equal steps at all."""
 
 _MOST_ROWS = 10_000_000
+
+_LARGEST = 1e9
+"""In [m], [rad], [N] or [Nm]: least squares of larger readings are of these alone."""
 
 _ACTING = ("tension", MEASURED_TORQUE)
 
@@ -67,6 +70,7 @@ def read_readings(
         found = np.full((rows, len(names)), np.nan)
         for k, name in enumerate(names):
             if name in columns:
+                _refuse_large(path, name, columns)
                 found[at, k] = columns[name]
             else:
                 found[:, k] = default
@@ -88,7 +92,12 @@ def read_readings(
         return readings
     if capture is not None:
         path, columns = capture, read_capture(capture)
-    seen = marker_columns(path, columns, markers)
+    names = marker_names(markers)
+    for name in names:
+        if name not in columns:
+            raise InputError(f"has no column {name!r}, of a marker, in m", file=path)
+        _refuse_large(path, name, columns)
+    seen = np.column_stack([columns[name] for name in names])
     shown = ~np.isnan(seen).all(axis=1)
     if shown.sum() < 3:
         raise InputError(f"shows markers {shown.sum()} times: record for longer", file=path)
@@ -97,6 +106,14 @@ def read_readings(
     filled = np.full((int(at[-1]) + 1, seen.shape[1]), np.nan)
     filled[at] = seen
     return seen_at(readings, float(t[0]), times[0] + step * np.arange(len(filled)), filled)
+
+
+def _refuse_large(path: Path, name: str, columns: Mapping[str, FloatArray]) -> None:
+    values, t = columns[name], columns["time"]
+    k = int(np.argmax(np.abs(values) > _LARGEST))
+    if abs(values[k]) > _LARGEST:
+        what = f"{name} is {values[k]:.3g} at {t[k]:.6g} s, which is no reading"
+        raise InputError(f"{what}: where one is lost, write nan", file=path)
 
 
 def _tension_names(robot: Robot) -> list[tuple[str, ...]]:

@@ -113,7 +113,6 @@ class Calibration:
         return np.sqrt(np.diag(self.covariance) + self.bend**2)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of readings that are too large to be any
 def calibrate(
     robot: Robot,
     recordings: Sequence[Readings],

@@ -25,6 +25,9 @@ _SEED = 0
 _FAR = 0.05
 """Markers that are farther off than this, in [m], RMS, are not where the table says."""
 
+_LARGEST = 1e100
+"""What is beyond is of no robot, and has no square."""
+
 _SEEN = 1e-3
 """Least singular value, in [m/rad] or [m/m], of what markers show of a pose."""
 
@@ -183,13 +186,16 @@ def _fitted(seen: SeenMarkers, pose: FloatArray, blind: IntArray, y: FloatArray)
         return (y - p[0])[there], dp[0][np.ix_(there, blind)]
 
     r, J = residual(pose)
+    if not _is_bounded(r, J):  # of a robot as large as no robot is
+        return _Pose(pose, np.inf, (0.0, int(blind[0])))
     for _ in range(_ITERATIONS):
-        H = J.T @ J
-        step = np.linalg.solve(H + damping * (np.eye(len(blind)) + H), J.T @ r)
+        damped = np.sqrt(damping * (1.0 + (J**2).sum(axis=0)))
+        rows = np.vstack([J, np.diag(damped)])
+        step = np.linalg.lstsq(rows, np.concatenate([r, np.zeros(len(blind))]))[0]
         new = pose.copy()
         new[blind] += step
         new_r, new_J = residual(new)
-        if new_r @ new_r > r @ r:
+        if new_r @ new_r > r @ r or not _is_bounded(new_r, new_J):
             damping *= 10.0
             continue
         pose, r, J, damping = new, new_r, new_J, damping / 10.0
@@ -199,3 +205,7 @@ def _fitted(seen: SeenMarkers, pose: FloatArray, blind: IntArray, y: FloatArray)
     least = float(values[-1]) if len(values) == len(blind) else 0.0
     weakest = (least, int(blind[np.argmax(np.abs(axes[-1]))]))
     return _Pose(pose, float(np.sqrt(np.mean(r**2))), weakest)
+
+
+def _is_bounded(r: FloatArray, J: FloatArray) -> bool:
+    return bool(np.abs(r).max() < _LARGEST and np.abs(J).max() < _LARGEST)

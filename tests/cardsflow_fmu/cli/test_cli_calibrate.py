@@ -83,14 +83,14 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
     uneven = rows.copy()
     uneven[:, 0] += np.arange(len(rows)) ** 2 * 1e-5
     huge = rows[:60].copy()
-    huge[:, [k for k, name in enumerate(names) if name.startswith("f.")]] = 1e300
+    huge[3, names.index("f.cable_2")] = 1e300
     cases = {
         "from lengths alone": ([names[k] for k in blind], rows[:, blind]),
         "is of another robot": (foreign, rows),
         "time goes back after row 50": (names, late),
         "not equal steps": (names, uneven),
         "record for longer": (names, rows[:60]),
-        "case.csv: there are": (names, huge),
+        "f.cable_2 is 1e+300 at 0.015 s": (names, huge),
     }
     for message, table in cases.items():
         file = written(tmp_path / "case.csv", *table)
@@ -177,12 +177,16 @@ def test_markers_that_do_not_fit_are_one_line(
     file = written(tmp_path / "run.csv", *table_of(result))
     markers = write_markers(tmp_path / "markers.toml")
     capture = captured(tmp_path / "seen.csv", result)
-    broken = tmp_path / "broken.toml"
+    broken, far = tmp_path / "broken.toml", tmp_path / "far.csv"
     whole = markers.read_text()
+    head, *rows = capture.read_text().splitlines()
+    rows[7] = ",".join([*rows[7].split(",")[:-1], "-1e300"])
+    far.write_text("\n".join([head, *rows]))
     for more, content, message in (
         ([], whole, "run.csv: has no column 'elbow.x'"),
         (["--capture", capture, "--capture", capture], whole, "one for each of the 1 recordings"),
         (["--capture", file], whole, "run.csv: has no column 'elbow.x'"),
+        (["--capture", far], whole, "far.csv: tip.z is -1e+300 at 0.07 s"),
         (["--capture", capture], whole.replace("link_2", "hand"), "no link 'hand'"),
         (["--capture", capture], "[elbow]\nlink = 1\nposition = [0, 0, 0]", "elbow.link"),
         (["--capture", capture], "elbow = 3", "elbow"),

@@ -56,6 +56,10 @@ def test_poses_are_those_that_markers_show(arm: Robot) -> None:
         shown_poses(seen, arm, none, alone)
     with pytest.raises(InputError, match="mm off where the robot could have them"):
         shown_poses(seen, arm, none, 1e-3 * places(q))
+    for far, message in ((2.0**31, "mm off where"), (1e300, "the markers do not show")):
+        worn = [*MARKERS[:2], Marker("tip", "link_2", (0.0, far, 0.0))]
+        with pytest.raises(InputError, match=message):
+            shown_poses(SeenMarkers(arm, worn), arm, none[:3], places(q[:3]))
 
 
 def seen_only(readings: Readings, worn: FloatArray, noise: float) -> Readings:
