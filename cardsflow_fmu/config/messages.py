@@ -120,8 +120,9 @@ def _errors(error: Mapping[str, Any], model: type[BaseModel]) -> list[InputError
 
 def _no_choice(value: Any, field: FieldInfo, key: str) -> InputError:
     choices = _choices(field.annotation)
-    if not isinstance(value, str) or not value:
-        words = " or ".join(map(repr, choices)) if isinstance(choices[0], str) else "true"
+    is_named = isinstance(choices[0], str)
+    if not is_named or not isinstance(value, str) or not value:
+        words = " or ".join(map(repr, choices)) if is_named else "true"
         return InputError(f"must be {words}, not {value!r}", key=key)
     kind = field.title or key.rpartition(".")[2].replace("_", " ")
     return UnknownNameError(kind, value, choices, key=key)

@@ -250,7 +250,8 @@ def _in_si(columns: Columns) -> dict[str, FloatArray]:
             factor = _UNITS[unit]
         if own in found:
             raise InputError(f"there are two columns {own!r}", key=name)
-        found[own] = column * factor
+        with np.errstate(invalid="ignore"):  # of bits that are a signalling NaN
+            found[own] = column * factor
     return found
 
 

@@ -59,7 +59,8 @@ def read_readings(
     )  # states as they were when measured
     is_hardware = recorded.is_file() and is_recording(recorded)
     columns = _of_hardware(recorded) if is_hardware else _of_table(path)
-    _require_same_names(path, columns, robot)
+    columns = {name: np.where(np.isnan(one), np.nan, one) for name, one in columns.items()}
+    _require_same_names(path, columns, robot)  # NumPy warns of a signalling NaN, which is gone now
     t = columns["time"]
     if len(t) < 3:
         raise InputError(f"has {len(t)} readings: record for longer", file=path)

@@ -143,6 +143,14 @@ def test_a_pickle_is_never_run(tmp_path: Path) -> None:
         followed({"file": str(tmp_path / "motion.npy")})
 
 
+def test_a_signalling_nan_is_no_number_like_others(tmp_path: Path) -> None:
+    rows = np.c_[T, Q]
+    rows.view(np.uint64)[4, 1] = 0x7FF0000000000001
+    np.save(tmp_path / "motion.npy", rows)
+    with pytest.raises(InputError, match=r"row 5 of q\.joint_1 is nan"):
+        followed({"file": str(tmp_path / "motion.npy")})
+
+
 @pytest.mark.slow
 def test_the_example_follows_what_encoders_recorded(tmp_path: Path) -> None:
     shutil.copytree(PLANAR_2R / "robot", tmp_path / "planar_2r/robot")

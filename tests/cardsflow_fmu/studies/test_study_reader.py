@@ -108,6 +108,7 @@ def test_an_unknown_path_names_the_nearest(tmp_path: Path, path: str, nearest: s
         (KP, "metrics = []", "at least one name"),
         (KP, "tables = ['xlsx']", "no kind of table"),
         (KP, "seed = -1", "negative"),
+        (KP.replace("grid", "seed = 'a'\ngrid"), "", "seed: must be true, not 'a'"),
         (KP, "sede = 1", "did you mean 'seed'"),
         ("", "vary = 3", "vary: must be a list of tables"),
         (vary("controller..kp"), "", "names with dots"),

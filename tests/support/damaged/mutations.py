@@ -173,7 +173,7 @@ def damaged(rng: random.Random, name: str, data: bytes) -> bytes:
         with contextlib.suppress(*UNREADABLE):
             return damaged_archive(rng, data)
     if suffix in XML and chance < 0.5:
-        with contextlib.suppress(ElementTree.ParseError):  # of what is damaged already
+        with contextlib.suppress(ElementTree.ParseError, LookupError):  # of what is damaged already
             return damaged_xml(rng, data)
     if suffix in (*XML, *TEXT) and chance < 0.85:
         return damaged_words(rng, data)
