@@ -60,6 +60,10 @@ class Panel:
     by_change: bool = False
 
 
+_of_diverged_runs = np.errstate(over="ignore", invalid="ignore")
+
+
+@_of_diverged_runs
 def panels_of(
     result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()
 ) -> list[Panel]:
@@ -93,6 +97,7 @@ def panels_of(
     return panels
 
 
+@_of_diverged_runs
 def all_panels(result: RunData) -> dict[str, list[Panel]]:
     """Every kind that the result has something of."""
     found = {kind: panels(result) for kind, panels in KINDS.items()}
@@ -157,10 +162,9 @@ def _tracking(result: RunData) -> list[Panel]:
 
 def _errors(result: RunData) -> list[Panel]:
     time, panels = result["time"], []
-    with np.errstate(invalid="ignore"):  # of a run that diverged
-        for unit, followed in _followed(result).items():
-            errors = [(f.actual, f.error(result[f.actual], result[f.desired])) for f in followed]
-            panels.append(Panel(f"error [{unit}]", [Curve(n, time, e) for n, e in errors]))
+    for unit, followed in _followed(result).items():
+        errors = [(f.actual, f.error(result[f.actual], result[f.desired])) for f in followed]
+        panels.append(Panel(f"error [{unit}]", [Curve(n, time, e) for n, e in errors]))
     return panels
 
 
@@ -173,8 +177,7 @@ def _estimates(result: RunData) -> list[Panel]:
         truth, sd = f"q.{rest}", f"{ESTIMATE['sd']}.{rest}"
         if prefix != ESTIMATE["q"] or not {truth, sd} <= set(result.names):
             continue
-        with np.errstate(invalid="ignore"):
-            error, bound = result[name] - result[truth], 3.0 * result[sd]
+        error, bound = result[name] - result[truth], 3.0 * result[sd]
         curves = by_unit.setdefault(result.units.get(truth) or "-", [])
         curves.append(Curve(name, time, error))
         curves.append(Curve(f"3 {sd}", time, bound, of=name, colour="black"))

@@ -111,9 +111,9 @@ def read_readings(
 
 def _refuse_large(path: Path, name: str, columns: Mapping[str, FloatArray]) -> None:
     values, t = columns[name], columns["time"]
-    k = int(np.argmax(np.abs(values) > _LARGEST))
-    if abs(values[k]) > _LARGEST:
-        what = f"{name} is {values[k]:.3g} at {t[k]:.6g} s, which is no reading"
+    large = np.flatnonzero(np.abs(values) > _LARGEST)
+    if len(large):
+        what = f"{name} is {values[large[0]]:.3g} at {t[large[0]]:.6g} s, which is no reading"
         raise InputError(f"{what}: where one is lost, write nan", file=path)
 
 

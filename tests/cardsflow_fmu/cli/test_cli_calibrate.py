@@ -182,10 +182,12 @@ def test_markers_that_do_not_fit_are_one_line(
     head, *rows = capture.read_text().splitlines()
     rows[7] = ",".join([*rows[7].split(",")[:-1], "-1e300"])
     far.write_text("\n".join([head, *rows]))
+    (empty := tmp_path / "empty.csv").write_text(head)
     for more, content, message in (
         ([], whole, "run.csv: has no column 'elbow.x'"),
         (["--capture", capture, "--capture", capture], whole, "one for each of the 1 recordings"),
         (["--capture", file], whole, "run.csv: has no column 'elbow.x'"),
+        (["--capture", empty], whole, "empty.csv: shows markers 0 times"),
         (["--capture", far], whole, "far.csv: tip.z is -1e+300 at 0.07 s"),
         (["--capture", capture], whole.replace("link_2", "hand"), "no link 'hand'"),
         (["--capture", capture], "[elbow]\nlink = 1\nposition = [0, 0, 0]", "elbow.link"),

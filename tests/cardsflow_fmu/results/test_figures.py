@@ -11,7 +11,8 @@ from support.command_line import CommandLine
 
 from cardsflow_fmu.report.chosen_curves import chosen, colours_of
 from cardsflow_fmu.report.figures import figure_of_panels
-from cardsflow_fmu.report.panels import Curve, Panel, panels_of
+from cardsflow_fmu.report.panels import Curve, Panel, all_panels, panels_of
+from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.results.saved_run import read_results
 
 MUSCLES = 76
@@ -79,6 +80,13 @@ def test_values_that_are_no_numbers_do_not_choose() -> None:
     curves = [Curve(f"f.{k}", time, np.full(3, np.nan)) for k in range(10)]
     curves.append(Curve("f.ten", time, np.array([0.0, np.inf, 5.0])))
     assert "f.ten" in [c.name for c in chosen(Panel("N", curves)).curves]
+
+
+def test_runs_that_diverged_have_panels() -> None:
+    names, far = ("time", "q.a", "q_d.a", "q_hat.a", "sd.a"), 1e308
+    rows = np.array([[0.1 * k, far, -far, -far, far] for k in range(3)])
+    result = RunData(names, rows, {}, {}, solve_times=np.array([[0.0, far]]))
+    assert {"errors", "estimate", "solve_times"} <= all_panels(result).keys()
 
 
 def test_a_group_has_a_hue_and_its_members_differ() -> None:
