@@ -10,6 +10,7 @@ import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 from addin_sdfusion.records import from_plain, to_plain
 from addin_sdfusion.robot import InputError
@@ -60,7 +61,7 @@ def design_of_step(
         if done.returncode != 0:
             said = done.stderr.strip().splitlines()
             what = said[-1] if done.returncode > 0 and said else "the kernel crashes on it"
-            raise InputError(f"cannot be read as a STEP file: {what}; is it damaged?", file=file)
+            raise _unreadable(what, file)
         return read_snapshot(answer)
 
 
@@ -69,20 +70,36 @@ def _error(plain: dict[str, str | int | None]) -> InputError:
     return InputError(str(plain["what"]), **place)  # type: ignore[arg-type]
 
 
+def _unreadable(what: object, file: Path) -> InputError:
+    return InputError(f"cannot be read as a STEP file: {what}; is it damaged?", file=file)
+
+
 def main(asked: Path, answer: Path) -> int:
     """Answer a request; returns the exit code."""
     request = json.loads(asked.read_text(encoding="utf-8"))
+    try:
+        write_snapshot(_asked(request), answer)
+    except InputError as error:
+        return _refuse(error, answer)
+    except Exception as error:
+        if not type(error).__module__.startswith("OCP"):  # the kernel's own, of no common class
+            raise
+        return _refuse(_unreadable(error, Path(request["file"])), answer)
+    return 0
+
+
+def _asked(request: dict[str, Any]) -> DesignSnapshot:
     joints, muscles, materials, wraps = (None if p is None else Path(p) for p in request["tables"])
     tables = Tables(joints, muscles, materials, request["density"], wraps)
     settings = from_plain(ExportSettings, request["settings"], "settings")
-    try:
-        write_snapshot(step_design(Path(request["file"]), tables, settings), answer)
-    except InputError as error:
-        file = None if error.file is None else str(error.file)
-        plain = {"what": error.what, "file": file, "line": error.line, "key": error.key}
-        answer.write_text(json_text(plain), encoding="utf-8")
-        return _REFUSED
-    return 0
+    return step_design(Path(request["file"]), tables, settings)
+
+
+def _refuse(error: InputError, answer: Path) -> int:
+    file = None if error.file is None else str(error.file)
+    plain = {"what": error.what, "file": file, "line": error.line, "key": error.key}
+    answer.write_text(json_text(plain), encoding="utf-8")
+    return _REFUSED
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
@@ -16,10 +17,11 @@ from scipy.spatial.transform import Rotation
 from support.designs.design_strategies import forward
 from support.designs.step_hands import JOINTS, MUSCLES, TURNS, write_hands
 
+from addin_sdfusion.records import to_plain
 from addin_sdfusion.robot import InputError, RobotError, read_robot
 from addin_sdfusion.robot.model.transform import IDENTITY
 from addin_sdfusion.settings import ExportSettings
-from cardsflow_fmu.cad import Tables, import_cad
+from cardsflow_fmu.cad import Tables, import_cad, step_process
 from cardsflow_fmu.cad.kernel import kernel, mass_of, mesh_of
 from cardsflow_fmu.cad.step_design import step_design
 from cardsflow_fmu.cad.step_process import design_of_step
@@ -309,3 +311,16 @@ def test_a_file_that_crashes_the_kernel_is_one_line(step: Path, tmp_path: Path) 
         assert len(str(refused.value).splitlines()) == 1
         said["the kernel crashes on it" in refused.value.what] += 1
     assert said[True], said
+
+
+def test_what_the_kernel_raises_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(step_process, "step_design", lambda *_: kernel("gp").gp_Dir(0.0, 0.0, 0.0))
+    asked, answer = tmp_path / "request.json", tmp_path / "answer.json"
+    settings = to_plain(ExportSettings())
+    request = {"file": "a.step", "tables": [None] * 4, "density": None, "settings": settings}
+    asked.write_text(json.dumps(request))
+    assert step_process.main(asked, answer) == 2
+    what = json.loads(answer.read_text())["what"]
+    assert re.fullmatch("cannot be read as a STEP file: gp_Dir.* zero norm; is it damaged.", what)
