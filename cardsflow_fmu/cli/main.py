@@ -7,7 +7,6 @@ import time
 _STARTED = time.perf_counter()
 
 import argparse  # noqa: E402
-import contextlib  # noqa: E402
 import sys  # noqa: E402
 import traceback  # noqa: E402
 from collections.abc import Sequence  # noqa: E402
@@ -19,7 +18,7 @@ from cardsflow_fmu.version import __version__  # noqa: E402
 
 from .addin import add_addin, add_import_cad  # noqa: E402
 from .build import add_build  # noqa: E402
-from .common import BAD_INPUT, EXIT_CODES, FAILED, GOOD, INTERRUPTED, Commands  # noqa: E402
+from .common import BAD_INPUT, EXIT_CODES, FAILED, INTERRUPTED, Commands  # noqa: E402
 from .device import add_device, add_replay  # noqa: E402
 from .init import add_completion, add_init, add_schema  # noqa: E402
 from .results import add_compare, add_plot, add_report  # noqa: E402
@@ -86,9 +85,8 @@ def _parsed(arguments: Sequence[str] | None, given: argparse.Namespace) -> argpa
     try:
         return _parser().parse_args(arguments, given)
     except SystemExit:
-        with contextlib.suppress(BrokenPipeError):
-            if not _is_printed():
-                raise SystemExit(FAILED) from None
+        if not _is_printed():
+            raise SystemExit(FAILED) from None
         raise
 
 
@@ -96,9 +94,6 @@ def _run(options: argparse.Namespace) -> int:
     try:
         code = int(options.command(options))
         return code if _is_printed() else FAILED
-    except BrokenPipeError:  # the reader has stopped reading, as `head` does
-        let_go(sys.stdout)
-        return GOOD
     except Exception as error:
         if options.debug:
             traceback.print_exc()
@@ -116,16 +111,10 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _is_printed() -> bool:
-    """Whether all output is where it should be, as it is not on a full disk.
-
-    Raises:
-        BrokenPipeError: Nobody reads it any more.
-    """
+    """Whether all output is where it should be, as it is not on a full disk."""
     try:
         sys.stdout.flush()
         return True
-    except BrokenPipeError:
-        raise
     except OSError as error:
         print(f"cardsflow: {error.filename}: {error.strerror}", file=sys.stderr)
         let_go(sys.stdout)

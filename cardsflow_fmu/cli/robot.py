@@ -336,6 +336,7 @@ def _info(options: argparse.Namespace) -> int:
 def _convert(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.readers import read, read_trajectories
     from addin_sdfusion.robot.writers.convert import convert
+    from cardsflow_fmu.utils.folder_lock import made_folder
 
     if Path(options.to).suffix:
         return convert_recording(options)
@@ -349,14 +350,15 @@ def _convert(options: argparse.Namespace) -> int:
         robot = reading.require()
         trajectories, unread = read_trajectories(reading.files[0])
         findings += unread
-        files, lost = convert(
-            robot,
-            options.to,
-            options.output,
-            trajectories,
-            mesh_folder=reading.files[0].parent,
-            sources=reading.files,
-        )
+        with made_folder(options.output, "convert"):
+            files, lost = convert(
+                robot,
+                options.to,
+                options.output,
+                trajectories,
+                mesh_folder=reading.files[0].parent,
+                sources=reading.files,
+            )
         findings += lost
     except RobotError as error:
         findings += [finding for finding in error.findings if finding not in findings]

@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from typing import Any, TextIO
 
 _CONTROLS = (*range(0x20), *range(0x7F, 0xA0), 0x2028, 0x2029)
-_DIRECTIONS = (*range(0x202A, 0x202F), *range(0x2066, 0x206A))  # they reorder what is read
+_MARKS = (0x061C, 0x200E, 0x200F)
+_DIRECTIONS = (*_MARKS, *range(0x202A, 0x202F), *range(0x2066, 0x206A))  # reorder what is read
 _ESCAPED = {
     code: f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
     for code in (*_CONTROLS, *_DIRECTIONS)
@@ -28,7 +29,8 @@ class PrintableStream:
 
     Args:
         stream: Where to.
-        is_needed: Whether it is an error where nothing can be written.
+        is_needed: Whether it is an error where nothing can be written; a reader that has stopped
+            reading, as `head` does, never is one.
 
     Attributes:
         inner: The stream itself, for progress bars, which steer the terminal.
@@ -57,7 +59,7 @@ class PrintableStream:
         try:
             yield
         except (OSError, ValueError) as error:  # a closed one gives ValueError
-            if self._is_needed:
+            if self._is_needed and not isinstance(error, BrokenPipeError):
                 if isinstance(error, OSError):
                     error.filename = "the output"
                 raise

@@ -11,7 +11,8 @@ from typing import Any
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
 
-_LARGEST = 2**63
+LARGEST = 2**63
+TOO_LONG = "must be a number of less than 64 bits"
 _DEEPEST = 50
 _TOO_DEEP = "is nested too deeply"
 _DOTTED = re.compile(
@@ -68,5 +69,5 @@ def require_sizes(data: Any, file: Path | None, key: str = "", depth: int = 0) -
     elif isinstance(data, list):
         for k, inner in enumerate(data):
             require_sizes(inner, file, f"{key}[{k}]", depth + 1)
-    elif isinstance(data, int) and abs(data) > _LARGEST:
-        raise InputError("must be a number of less than 64 bits", file=file, key=key or None)
+    elif isinstance(data, int) and abs(data) > LARGEST:
+        raise InputError(TOO_LONG, file=file, key=key or None)

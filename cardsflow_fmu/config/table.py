@@ -28,6 +28,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 
+from .file import LARGEST, TOO_LONG
 from .messages import SettingError, explained
 from .names import Names
 
@@ -202,13 +203,11 @@ def setting(
 
 def _whole(value: Any) -> Any:
     """Numbers without a fraction count as whole ones."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return value
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    return int(number) if number.is_integer() else number
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if isinstance(value, int) and abs(value) > LARGEST:
+        raise SettingError(TOO_LONG)
+    return value
 
 
 def _path(value: Any, info: ValidationInfo) -> Path:

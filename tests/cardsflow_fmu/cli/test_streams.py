@@ -17,6 +17,7 @@ from support.robots.robots import PLANAR_2R
 from addin_sdfusion.robot import Finding, InputError, Subject
 from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.robot.files import file_error
+from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.cli.streams import printable
 
 CARDSFLOW = f"{sys.executable} -m cardsflow_fmu.cli"
@@ -40,6 +41,20 @@ def test_a_closed_end_of_the_output_changes_nothing(tmp_path: Path) -> None:
     run = f"{CARDSFLOW} run {PLANAR_2R} --direct --set run.duration=0.02 -o {tmp_path / 'out'}"
     assert shell(f"{run} >&- 2>&-")[0] == 0
     assert json.loads((tmp_path / "out/summary.json").read_text())["status"] == "complete"
+
+
+def test_a_reader_that_stops_reading_changes_no_exit_code(
+    tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong = tmp_path / "a.urdf"
+    wrong.write_text('<robot name="a&#155;"><link name="b"/></robot>')
+    for words, expected in ((["info", PLANAR_2R / "robot"], 0), (["check", wrong], 1)):
+        assert cardsflow(*words)[0] == expected
+        reading, writing = os.pipe()
+        os.close(reading)
+        with os.fdopen(writing, "w", buffering=1) as stream, monkeypatch.context() as patch:
+            patch.setattr(sys, "stdout", stream)
+            assert main(list(map(str, words))) == expected
 
 
 @pytest.mark.slow
@@ -77,8 +92,8 @@ def test_a_folder_that_may_not_be_looked_into_is_wrong_input(
 
 
 def test_what_steers_a_terminal_is_written_as_escapes() -> None:
-    text = "a\x1b[31m\x9b31m\x00\r\x7f\u202e\u2028b\n\tc \u00e4\u4e2d"
-    expected = "a\\x1b[31m\\x9b31m\\x00\\x0d\\x7f\\u202e\\u2028b\n\tc \u00e4\u4e2d"
+    text = "a\x1b[31m\x9b31m\x00\r\x7f\u202e\u200f\u2028b\n\tc \u00e4\u4e2d"
+    expected = "a\\x1b[31m\\x9b31m\\x00\\x0d\\x7f\\u202e\\u200f\\u2028b\n\tc \u00e4\u4e2d"
     assert printable(text) == expected
     assert printable("\u00e4\udcff", "ascii") == "\\xe4\\udcff"
 

@@ -139,6 +139,8 @@ BAD = [
     ),
     ("planar_2r_bodies.xml", "none_bodies.xml", "none_bodies.xml: "),
     ("[plant]", "[plant", "line"),
+    before_plant("[hardware]\nmax_missed = 1e308", "hardware.max_missed: .* less than 64 bits"),
+    before_plant("[hardware]\nmax_missed = inf", "hardware.max_missed: must be a finite number"),
     before_plant(
         '[wiring.controler]\n"q.joint_1" = "plant.q.joint_1"',
         "wiring.controler: no key 'controler'; did you mean 'controller'",
@@ -156,6 +158,12 @@ def test_bad_input_is_one_line_with_file_and_key(
     text = str(caught.value)
     assert "\n" not in text
     assert str(folder) in text
+
+
+def test_whole_numbers_are_kept_exactly(folder: Path) -> None:
+    key, large = "hardware.emulator.seed", 2**53 + 1
+    assert Experiment.load(folder, {key: large}).hardware.emulator.seed == large
+    assert Experiment.load(folder, {key: 3.0}).hardware.emulator.seed == 3
 
 
 def test_a_number_in_the_place_of_a_table_is_refused(folder: Path) -> None:
