@@ -15,7 +15,8 @@ from .errors import CardsflowError, InputError, MachineError
 from .limits import too_large
 
 _OF_THE_MACHINE = {
-    getattr(errno, name, None) for name in ("ENOSPC", "EDQUOT", "EIO", "EMFILE", "ENFILE", "ENOMEM")
+    getattr(errno, name, None)
+    for name in ("ENOSPC", "EDQUOT", "EFBIG", "EIO", "EMFILE", "ENFILE", "ENOMEM")
 } - {None}
 _ASIDE = ".cardsflow.tmp"
 _LEFTOVER = re.compile(r"\..+\.\d+\.cardsflow\.tmp")

@@ -14,7 +14,7 @@ import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, Finding, InputError, Robot, SimulationError
 from addin_sdfusion.robot.checks.not_simulated import NOT_SIMULATED, not_simulated
-from addin_sdfusion.robot.files import is_folder
+from addin_sdfusion.robot.files import file_error, is_folder
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu.analysis.first_motion import DURATION, UNDRIVEN, FirstMotion, first_motion
@@ -434,9 +434,13 @@ def _write_new(file: Path, text: str) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with file.open("x", encoding="utf-8") as stream:
-            stream.write(text)
+            try:
+                stream.write(text)
+                stream.flush()
+            except OSError:
+                file.unlink()
+                raise
     except (OSError, ValueError) as error:
         if isinstance(error, FileExistsError):
             _require_new(file)
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be written: {reason}", file=file) from None
+        raise file_error(error, "cannot be written", file) from None

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import is_folder, opened_file, write_files
+from addin_sdfusion.robot.files import file_error, is_folder, opened_file, write_files
 
 MARK = "cardsflow"
 """Who has made a picture or a page, where its format says so."""
@@ -57,5 +57,4 @@ def _is_free(file: Path) -> bool:
             stream.seek(max(file.stat().st_size - _FAR, 0))
             return not head or MARK.encode() in head or MARK.encode() in stream.read(_FAR)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be written: {reason}", file=file) from None
+        raise file_error(error, "cannot be written", file) from None

@@ -34,7 +34,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, limits
-from addin_sdfusion.robot.files import opened_file, read_file
+from addin_sdfusion.robot.errors import MachineError
+from addin_sdfusion.robot.files import file_error, opened_file, read_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -85,11 +86,10 @@ class Recorder:
             _require_recording(self.file)
             self._stream = self.file.open("wb", buffering=0)
         except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            raise InputError(f"cannot be written: {reason}", file=self.file) from None
+            raise file_error(error, "cannot be written", self.file) from None
         if not self._append(preamble + content):
             self._stream.close()
-            raise InputError(f"cannot be written: {self.failure}", file=self.file)
+            raise MachineError(f"cannot be written: {self.failure}", self.file)
 
     def write(self, t: float, command: FloatArray, exchange: Exchange) -> None:
         """Write a record.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import sys
 import tomllib
 from dataclasses import replace
 from pathlib import Path
@@ -18,12 +19,14 @@ from support.robots.bent import bent
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, RobotError, read_robot, write_caspr, write_sdf
+from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cli.init import schema
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.template import Beginning, experiment_text
 from cardsflow_fmu.experiment.writer import experiment_data
+from cardsflow_fmu.simulation import starter as starter_module
 from cardsflow_fmu.simulation.starter import init
 
 ROBOTS = sorted(folder / "robot" for folder in EXAMPLES.iterdir() if (folder / "robot").is_dir())
@@ -148,6 +151,25 @@ def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[st
     dangling.symlink_to(tmp_path / "nowhere.toml")
     with pytest.raises(InputError, match="is there already"):
         init(PLANAR_2R / "robot", dangling)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on the length of files")
+def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import resource
+
+    write, limits = starter_module._write_new, resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def write_little(file: Path, text: str) -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
+        try:
+            write(file, text)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+    monkeypatch.setattr(starter_module, "_write_new", write_little)
+    with pytest.raises(MachineError, match="cannot be written"):
+        init(PLANAR_2R / "robot", tmp_path / "experiment.toml")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow
