@@ -153,7 +153,7 @@ def _words(error: Mapping[str, Any]) -> str:
             return f"must be at most {bound:.16g}, not {value!r}"
         case "bool_type":
             return f"must be true or false, not {value!r}"
-        case "string_type" | "string_too_short":
+        case "string_type" | "string_too_short" | "string_unicode":
             return f"must be a text, not {value!r}"
         case "model_type" | "dict_type" | "model_attributes_type":
             return f"must be a table, not {value!r}"

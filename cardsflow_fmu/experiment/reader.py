@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -57,6 +58,7 @@ def read_experiment(
     """
     file = path / EXPERIMENT_TOML if path.is_dir() else path
     _require_experiment(path, file)
+    _require_text(file)
     data = read_settings(file)
     for key, value in settings.items():
         set_value(data, key, value, file)
@@ -84,6 +86,19 @@ def _require_experiment(path: Path, file: Path) -> None:
         own = shlex.quote(str(path))
         what = f"is a robot, no experiment; `cardsflow init {own} -o {EXPERIMENT_TOML}` writes one"
         raise InputError(what, file=path)
+
+
+def _require_text(file: Path) -> None:
+    """Refuse a file in a folder whose name FMUs and pages cannot hold.
+
+    Raises:
+        InputError: Its path is no text.
+    """
+    try:
+        str(file.absolute()).encode()
+    except UnicodeEncodeError:
+        what = f"its path is no text in {sys.getfilesystemencoding()}, the system's encoding"
+        raise InputError(f"{what}: rename the folder, or change the locale", file=file) from None
 
 
 def experiment_settings(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -101,6 +102,23 @@ def test_check_refuses_files_of_robots_that_may_not_travel(
     line = cardsflow.refused("run", file, "--direct", "-o", tmp_path / "out")
     assert "arm.xml: lies outside the folders" in line
     assert cardsflow("check", file)[::2] == (2, line)
+
+
+def test_an_experiment_whose_path_is_no_text_is_refused(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    folder = tmp_path / os.fsdecode(b"caf\xe9")
+    try:
+        folder.mkdir()
+    except OSError:
+        pytest.skip("this system has no such names")
+    file = written(folder, POINTS)
+    line = cardsflow.refused("run", file, "-o", tmp_path / "out")
+    assert "its path is no text in utf-8" in line
+    assert cardsflow.refused("check", file) == line
+    assert "robot.cable_set: must be a text" in cardsflow.refused(
+        "run", PLANAR_2R, "--set", f"robot.cable_set={folder.name}"
+    )
 
 
 def test_check_runs_no_code_of_others_and_connects_to_nothing(
