@@ -348,7 +348,15 @@ def _values(form: Mapping[str, Any]) -> str:
 
 
 LIMITS: tuple[tuple[str, int, Mapping[str, int]], ...] = (
-    ("a robot, a world", limits.XML, {"elements": limits.XML_ELEMENTS}),
+    (
+        "a robot, a world",
+        limits.XML,
+        {
+            "elements in all files": limits.XML_ELEMENTS,
+            "wraps of a muscle": limits.WRAPS,
+            "numbers in a mass matrix or Jacobian": limits.MATRIX,
+        },
+    ),
     ("CASPR's trajectories", limits.TRAJECTORY, {}),
     (
         "a mesh",

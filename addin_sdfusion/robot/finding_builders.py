@@ -26,7 +26,7 @@ def label(subject: Subject) -> str:
     return f"{subject.kind.replace('_', ' ')} {subject.name!r}"
 
 
-MOST_NAMES_COMPARED = 200
+MOST_NAMES_COMPARED = 100
 """With more names the nearest one is not looked for: the time would grow with their square."""
 
 

@@ -26,7 +26,17 @@ STEP = 1024 * MIB
 
 XML = 16 * MIB
 XML_ELEMENTS = 100_000
-"""Elements of a robot's file; a large robot has some thousand."""
+"""Elements of a robot's files together; a large robot has some thousand."""
+DEFAULTS = 200
+"""Elements of defaults that count for one element of MJCF."""
+MUSCLES_WITHOUT_FORCE = 30_000_000
+"""Operations by which forces are found that an MJCF does not give."""
+MUSCLES_WITHOUT_RANGE = 500_000
+"""Places of links by which ranges of lengths are found that an MJCF does not give."""
+MATRIX = 2**22
+"""Numbers in a robot's mass matrix or Jacobian: 32 MiB, and there are several."""
+WRAPS = 1000
+"""Wraps of one muscle, whose bends are found together."""
 DESCRIPTION = 32 * MIB
 DESCRIPTION_TAGS = 600_000
 """Opening and closing tags of an FMU's description: 100000 variables have as many."""

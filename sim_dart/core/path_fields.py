@@ -106,10 +106,10 @@ def _surface_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, Arra
 
 def _wrap_fields(robot: Robot) -> dict[str, ArrayLike]:
     placed = ordered_wraps(robot)
-    surfaces = [surface.name for surface in robot.wrap_surfaces]
+    surfaces = {surface.name: k for k, surface in enumerate(robot.wrap_surfaces)}
     return {
         "wrap_point": [each.point for each in placed],
-        "wrap_surface": [surfaces.index(each.wrap.surface) for each in placed],
+        "wrap_surface": [surfaces[each.wrap.surface] for each in placed],
         "wrap_side": [_INSIDE if each.wrap.inside else each.wrap.side for each in placed],
         "wrap_turns": [each.wrap.turns for each in placed],
     }

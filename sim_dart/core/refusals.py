@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from addin_sdfusion.robot import InputError, Muscle, Robot, WrapSurface
+from addin_sdfusion.robot import InputError, Muscle, Robot, WrapSurface, limits
 from addin_sdfusion.robot.model.tension_laws import law_of
 
 _PUSHING = ("passive_spring", "tendon_spring")
@@ -15,15 +15,24 @@ LONGEST_HALF_AXIS = 10.0
 
 
 def refuse_uncomputed(robot: Robot) -> None:
-    """Refuse a robot whose muscles or coordinates have what is not computed.
+    """Refuse a robot whose muscles or coordinates have what is not computed, or are too many.
 
     Raises:
         InputError: It names the first such muscle and what it has.
     """
+    n, m = len(robot.coordinates), len(robot.muscles)
+    if n * max(n, m) > limits.MATRIX:
+        raise InputError(
+            f"robot {robot.name!r}: {n} coordinates and {m} muscles are too many to compute with; "
+            f"a matrix of them may have {limits.MATRIX} numbers"
+        )
     for c in robot.all_coordinates:
         if c.friction and c.coupling:
             problem = "friction of a coupled coordinate cannot be simulated; put it on another"
             raise InputError(f"coordinate {c.name!r}: {problem}")
+    for muscle in robot.muscles:
+        if len(muscle.wraps) > limits.WRAPS:
+            raise InputError(f"muscle {muscle.name!r} has more than {limits.WRAPS} wraps")
     long = {s.name for s in robot.wrap_surfaces if _is_long(s)}
     for muscle in robot.muscles:
         for what in _uncomputed(muscle, long):

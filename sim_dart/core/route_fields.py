@@ -18,7 +18,6 @@ from addin_sdfusion.robot import (
     Robot,
     Wrap,
 )
-from addin_sdfusion.robot.model.coupling import all_values
 from addin_sdfusion.robot.model.function import Cubic, cubics, value
 from addin_sdfusion.robot.model.rotations import rotation
 
@@ -167,9 +166,8 @@ def _move_fields(
 
 def _held_value(robot: Robot, name: str) -> float | None:
     """Where a coordinate stands still; None for one that moves."""
-    if name in robot_variables(robot).index:
-        return None
-    return all_values(robot, {c.name: c.initial for c in robot.coordinates})[name]
+    variables = robot_variables(robot)
+    return None if name in variables.index else variables.initial[name]
 
 
 def _is_met(robot: Robot, when: PointCondition) -> bool:

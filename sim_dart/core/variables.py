@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import Coordinate, Joint, Motion, Polynomial, Robot
 from addin_sdfusion.robot.model.coupling import all_values, followers
 from addin_sdfusion.robot.model.function import ITSELF, Function, cubics, value
+from addin_sdfusion.robot.model.robot import once_a_robot
 
 from .arrays import FloatArray
 
@@ -46,6 +47,7 @@ class Variables:
         still: How far each motion goes that stands still, by the names of the joints.
         index: The variable of each coordinate that moves, by name.
         held: The variable of each that stands still and that the length of a muscle counts.
+        initial: The value of every coordinate at the start, in [rad] or [m], by name.
     """
 
     coordinates: tuple[Coordinate, ...]
@@ -54,8 +56,10 @@ class Variables:
     still: dict[str, tuple[float, ...]]
     index: dict[str, int]
     held: dict[str, int]
+    initial: dict[str, float]
 
 
+@once_a_robot
 def robot_variables(robot: Robot) -> Variables:
     """The variables of a valid robot."""
     moving = {c.name for c in robot.coordinates}
@@ -80,7 +84,7 @@ def robot_variables(robot: Robot) -> Variables:
     for name in sorted(counted) if index else ():
         held[name] = len(terms)
         terms.append((FunctionTerm(0, Polynomial((values[name],))),))
-    return Variables(coordinates, tuple(terms), driver, still, index, held)
+    return Variables(coordinates, tuple(terms), driver, still, index, held, values)
 
 
 def _driver(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from ..errors import RobotError
 from ..finding import Finding, errors_first
-from ..model.robot import Robot
+from ..model.robot import Robot, once_a_robot
 from . import (
     driven,
     loops,
@@ -70,10 +70,15 @@ def check(robot: Robot) -> list[Finding]:
     Returns:
         Errors first, then warnings; empty for a sound robot.
     """
+    return list(_found(robot))
+
+
+@once_a_robot
+def _found(robot: Robot) -> tuple[Finding, ...]:
     found = [finding for single in CHECKS for finding in single(robot)]
     if not any(finding.is_error for finding in found):
         found += pulleys.reached_points(robot)
-    return errors_first(found)
+    return tuple(errors_first(found))
 
 
 def require_valid(robot: Robot) -> Robot:

@@ -8,9 +8,10 @@ coordinates q. Loop joints, which have no coordinates, close loops between links
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeVar
+from functools import cached_property, wraps
+from typing import Literal, TypeVar, cast
 
 from ..errors import UnknownNameError
 from .joint import Coordinate, Joint
@@ -224,12 +225,12 @@ class Robot:
     wrap_surfaces: tuple[WrapSurface, ...] = ()
     loops: tuple[LoopJoint, ...] = ()
 
-    @property
+    @cached_property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """The coordinates in the order of q: those that are neither coupled nor locked."""
         return tuple(c for c in self.all_coordinates if c.is_free)
 
-    @property
+    @cached_property
     def all_coordinates(self) -> tuple[Coordinate, ...]:
         """The coordinates of all joints, coupled and locked ones as well."""
         return tuple(c for joint in self.joints for c in joint.coordinates)
@@ -244,7 +245,7 @@ class Robot:
         """The coordinates with a motor of their own, in the order of q."""
         return tuple(c for c in self.coordinates if c.actuated)
 
-    @property
+    @cached_property
     def muscles(self) -> tuple[Muscle, ...]:
         """The muscles of the active cable set, in the order of f."""
         if not self.cable_set:
@@ -260,15 +261,31 @@ class Robot:
 
     def link(self, name: str) -> Link:
         """The link of that name; UnknownNameError if there is none."""
-        return find("link", name, self.links)
+        return self._links.get(name) or find("link", name, self.links)
 
     def joint(self, name: str) -> Joint:
         """The joint of that name; UnknownNameError if there is none."""
         return find("joint", name, self.joints)
 
+    def wrap_surface(self, name: str) -> WrapSurface:
+        """The wrap surface of that name; UnknownNameError if there is none."""
+        return self._wrap_surfaces.get(name) or find("wrap surface", name, self.wrap_surfaces)
+
     def muscle(self, name: str) -> Muscle:
         """The active muscle of that name; UnknownNameError if there is none."""
-        return find("muscle", name, self.muscles)
+        return self._muscles.get(name) or find("muscle", name, self.muscles)
+
+    @cached_property
+    def _links(self) -> dict[str, Link]:
+        return {link.name: link for link in reversed(self.links)}
+
+    @cached_property
+    def _muscles(self) -> dict[str, Muscle]:
+        return {muscle.name: muscle for muscle in reversed(self.muscles)}
+
+    @cached_property
+    def _wrap_surfaces(self) -> dict[str, WrapSurface]:
+        return {surface.name: surface for surface in reversed(self.wrap_surfaces)}
 
     def with_cable_set(self, name: str) -> Robot:
         """The same robot with another cable set active; UnknownNameError if there is none."""
@@ -279,3 +296,20 @@ class Robot:
         changed = CableSet(self.cable_set, tuple(muscles))
         sets = tuple(changed if s.name == self.cable_set else s for s in self.cable_sets)
         return replace(self, cable_sets=sets)
+
+
+_Result = TypeVar("_Result")
+
+
+def once_a_robot(compute: Callable[[Robot], _Result]) -> Callable[[Robot], _Result]:
+    """A function whose result a robot keeps, as that of a cached property: no robot changes."""
+    key = f"{compute.__module__}.{compute.__qualname__}"
+
+    @wraps(compute)
+    def kept(robot: Robot) -> _Result:
+        known = vars(robot)
+        if key not in known:
+            known[key] = compute(robot)
+        return cast(_Result, known[key])
+
+    return kept

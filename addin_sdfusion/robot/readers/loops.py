@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Literal
 
-from ..checks.loops import rigid_bodies
-from ..model.joint import Joint
 from ..model.loop import LoopJoint
 from ..model.pose import Pose
 from ..model.robot import WORLD
@@ -18,7 +16,7 @@ End = tuple[str, Pose]
 
 def hold_together(
     node: Node, name: str, type_: Literal["ball", "fixed"], ends: tuple[End, End],
-    joints: Sequence[Joint],
+    bodies: Mapping[str, str],
 ) -> LoopJoint | None:  # fmt: skip
     """The loop joint of a constraint; None, with a finding, where its links are one body.
 
@@ -27,12 +25,11 @@ def hold_together(
         name: What the joint is called.
         type_: Whether it holds two points together, or two frames.
         ends: The frames that coincide.
-        joints: The tree, parents first.
+        bodies: Of each link, the one that it is fixed to; see `rigid_bodies`.
     """
     (parent, T_parent_joint), (child, T_child_joint) = ends
     if child == WORLD:
         (child, T_child_joint), (parent, T_parent_joint) = ends
-    bodies = rigid_bodies(joints)
     if bodies.get(parent) == bodies.get(child):
         problem = f"{parent!r} and {child!r}, which {name!r} holds together, are one body; left out"
         node.warning("loop-of-no-length", problem)

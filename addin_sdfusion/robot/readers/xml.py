@@ -39,11 +39,13 @@ class Notes:
         findings: What is wrong with the files.
         locations: File and line of each object.
         files: The files that were read.
+        elements: How many elements they have together.
     """
 
     findings: list[Finding] = field(default_factory=list)
     locations: dict[Subject, tuple[Path, int | None]] = field(default_factory=dict)
     files: list[Path] = field(default_factory=list)
+    elements: int = 0
 
 
 @dataclass(frozen=True)
@@ -260,8 +262,10 @@ def parse(
         reason = str(getattr(error, "msg", None) or error).splitlines()[0]
         raise InputError(f"is not well-formed XML: {reason}", file=file, line=line) from error
     _refuse_entities(root, parser, file)
-    if any(True for _ in islice(root.iter(), XML_ELEMENTS, None)):
-        raise InputError(f"holds more than {XML_ELEMENTS} elements", file=file)
+    notes.elements += sum(1 for _ in islice(root.iter(), XML_ELEMENTS + 1))
+    if notes.elements > XML_ELEMENTS:
+        others = "" if len(notes.files) == 1 else " with the other files of the robot"
+        raise InputError(f"holds more than {XML_ELEMENTS} elements{others}", file=file)
     return Node(root, file, subject, notes)
 
 

@@ -4,11 +4,12 @@ What the formats with one motion a joint share: a joint of n motions becomes n j
 of its motions, and the n - 1 links between them are called `<joint>_1`, `<joint>_2`, ... A single
 joint that moves has the name of its coordinate, a fixed one its own or, in a chain, `<joint>_<k>`.
 Motions that count from another zero begin at another place. Where a name is taken already,
-underscores are put at its end.
+underscores are put at its end, or a number where many have it.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
@@ -19,19 +20,28 @@ from ..model.robot import WORLD, Robot
 from ..model.rotations import axis_rotation, compose
 from ..model.transform import Transform
 
+_MOST_UNDERSCORES = 8
+"""So many at the end of a name; more would make names as long as there are names."""
+
 
 class Names:
-    """Unique names: those that are taken get underscores at their end."""
+    """Unique names: those that are taken get underscores at their end, then a number."""
 
     def __init__(self, taken: Iterable[str] = ()) -> None:
         self._taken = set(taken)
+        self._numbers: Counter[str] = Counter()
 
     def give(self, name: str) -> str:
         """That name, or the nearest that is free."""
-        while name in self._taken:
-            name += "_"
-        self._taken.add(name)
-        return name
+        free = name
+        for _ in range(_MOST_UNDERSCORES):
+            if free in self._taken:
+                free += "_"
+        while free in self._taken:
+            self._numbers[name] += 1
+            free = f"{name}_{self._numbers[name]}"
+        self._taken.add(free)
+        return free
 
 
 @dataclass(frozen=True, slots=True)

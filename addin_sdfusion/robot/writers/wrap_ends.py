@@ -17,7 +17,7 @@ from ..model.joint import Coordinate
 from ..model.link_poses import link_poses
 from ..model.muscle import Muscle, Wrap, WrapSurface
 from ..model.pose import Vector3
-from ..model.robot import WORLD, Robot, find
+from ..model.robot import WORLD, Robot
 from .wrap_side import ends_on
 
 POSES = 40
@@ -37,7 +37,7 @@ def ends_inside(robot: Robot, format_: str) -> Iterator[Finding]:
     poses = [link_poses(robot, posture) for posture in postures]
     unseen = []
     for muscle, wrap in outer:
-        surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+        surface = robot.wrap_surface(wrap.surface)
         sizes = [_difference(surface, wrap, *ends_on(robot, muscle, wrap, p)) for p in poses]
         k = max(range(len(sizes)), key=sizes.__getitem__)
         moving = _moving(robot, muscle, wrap, surface)
@@ -62,7 +62,7 @@ def ends_inside(robot: Robot, format_: str) -> Iterator[Finding]:
 
 def _is_smooth(robot: Robot, wrap: Wrap) -> bool:
     """Whether an end inside makes the surface shrink."""
-    surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+    surface = robot.wrap_surface(wrap.surface)
     return wrap.rule == "taut" and not wrap.inside and surface.shape != "ellipsoid"
 
 

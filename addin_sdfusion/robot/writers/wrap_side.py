@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from ..model.link_poses import initial_poses
 from ..model.muscle import Muscle, Wrap
 from ..model.pose import Pose, Vector3
-from ..model.robot import Robot, find
+from ..model.robot import Robot
 from ..model.rotations import apply, compose, dot, inverse, normalized, subtract
 
 
@@ -27,7 +27,7 @@ def side_direction(robot: Robot, muscle: Muscle, wrap: Wrap) -> Vector3:
     if x == y == 0.0:  # along the axis: either side is as good
         return 1.0, 0.0, 0.0
     across = normalized((wrap.side * y, -wrap.side * x, 0.0))
-    surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+    surface = robot.wrap_surface(wrap.surface)
     if surface.shape == "cylinder":
         return across
     along = normalized(subtract(end, start))
@@ -58,7 +58,7 @@ def ends_on(
         wrap: A wrap of the muscle.
         poses: The pose of every link in the world.
     """
-    surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+    surface = robot.wrap_surface(wrap.surface)
     T_surface_world = inverse(compose(poses[surface.link], surface.pose))
     start, end = (
         apply(T_surface_world, apply(poses[point.link], point.position))

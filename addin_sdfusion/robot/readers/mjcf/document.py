@@ -9,6 +9,7 @@ from typing import Any
 
 from ...errors import InputError
 from ...finding import Subject
+from ...limits import DEFAULTS
 from ...mesh_files import is_file
 from ..xml import ABSOLUTE, Node, Notes, parse, shortened
 
@@ -101,6 +102,9 @@ class Document:
                 inner.append(child)
             else:
                 own.append(child)
+        if len(own) > DEFAULTS:
+            problem = f"class {shortened(name)} has more than {DEFAULTS} elements of defaults"
+            raise InputError(problem, file=node.file, line=node.line)
         for child in inner:
             self._add_class(child, child.attribute("class"), name)
 

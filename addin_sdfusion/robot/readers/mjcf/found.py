@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ...checks.check import check
+from ...limits import MUSCLES_WITHOUT_FORCE, MUSCLES_WITHOUT_RANGE
 from ...model.coupling import all_values
 from ...model.function import derivatives
 from ...model.joint import Coordinate
@@ -32,8 +33,6 @@ from ...model.transform import IDENTITY, Transform
 from ..xml import ZERO, Node
 from .path import direction, path_of
 
-MOST_LENGTHS = 40_000
-"""So many lengths are looked at for all ranges of a file."""
 GRID, SWEEPS = 6, 2
 DEFAULT_SCALE = 200.0
 
@@ -102,8 +101,11 @@ def with_found(robot: Robot, nodes: Mapping[str, Node]) -> Robot:
         return robot
     reference = {c.name: c.initial for c in robot.all_coordinates}
     pose0 = Pose0(robot, reference)
-    factor = None
-    left = MOST_LENGTHS
+    factor: _Factor | None = None
+    left = MUSCLES_WITHOUT_RANGE
+    movers = _Movers(robot)
+    n = len(reference)
+    too_many = n * n * (n + len(open_)) > MUSCLES_WITHOUT_FORCE
     changed: dict[str, Muscle] = {}
     for muscle in open_:
         values = dict(muscle.model.parameters)
@@ -112,12 +114,15 @@ def with_found(robot: Robot, nodes: Mapping[str, Node]) -> Robot:
             values |= {"rest_low": rest, "rest_high": rest}
         else:
             if values.get("force", -1.0) < 0.0 and "acc0" not in values:
+                if too_many:
+                    _note_no_force(nodes.get(muscle.name))
+                    continue
                 factor = factor or _Factor(robot, pose0)
                 acc0 = factor.acceleration(pose0.moment(muscle, surfaces))
                 values |= _force(values.pop("scale", DEFAULT_SCALE), acc0)
             if not values.get("length_high", 0.0) > values.get("length_low", 0.0):
                 node = nodes.get(muscle.name)
-                lengths, left = _range_of(robot, muscle, surfaces, left)
+                lengths, left = _range_of(robot, muscle, surfaces, movers, left)
                 if lengths is None:
                     _note_no_range(node)
                     continue
@@ -159,6 +164,12 @@ def _note_range(node: Node | None, lengths: tuple[float, float]) -> None:
         node.warning("length-range-found", problem)
 
 
+def _note_no_force(node: Node | None) -> None:
+    if node is not None:
+        problem = "no force, and too many coordinates and muscles to find it: give it"
+        node.error("no-force", problem)
+
+
 def _note_no_range(node: Node | None) -> None:
     if node is not None:
         problem = (
@@ -168,11 +179,15 @@ def _note_no_range(node: Node | None) -> None:
 
 
 def _range_of(
-    robot: Robot, muscle: Muscle, surfaces: Mapping[str, WrapSurface], left: int
+    robot: Robot,
+    muscle: Muscle,
+    surfaces: Mapping[str, WrapSurface],
+    movers: _Movers,
+    left: int,
 ) -> tuple[tuple[float, float] | None, int]:
     """The least and the largest length over the ranges of the joints that move it."""
-    free = _movers(robot, muscle, surfaces)
-    due = 2 * (2 * SWEEPS * max(len(free), 1) * GRID)
+    free = movers.of(muscle, surfaces)
+    due = 2 * (2 * SWEEPS * max(len(free), 1) * GRID) * len(robot.joints)
     ends_of = {c.name: _ends_of(c, bool(muscle.terms)) for c in free}
     if left < due or not all(math.isfinite(end) for ends in ends_of.values() for end in ends):
         return None, left
@@ -209,23 +224,33 @@ def _ends_of(c: Coordinate, is_sum: bool) -> tuple[float, float]:
     return c.lower, c.upper
 
 
-def _movers(robot: Robot, muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Coordinate]:
-    """The free coordinates that change a muscle's length, found at a pose near the initial one."""
-    links = {p.link for p in muscle.via_points} | {surfaces[w.surface].link for w in muscle.wraps}
-    above: dict[str, frozenset[str]] = {WORLD: frozenset()}
-    for joint in robot.joints:
-        own = {c.name for c in joint.coordinates}
-        above[joint.child] = above[joint.parent] | own
-    sets = [above[link] for link in links]
-    names = set().union(*sets) - set(frozenset.intersection(*sets) if sets else ())
-    names |= {term.coordinate for term in muscle.terms}
-    known = {c.name: c for c in robot.all_coordinates}
-    waiting = list(names)
-    while waiting:
-        follows = [t.coordinate for t in known[waiting.pop()].coupling]
-        waiting += [name for name in follows if name not in names]
-        names |= set(follows)
-    return [c for c in robot.coordinates if c.name in names]
+class _Movers:
+    """The free coordinates that change lengths, found at a pose near the initial one."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._above: dict[str, frozenset[str]] = {WORLD: frozenset()}
+        for joint in robot.joints:
+            own = {c.name for c in joint.coordinates}
+            self._above[joint.child] = self._above[joint.parent] | own
+        self._all = {c.name: c for c in robot.all_coordinates}
+        self._free = {c.name: k for k, c in enumerate(robot.coordinates)}
+
+    def of(self, muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Coordinate]:
+        """Those that change a muscle's length."""
+        links = {p.link for p in muscle.via_points}
+        links |= {surfaces[w.surface].link for w in muscle.wraps}
+        sets = [self._above[link] for link in links]
+        names = set().union(*sets) - set(frozenset.intersection(*sets) if sets else ())
+        names |= {term.coordinate for term in muscle.terms}
+        waiting = list(names)
+        while waiting:
+            follows = [t.coordinate for t in self._all[waiting.pop()].coupling]
+            waiting += [name for name in follows if name not in names]
+            names |= set(follows)
+        return [
+            self._all[name]
+            for name in sorted(names & self._free.keys(), key=self._free.__getitem__)
+        ]
 
 
 class _Factor:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Literal
 
 from ...checks.check import check
+from ...checks.loops import rigid_bodies
 from ...finding import Subject
 from ...finding_builders import unknown
 from ...model.loop import LoopJoint
@@ -59,7 +60,7 @@ class _LoopReader:
     def __init__(
         self, robot: Robot, poses: Mapping[str, Transform], sites: Mapping[str, End]
     ) -> None:
-        self._joints = robot.joints
+        self._bodies = rigid_bodies(robot.joints)
         self._poses, self._sites = poses, sites
         self._names = Names(joint.name for joint in robot.joints)
 
@@ -70,7 +71,7 @@ class _LoopReader:
         if ends is None:
             return None
         type_: Literal["ball", "fixed"] = "ball" if node.tag == CONNECT else "fixed"
-        return hold_together(node, name, type_, ends, self._joints)
+        return hold_together(node, name, type_, ends, self._bodies)
 
     def _of_sites(self, node: Node) -> tuple[End, End] | None:
         """Two sites that coincide."""

@@ -132,7 +132,9 @@ def _started(document: Document, joints: Sequence[Joint]) -> list[Joint]:
 
 def _with_followers(robot: Robot) -> Robot:
     """The robot with coordinates that follow others where these have them."""
-    if any(c.is_error for c in check(robot)):
+    if not any(c.coupling for c in robot.all_coordinates):
+        return robot
+    if any(finding.is_error for finding in check(robot)):
         return robot
     at = all_values(robot, {c.name: c.initial for c in robot.coordinates})
 

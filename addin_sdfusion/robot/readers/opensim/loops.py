@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Literal
 
+from ...checks.loops import rigid_bodies
 from ...finding import Subject
 from ...model.joint import Joint
 from ...model.loop import LoopJoint
@@ -30,7 +31,7 @@ def read_loops(
         frames: The frames of the model.
         joints: The tree, parents first.
     """
-    names = Names(joint.name for joint in joints)
+    names, bodies = Names(joint.name for joint in joints), rigid_bodies(joints)
     for node in constraints:
         if node.tag == COUPLER or not is_true(node, "isEnforced", True):
             continue
@@ -46,7 +47,7 @@ def read_loops(
         about = node.about(Subject("joint", name))
         first, second = (_end(about, frames, k) for k in ("1", "2"))
         kind: Literal["ball", "fixed"] = "ball" if node.tag == POINT else "fixed"
-        loop = hold_together(about, name, kind, (first, second), joints)
+        loop = hold_together(about, name, kind, (first, second), bodies)
         if loop is not None:
             yield loop
 

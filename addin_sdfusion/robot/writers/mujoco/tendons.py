@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...model.muscle import Muscle, Wrap, WrapSurface
-from ...model.robot import Robot, find
+from ...model.robot import Robot
 from ...model.rotations import apply
 from ...transforms.joint_chains import Names
 from ..wrap_side import side_direction
@@ -121,7 +121,7 @@ def _add_wrap(
     bodies: Bodies,
     sites: Names,
 ) -> None:
-    surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+    surface = robot.wrap_surface(wrap.surface)
     side = {}
     if wrap.side_point is not None:
         side = {"sidesite": sites.give(f"{muscle.name}:{wrap.segment}:side")}

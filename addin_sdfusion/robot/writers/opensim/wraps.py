@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 from ...finding import Finding, Subject
 from ...finding_builders import warning
 from ...model.muscle import Muscle, Quadrant, Wrap, WrapSurface
-from ...model.robot import Robot, find
+from ...model.robot import Robot
 from ...model.rotations import multiply, rotation
 from ...transforms.joint_chains import Names
 from ..wrap_side import is_shorter_path, side_direction
@@ -53,7 +53,7 @@ def add_surfaces(robot: Robot, bodies: dict[str, ElementTree.Element]) -> None:
     for (of, k), name in wrap_names(robot).items():
         muscle = robot.muscle(of)
         wrap = muscle.wraps[k]
-        surface = find("wrap surface", wrap.surface, robot.wrap_surfaces)
+        surface = robot.wrap_surface(wrap.surface)
         if wrap.side:
             angle = _side_angle(robot, muscle, wrap, surface)
             quadrant: Quadrant = "all" if angle is None else "+x"
