@@ -16,6 +16,9 @@ from .arrays import FloatArray
 LARGEST_NORM = 8
 """Of forces, but infinity: with more the largest forces alone would count for a float."""
 
+LARGEST_PRETENSION = 1e9
+"""In [N]: beside much larger ones rounding loses the bounds of forces."""
+
 
 def is_finite(value: object) -> bool:
     """Whether a value is a number, and neither infinite nor NaN."""
@@ -47,6 +50,7 @@ def named_vector(
     names: Sequence[str],
     *,
     above: float | None = None,
+    most: float = np.inf,
     infinite: bool = False,
 ) -> FloatArray:
     """Numbers that are not negative, one for each name, shape (n,), from a number or a vector.
@@ -56,6 +60,7 @@ def named_vector(
         values: A number for all, or one each.
         names: n names.
         above: They must be above this; at least 0 when None.
+        most: They may be no larger.
         infinite: Whether infinity is allowed.
 
     Raises:
@@ -72,6 +77,8 @@ def named_vector(
             allowed = "not negative" if above is None else f"above {above:g}"
             finite = "" if infinite else "finite and "
             raise InputError(f"{what} of {name!r} must be {finite}{allowed}: {value}")
+        if value > most:
+            raise InputError(f"{what} of {name!r} must not be above {most:g}: {value}")
     return vector
 
 

@@ -23,7 +23,14 @@ from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import BoolArray, FloatArray
 from controllers.qp import dual_newton
 from controllers.qp import solver as qp
-from controllers.validation import float_array, force_bounds, is_finite, named_vector, require_norm
+from controllers.validation import (
+    LARGEST_PRETENSION,
+    float_array,
+    force_bounds,
+    is_finite,
+    named_vector,
+    require_norm,
+)
 
 if TYPE_CHECKING:
     import qpsolvers
@@ -173,7 +180,9 @@ class ForceDistribution:
         self._weights = self.weights / self.weights.mean()
         self._H = np.diag(self._weights)
         self.norm = require_norm(norm)
-        self.pretension = named_vector("pretension", pretension, self.muscle_names)
+        self.pretension = named_vector(
+            "pretension", pretension, self.muscle_names, most=LARGEST_PRETENSION
+        )
         self._g = self._weights * (0.0 - self.pretension)
         if self.coordinate_names:
             self._prepare(len(self.coordinate_names))

@@ -19,7 +19,7 @@ from controllers.arrays import FloatArray
 from controllers.dynamics import PathDynamics, bias_torque, require_no_motors
 from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
 from controllers.qp import solver as qp
-from controllers.validation import check_sizes, named_vector
+from controllers.validation import LARGEST_PRETENSION, check_sizes, named_vector
 
 from .motors import SpringMotors
 
@@ -79,7 +79,9 @@ class CableLengthController:
             muscle_names=names,
         )
         self._pretension = (
-            None if pretension is None else named_vector("pretension", pretension, names)
+            None
+            if pretension is None
+            else named_vector("pretension", pretension, names, most=LARGEST_PRETENSION)
         )
 
     def solve(

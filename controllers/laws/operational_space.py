@@ -26,6 +26,7 @@ from controllers.force_distribution.bounded import Status
 from controllers.qp.problem import BoxProblem, row_softness
 from controllers.qp.solver import DEFAULT_SOLVER
 from controllers.validation import (
+    LARGEST_PRETENSION,
     check_sizes,
     finite_vector,
     float_array,
@@ -121,7 +122,8 @@ class OperationalSpaceController:
         self._H_q = named_vector("acceleration_weights", acceleration_weights, joints, above=0.0)
         self._H_f = named_vector("force_weights", force_weights, actuators, above=0.0)
         self._H_r = named_vector("force_rate_weights", force_rate_weights, actuators)
-        self._f_p = named_vector("pretension", 0.0 if pretension is None else pretension, actuators)
+        f_p = 0.0 if pretension is None else pretension
+        self._f_p = named_vector("pretension", f_p, actuators, most=LARGEST_PRETENSION)
         self._w = positive_or_none("limit_bandwidth", limit_bandwidth, "rad/s")
         self._make_levels(priorities, solver)
         self.reset()

@@ -33,7 +33,7 @@ from cardsflow_fmu.config.table import (
 )
 from controllers.laws.operational_space import LIMIT_BANDWIDTH
 from controllers.qp.solver import DEFAULT_SOLVER, require_solver
-from controllers.validation import LARGEST_NORM
+from controllers.validation import LARGEST_NORM, LARGEST_PRETENSION
 
 from .controller_types import TYPES, ControlType, LawName, control_type, require_law
 from .own_law import OwnLaw
@@ -45,6 +45,8 @@ EXACT = "exact"
 """An infinite weight, which no number in a file is."""
 INFINITY = "infinity"
 """The norm that is the largest, likewise."""
+LONGEST_HORIZON = 1e6
+"""In [s]: days; forces beyond all numbers are aimed at with 1e300."""
 
 
 def _solver(name: str) -> str:
@@ -145,7 +147,9 @@ class ControllerSettings(Table):
         "motor", "of squared torques, in 1/(N·m)² or 1/N²", None
     )
     norm: Norm = setting("which norm of forces is least, by laws that follow q", 2.0)
-    pretension: tuple[FromZero, ...] = each("muscle", "force that is preferred, in N", 0.0)
+    pretension: tuple[Annotated[FromZero, Field(le=LARGEST_PRETENSION)], ...] = each(
+        "muscle", "force that is preferred, in N", 0.0
+    )
     passive: tuple[bool, ...] = each(
         "coordinate", "whether it follows nothing, left to its spring and damper", False
     )
@@ -157,7 +161,7 @@ class ControllerSettings(Table):
         "ticks until forces take effect", 0
     )
     predict: bool = setting("whether the controller makes up for the delay", True)
-    muscle_horizon: FromZero = setting(
+    muscle_horizon: Annotated[FromZero, Field(le=LONGEST_HORIZON)] = setting(
         "how far ahead commands of muscles aim, in s; 0 for the next ticks", 0.0
     )
     engine: Engine = setting("what computes the dynamics; auto is the core", "auto")

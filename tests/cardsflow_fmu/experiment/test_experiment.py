@@ -3,6 +3,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,6 +27,22 @@ def edit(folder: Path, old: str, new: str) -> None:
     text = file.read_text()
     assert old in text
     file.write_text(text.replace(old, new))
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"controller.pretension": 1.1e9}, "controller.pretension"),
+        ({"controller.pretension": [0.0, 1e308, 0.0, 0.0]}, "controller.pretension"),
+        ({"controller.muscle_horizon": 1e308}, "controller.muscle_horizon"),
+    ],
+)
+def test_numbers_that_no_controller_can_use_are_refused_with_their_key(
+    changes: dict[str, Any], key: str
+) -> None:
+    with pytest.raises(InputError) as refused:
+        Experiment.load(PLANAR_2R / "experiment.toml", changes)
+    assert str(refused.value.key).startswith(key)
 
 
 def test_the_example_says_what_the_paper_says() -> None:
