@@ -68,11 +68,15 @@ def add_report(commands: Commands) -> None:
 
 
 def _plot(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.report.figures import plot
+    from cardsflow_fmu.report.figures import missing_signs, plot
     from cardsflow_fmu.results.saved_run import read_any
 
     with read_any(options.results) as result:
         file = plot(result, options.output, options.what, options.columns)
+        signs = missing_signs(result)
+    if signs and file.suffix.lower() != ".svg":
+        what = f"the font of figures has no {signs!r}: boxes stand there; an .svg has them as text"
+        print(f"cardsflow: warning: {what}", file=sys.stderr)
     print_files([file], options.json)
     return GOOD
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Figure
+from matplotlib.font_manager import findfont, get_font
 
 from addin_sdfusion.robot import UnknownNameError
 from cardsflow_fmu.results.run_data import RunData
@@ -25,6 +27,7 @@ FORMATS = ("png", "svg", "pdf")
 
 # Text stays text in an SVG, names are no formulas, and equal results give equal files.
 STYLE: Any = {
+    "font.family": "DejaVu Sans",
     "font.size": 9,
     "axes.grid": True,
     "grid.alpha": 0.3,
@@ -104,10 +107,18 @@ def image(figure: Figure, form: str, *, salt: str = "cardsflow", mark: str | Non
         metadata[dates[form]] = None
     memory = io.BytesIO()
     large = np.errstate(over="ignore", invalid="ignore")  # axes of runs that diverged
-    with mpl.rc_context(STYLE | {"svg.hashsalt": salt}), large:
+    with mpl.rc_context(STYLE | {"svg.hashsalt": salt}), large, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph", UserWarning)  # see `missing_signs`
         figure.savefig(memory, format=form, dpi=150, metadata=metadata)
     figure.set_layout_engine("none")  # it is laid out now, for other formats as well
     return memory.getvalue()
+
+
+def missing_signs(result: RunData) -> str:
+    """What the font of figures lacks of the columns' names: boxes in a .png, text in an .svg."""
+    font = get_font(findfont(STYLE["font.family"]))
+    signs = dict.fromkeys(sign for name in result.names for sign in name)
+    return "".join(sign for sign in signs if not font.get_char_index(ord(sign)))
 
 
 def inline_svg(figure: Figure, *, salt: str = "cardsflow") -> str:
@@ -123,7 +134,7 @@ def _draw(axes: Axes, panel: Panel, bins: int) -> None:
     for curve in drawn.curves:
         points = downsample(curve.time, curve.values, bins)
         axes.plot(*points, color=colours[curve.name], linewidth=1.1)
-    lines, labels = [*axes.lines], list(map(short, names))
+    lines, labels = [*axes.lines], [_printable(short(name)) for name in names]
     for curve in drawn.references:
         points = downsample(curve.time, curve.values, bins)
         colour = curve.colour or colours[curve.of]
@@ -135,9 +146,14 @@ def _draw(axes: Axes, panel: Panel, bins: int) -> None:
         less = "that change less" if panel.by_change else "that are smaller"
         lines += axes.plot([], [], " ")
         labels.append(f"without {drawn.left_out} {less}")
-    axes.set_ylabel(panel.label)
+    axes.set_ylabel(_printable(panel.label))
     # the labels stand here, for those of lines do not count if they begin with an underscore
     where = (1.0, 0.5)
     axes.legend(
         lines, labels, loc="center left", bbox_to_anchor=where, frameon=False, fontsize="small"
     )
+
+
+def _printable(text: str) -> str:
+    """Without control characters, which no SVG can hold."""
+    return "".join(sign if sign.isprintable() else "\N{REPLACEMENT CHARACTER}" for sign in text)

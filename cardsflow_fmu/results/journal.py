@@ -63,7 +63,8 @@ class Journal:
             summary: The summary before the first step, marked incomplete.
 
         Raises:
-            InputError: The folder has no room, or cannot be written.
+            MachineError: The folder has no room.
+            InputError: It cannot be written.
         """
         self._store = RowStore(count, len(names), self._folder.path)
         header = ",".join(names) + "\n"

@@ -81,6 +81,7 @@ def _lengths(paths: MusclePaths, q: FloatArray) -> FloatArray:
     return np.array([paths.evaluate(row).lengths.copy() for row in q]).reshape(len(q), -1)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of lengths that are none
 def _spread(differences: FloatArray) -> FloatArray:
     """RMS less the mean, of each column; 0 of one that was never read."""
     known = ~np.isnan(differences)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -87,6 +88,21 @@ def test_runs_that_diverged_have_panels() -> None:
     rows = np.array([[0.1 * k, far, -far, -far, far] for k in range(3)])
     result = RunData(names, rows, {}, {}, solve_times=np.array([[0.0, far]]))
     assert {"errors", "estimate", "solve_times"} <= all_panels(result).keys()
+
+
+def test_signs_that_the_font_lacks_are_named(
+    cardsflow: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And control characters, which no SVG can hold, are left out."""
+    (file := tmp_path / "a.csv").write_text("time,q.関節\a\n0.0,1.0\n1.0,2.0\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    code, _, err = cardsflow("plot", file, "-o", "a.png")
+    assert code == 0
+    assert err.startswith("cardsflow: warning: the font of figures has no '関節")
+    assert len(err.splitlines()) == 1
+    assert cardsflow("plot", file, "-o", "a.svg")[::2] == (0, "")
+    texts = ElementTree.parse(tmp_path / "a.svg").getroot().itertext()
+    assert any("q.関節\N{REPLACEMENT CHARACTER}" in text for text in texts)
 
 
 def test_a_group_has_a_hue_and_its_members_differ() -> None:

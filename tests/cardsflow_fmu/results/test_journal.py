@@ -17,6 +17,7 @@ import pytest
 from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.errors import MachineError
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.results import row_store
 from cardsflow_fmu.results.folder import OutputFolder
@@ -132,7 +133,7 @@ def test_a_disk_without_room_is_refused_before_the_run(
     (tmp_path / "summary.json").write_text(json.dumps(SUMMARY))
     with (
         OutputFolder(tmp_path) as folder,
-        pytest.raises(InputError, match=r"no room for a run of \d+ rows, \d+ MiB"),
+        pytest.raises(MachineError, match=r"no room for a run of \d+ rows, \d+ MiB"),
     ):
         begun(folder, 2**52)
     assert (tmp_path / "results.csv").read_text() == "time\n"

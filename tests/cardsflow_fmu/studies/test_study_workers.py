@@ -76,7 +76,7 @@ def test_processes_give_the_table_of_one_thread(tmp_path: Path) -> None:
 @pytest.mark.parametrize("address", ["nonsense", "tls://here:²", "tls://here:" + "9" * 5000])
 def test_a_lost_scheduler_is_bad_input(address: str) -> None:
     with (
-        pytest.raises(InputError, match=f"no Dask scheduler at {address}"),
+        pytest.raises(InputError, match=f"no Dask scheduler at {address[:20]}"),
         dask_executor(address, 1),
     ):
         pass
