@@ -354,6 +354,8 @@ LIMITS: tuple[tuple[str, int, Mapping[str, int]], ...] = (
         {
             "elements in all files": limits.XML_ELEMENTS,
             "wraps of a muscle": limits.WRAPS,
+            "coordinates whose drives are looked at": limits.DRIVEN_COORDINATES,
+            "such muscles": limits.DRIVEN_MUSCLES,
             "numbers in a mass matrix or Jacobian": limits.MATRIX,
         },
     ),

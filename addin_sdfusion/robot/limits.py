@@ -35,6 +35,8 @@ MUSCLES_WITHOUT_RANGE = 500_000
 """Places of links by which ranges of lengths are found that an MJCF does not give."""
 MATRIX = 2**22
 """Numbers in a robot's mass matrix or Jacobian: 32 MiB, and there are several."""
+DRIVEN_COORDINATES, DRIVEN_MUSCLES = 300, 2000
+"""Of a robot of which `check` says what is driven, and `init` finds a motion."""
 WRAPS = 1000
 """Wraps of one muscle, whose bends are found together."""
 DESCRIPTION = 32 * MIB

@@ -18,14 +18,12 @@ from controllers.force_distribution.poses import INFEASIBLE
 from sim_dart import CoreDynamics, control_dynamics
 from sim_dart.core.mass_check import massless_coordinates
 
-from .first_motion import closed_or, initial_pose, lacks, pose_terms
+from .first_motion import closed_or, initial_pose, lacks, pose_terms, very_large
 from .sizing import driven_part, reference_motion
 
 _POSES = 5
 _NO_ARM = 1e-9  # beside the largest of the robot's
 _POINTS = 100
-_MOST_COORDINATES, _MOST_MUSCLES = 300, 2000
-"""Of more nothing is said, as it would take minutes and gigabytes."""
 
 
 def check(robot: Robot) -> list[Finding]:
@@ -51,11 +49,8 @@ def drive_findings(robot: Robot) -> list[Finding]:
     """
     if not robot.coordinates or not (robot.muscles or robot.motors or robot.loops):
         return []
-    if len(robot.coordinates) > _MOST_COORDINATES or len(robot.muscles) > _MOST_MUSCLES:
-        problem = (
-            f"whether it can be simulated and driven is not looked at: it has more than "
-            f"{_MOST_COORDINATES} coordinates or {_MOST_MUSCLES} muscles"
-        )
+    if (large := very_large(robot)) is not None:
+        problem = f"whether it can be simulated and driven is not looked at: {large}"
         return [warning(Subject("robot", robot.name), "not-looked-at", problem)]
     try:
         dynamics = control_dynamics(robot, may_be_singular=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError, Robot
+from addin_sdfusion.robot import InputError, Robot, limits
 from addin_sdfusion.robot.transforms.lock import lock
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.drivable import (
@@ -64,6 +64,14 @@ class FirstMotion:
     moved: bool
 
 
+def very_large(robot: Robot) -> str | None:
+    """What makes a robot so large that looking at its drives takes minutes; None where nothing."""
+    n, m = limits.DRIVEN_COORDINATES, limits.DRIVEN_MUSCLES
+    if len(robot.coordinates) <= n and len(robot.muscles) <= m:
+        return None
+    return f"it has more than {n} coordinates or {m} muscles"
+
+
 def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {}) -> FirstMotion:
     """A motion that the muscles of a robot can make.
 
@@ -74,7 +82,13 @@ def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {})
 
     Returns:
         The motion; no coordinate is left where the robot cannot be held at all.
+
+    Raises:
+        InputError: The robot is too large to look for one.
     """
+    if (large := very_large(robot)) is not None:
+        what = f"robot {robot.name!r}: no motion is looked for, as {large}"
+        raise InputError(f"{what}: write experiment.toml by hand, as those of the examples")
     pose = initial_pose(robot)
     dynamics = control_dynamics(robot, may_be_singular=True)
     reasons = {c.name: NO_ROOM for c in robot.coordinates if not c.lower < c.upper}

@@ -49,7 +49,7 @@ def platform_hull(robot: Robot, link: Link, thickness: float) -> Triangles | Non
     points = np.array(sorted(found))
     if len(points) < 3 or not np.isfinite(points).all():
         return None
-    _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=True)
+    _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     if extents[1] < _WIDE * extents[0] or extents[0] == 0.0:
         return None
     offset = 0.5 * thickness * axes[2]

@@ -26,6 +26,7 @@ from addin_sdfusion.robot import (
 from addin_sdfusion.robot.model.pose import Pose
 from cardsflow_fmu import check
 from cardsflow_fmu.analysis import drive_check
+from cardsflow_fmu.analysis.first_motion import first_motion
 from sim_dart import Plant
 
 Y = (0.0, 1.0, 0.0)
@@ -190,3 +191,5 @@ def test_of_very_large_robots_it_is_said_that_nothing_was_looked_at(
     monkeypatch.setattr(drive_check, "control_dynamics", lambda *_, **__: pytest.fail("computed"))
     (finding,) = drive_check.drive_findings(robot)
     assert finding.code == "not-looked-at"
+    with pytest.raises(InputError, match="more than 300 coordinates or 2000 muscles"):
+        first_motion(robot)
