@@ -356,6 +356,7 @@ LIMITS: tuple[tuple[str, int, Mapping[str, int]], ...] = (
             "wraps of a muscle": limits.WRAPS,
             "coordinates whose drives are looked at": limits.DRIVEN_COORDINATES,
             "such muscles": limits.DRIVEN_MUSCLES,
+            "bodies that can touch": limits.BODIES,
             "numbers in a mass matrix or Jacobian": limits.MATRIX,
         },
     ),

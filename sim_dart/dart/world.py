@@ -15,7 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from addin_sdfusion.robot import WORLD, InputError, Pose, Robot, SimulationError, UnknownNameError
+from addin_sdfusion.robot import (
+    WORLD,
+    InputError,
+    Pose,
+    Robot,
+    SimulationError,
+    UnknownNameError,
+    limits,
+)
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import transform
 from sim_dart.scene import FARTHEST, GROUND, Box, Scene, SceneObject, Shape
@@ -169,6 +177,7 @@ class World:
     def _add_scene(self, robot: Robot, scene: Scene) -> None:
         import dartpy
 
+        _refuse_many(len(scene.objects))
         solver = self._dart.getConstraintSolver()
         solver.setCollisionDetector(dartpy.collision.OdeCollisionDetector())
         if scene.friction_law == "cone":
@@ -179,6 +188,7 @@ class World:
         for item in scene.objects:
             self._add_object(scene, item)
         self._add_links(robot, scene)
+        _refuse_many(len(self._bodies))
         ignored = connected(robot) | {frozenset(self._known(pair)) for pair in scene.ignored}
         ignored |= {pair - {WORLD} | {GROUND} for pair in ignored if WORLD in pair}
         if not scene.self_collision:
@@ -337,3 +347,10 @@ def _pose(dart: Any) -> FloatArray:
     turn = T.quaternion()
     quaternion = np.array([turn.w(), turn.x(), turn.y(), turn.z()])
     return np.concatenate([T.translation(), quaternion if turn.w() >= 0 else -quaternion])
+
+
+def _refuse_many(bodies: int) -> None:
+    """Refuse a world all pairs of whose bodies could not be looked at."""
+    if bodies > limits.BODIES:
+        what = f"{bodies} bodies can touch one another, which are more than {limits.BODIES}"
+        raise InputError(f"{what}: leave out objects, or what links collide with")

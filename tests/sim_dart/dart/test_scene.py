@@ -71,6 +71,10 @@ UNFIT = {
     "nothing to report": (Scene(reported=("left",)), "no link or object that collides 'left'"),
     "nothing to ignore": (Scene(Ground(), ignored=(("ground", "x"),)), "'x'"),
     "far ground": (Scene(Ground(-1e6)), r"'ground' is 1e\+06 m away at the start"),
+    "more than all pairs of": (
+        Scene(objects=tuple(SceneObject(f"o{k}", BALL) for k in range(500)), links="capsules"),
+        r"50\d bodies can touch one another, which are more than 500",
+    ),
     "in each other": (
         Scene(objects=(SceneObject("a", BALL, mass=1.0), SceneObject("b", Box((1, 1, 1))))),
         r"are 0\.\d+ m in each other at the start",
