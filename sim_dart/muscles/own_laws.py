@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -13,7 +14,7 @@ from sim_dart.core.arrays import FloatArray
 _HALVINGS = 60
 
 
-class MuscleLaw:
+class MuscleLaw(ABC):
     """A tension law of one's own, without memory: what it gives follows from its arguments alone.
 
     Its class lies in a file beside an experiment, which names it. It is made with the parameters
@@ -27,6 +28,7 @@ class MuscleLaw:
 
     command: ClassVar[tuple[str, str, float, float] | None] = None
 
+    @abstractmethod
     def tension(self, u: float, length: float, rate: float) -> float:
         """The tension, in [N]; below 0 it acts as 0.
 
@@ -37,7 +39,6 @@ class MuscleLaw:
             length: Of the path, in [m].
             rate: How fast the path becomes longer, in [m/s].
         """
-        raise NotImplementedError(f"{type(self).__name__} has no tension(u, length, rate)")
 
 
 class OwnLaws:

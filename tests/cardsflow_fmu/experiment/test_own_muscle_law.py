@@ -54,6 +54,10 @@ class Nothing:
     command = ("force", "N", 0.0, 100.0)
 
 
+class NoTension(MuscleLaw):
+    command = ("force", "N", 0.0, 100.0)
+
+
 class Computed(MuscleLaw):
     command = ("force", "N", 0.0, 10.0 * 10.0)
 
@@ -169,6 +173,7 @@ def test_what_is_in_c_alone_refuses_it_by_name(
     [
         ("mine.py:Divides", f"mine.py:{line('1 // 0')}: ZeroDivisionError"),
         ("mine.py:NoNumber", "mine.py: NoNumber.tension(0.0, "),
+        ("mine.py:NoTension", "TypeError: Can't instantiate abstract class NoTension"),
         ("mine.py:Nothing", "Nothing is no subclass of sim_dart.MuscleLaw"),
         ("mine.py:Elastc", "no class 'Elastc'; did you mean 'Elastic'?"),
         ("mine.py:Elastic", "mine.py: TypeError: Elastic.__init__() missing 1 required"),
