@@ -9,7 +9,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from .dynamics import Dynamics, TaskDynamics
-from .force_distribution.bounded import ForceDistribution, ForceSolution
+from .force_distribution.bounded import ForceDistribution
+from .force_distribution.solution import ForceSolution
 from .laws.control_loop import ControlLaw, ControlLoop
 from .laws.joint_space import JointSpaceController
 from .laws.operational_solution import OperationalSpaceSolution, Posture

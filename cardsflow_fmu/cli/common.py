@@ -102,7 +102,10 @@ def _words(text: str) -> list[str]:
     return [word for word in text.split(",") if word]
 
 
-def add_verbose(parser: argparse.ArgumentParser, what: str) -> None:
+def add_verbose(
+    parser: argparse.ArgumentParser,
+    what: str = "print every finding, not one line for those that repeat",
+) -> None:
     """Add `--verbose`."""
     parser.add_argument("--verbose", action="store_true", help=what)
 

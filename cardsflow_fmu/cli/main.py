@@ -17,21 +17,13 @@ from cardsflow_fmu.utils import interrupts  # noqa: E402
 from cardsflow_fmu.version import __version__  # noqa: E402
 
 from .addin import add_addin, add_import_cad  # noqa: E402
-from .build import add_build  # noqa: E402
+from .calibrate import add_calibrate, add_excite  # noqa: E402
 from .common import BAD_INPUT, EXIT_CODES, FAILED, INTERRUPTED, Commands  # noqa: E402
 from .device import add_device, add_replay  # noqa: E402
 from .init import add_completion, add_init, add_schema  # noqa: E402
 from .results import add_compare, add_plot, add_report  # noqa: E402
-from .robot import (  # noqa: E402
-    add_activations,
-    add_calibrate,
-    add_check,
-    add_convert,
-    add_excite,
-    add_info,
-    add_size,
-)
-from .run import add_run  # noqa: E402
+from .robot import add_activations, add_check, add_convert, add_info, add_size  # noqa: E402
+from .run import add_build, add_run  # noqa: E402
 from .streams import let_go, printable_streams  # noqa: E402
 from .study import add_study  # noqa: E402
 from .view import add_view  # noqa: E402

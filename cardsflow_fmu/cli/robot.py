@@ -22,12 +22,10 @@ from .common import (
     add_output,
     add_robot,
     add_verbose,
-    add_words,
     experiment_of,
     finding_lines,
     print_files,
     print_findings,
-    print_result,
 )
 from .results import convert_recording
 
@@ -35,11 +33,6 @@ if TYPE_CHECKING:
     from addin_sdfusion.robot.readers import Reading
     from cardsflow_fmu.experiment.experiment import Experiment
 
-_FREE = (
-    "muscles.*.offset, .via_points, .stiffness, .friction; links.*.inertia; "
-    "joints.*.damping, .friction; motors.*.gain, .armature; delays.tensions, delays.lengths"
-)
-_EVERY = "print every finding, not one line for those that repeat"
 _FORMATS = "sdf, gazebo, caspr, cardsflow, urdf, mjcf or osim"
 
 
@@ -53,7 +46,7 @@ def add_check(commands: Commands) -> None:
     )
     add_robot(parser, "; or an experiment.toml, or the folder that holds one")
     add_json(parser, "the findings")
-    add_verbose(parser, _EVERY)
+    add_verbose(parser)
     parser.add_argument(
         "--for",
         dest="format",
@@ -111,7 +104,7 @@ def add_convert(commands: Commands) -> None:
     add_output(parser, "folder for the files of a robot")
     _add_repair(parser)
     add_json(parser, "files and findings")
-    add_verbose(parser, _EVERY)
+    add_verbose(parser)
 
 
 def add_size(commands: Commands) -> None:
@@ -153,69 +146,6 @@ def add_activations(commands: Commands) -> None:
     )
     add_output(parser, "folder for activations.sto and forces.sto", default=Path("activations"))
     add_json(parser)
-
-
-def add_excite(commands: Commands) -> None:
-    """Add `excite`."""
-    parser = commands.add(
-        "excite",
-        _excite,
-        "Design a motion that identifies a robot's numbers, as an experiment to run and record; "
-        "say which no recording of it will tell.",
-        'cardsflow excite robot --free "muscles.*.offset, muscles.*.via_points" -o exciting',
-    )
-    add_robot(parser)
-    add_words(
-        parser,
-        "--free",
-        "PATTERN",
-        f"what `cardsflow calibrate` is to find: {_FREE}; when left out, offsets, via points, "
-        "inertias and damping",
-    )
-    parser.add_argument("--duration", type=float, default=20.0, metavar="S", help="in s; 20")
-    parser.add_argument(
-        "--speed", type=float, default=1.5, metavar="V", help="largest, in rad/s; 1.5"
-    )
-    add_output(parser, "folder for the experiment; new, or empty", required=True)
-    add_json(parser, "the files")
-    add_verbose(parser, _EVERY)
-
-
-def add_calibrate(commands: Commands) -> None:
-    """Add `calibrate`."""
-    parser = commands.add(
-        "calibrate",
-        _calibrate,
-        "Correct a robot's numbers by recordings; say which are not identifiable.",
-        "cardsflow calibrate results/hardware.rec --robot robot "
-        '--free "muscles.*.offset, joints.*.damping" -o calibrated',
-    )
-    recorded = "a hardware.rec, a run's folder, or a table with time, q.*, l.*, f.*"
-    parser.add_argument(
-        "recordings", type=Path, nargs="+", metavar="RECORDING", help=f"{recorded}; of several the "
-        "last is kept out, of one its end"
-    )  # fmt: skip
-    parser.add_argument("--robot", type=Path, required=True, help=ROBOT_FILE)
-    add_cable_set(parser)
-    add_words(parser, "--free", "PATTERN", f"{_FREE}; markers.*.position")
-    parser.add_argument(
-        "--markers",
-        type=Path,
-        metavar="FILE",
-        help="markers of motion capture on the robot, a table for each, in TOML: link, position",
-    )
-    parser.add_argument(
-        "--capture",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="CSV",
-        help="where they were seen: time, MARKER.x, .y, .z, in m in the robot's world; once for "
-        "each recording that has no such columns itself",
-    )
-    add_output(parser, "folder for the new robot and the report; new, or empty", required=True)
-    add_json(parser, "the files")
-    add_verbose(parser, _EVERY)
 
 
 def _add_repair(parser: argparse.ArgumentParser) -> None:
@@ -419,47 +349,3 @@ def _require_ours(file: Path, title: str) -> None:
     with contextlib.suppress(FileNotFoundError, NotADirectoryError), file.open("rb") as stream:
         if stream.readline(100).strip() != title.encode():
             raise InputError("is there already, and is another file; choose another -o", file=file)
-
-
-def _patterns(words: list[str]) -> list[str]:
-    return [word.strip() for word in words]
-
-
-def _excite(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.simulation.excite import excite
-
-    done = excite(
-        options.robot,
-        _patterns(options.free),
-        options.output,
-        options.cable_set,
-        options.duration,
-        options.speed,
-    )
-    if not options.json:
-        print_findings(done.findings, options.verbose)
-        print_result(done.text)
-    print_files(done.files, options.json)
-    return GOOD
-
-
-def _calibrate(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.report.calibration import calibrate_files
-
-    free = _patterns(options.free)
-    if not free:
-        raise InputError('missing: what may change, such as "muscles.*.offset"', key="--free")
-    done = calibrate_files(
-        options.recordings,
-        options.robot,
-        free,
-        options.output,
-        options.cable_set,
-        options.markers,
-        options.capture,
-    )
-    if not options.json:
-        print_findings(done.findings, options.verbose)
-        print_result(done.text)
-    print_files(done.files, options.json)
-    return GOOD

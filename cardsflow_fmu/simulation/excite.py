@@ -20,6 +20,7 @@ from cardsflow_fmu.analysis.excitation.design import (
     Excitation,
     excitations,
 )
+from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.template import Beginning, experiment_text
 from cardsflow_fmu.report.calibration import unidentified
 from cardsflow_fmu.signals.port import coordinate_signals
@@ -27,7 +28,8 @@ from cardsflow_fmu.utils.csv_table import csv_text
 from cardsflow_fmu.utils.folder_lock import new_folder
 from sim_dart.calibration.identifiability import identifiable
 
-from .starter import EXPERIMENT_TOML, Search, Trial, path_from, read_movable
+from .starter import path_from, read_movable
+from .trials import Search, Trial
 
 MOTION, REPORT = "motion.csv", "excitation.txt"
 

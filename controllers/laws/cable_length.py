@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
 from controllers.dynamics import PathDynamics, bias_torque, require_no_motors
-from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
+from controllers.force_distribution.bounded import ForceDistribution
+from controllers.force_distribution.solution import ForceSolution
 from controllers.qp import solver as qp
 from controllers.validation import LARGEST_PRETENSION, check_sizes, named_vector
 

@@ -23,7 +23,7 @@ from controllers.dynamics import (
     bias_torque,
     independent_part,
 )
-from controllers.force_distribution.bounded import ForceSolution
+from controllers.force_distribution.solution import ForceSolution
 from controllers.validation import (
     check_sizes,
     is_finite,

@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike
 
 from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, actuator_names, bias_torque
-from controllers.force_distribution.bounded import ForceDistribution, ForceSolution
+from controllers.force_distribution.bounded import ForceDistribution
+from controllers.force_distribution.solution import ForceSolution
 from controllers.qp import solver as qp
 from controllers.validation import check_sizes, named_vector
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from controllers.arrays import FloatArray
-from controllers.force_distribution.bounded import ForceSolution
+from controllers.force_distribution.solution import ForceSolution
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import FloatArray
 from controllers.dynamics import TaskDynamics, actuator_names, bias_torque
-from controllers.force_distribution.bounded import Status
+from controllers.force_distribution.solution import Status
 from controllers.qp.problem import BoxProblem, row_softness
 from controllers.qp.solver import DEFAULT_SOLVER
 from controllers.validation import (
