@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from ..robot.checks.check import check
 from ..robot.finding import Finding, Subject
+from ..robot.formats.sdf.write import sdf_losses
 from ..robot.model.robot import Robot
-from ..robot.writers.sdf.model import sdf_losses
 from .links.links import PREFIX
 
 _FOLLOWS = {

@@ -25,15 +25,15 @@ from ..robot.errors import RobotError
 from ..robot.files import write_files
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
+from ..robot.formats.caspr.write import losses as caspr_losses
+from ..robot.formats.caspr.write import write_caspr
+from ..robot.formats.opensim.write import write_osim
+from ..robot.formats.sdf.write import sdf_losses, write_sdf
+from ..robot.formats.writing.carried_meshes import CarriedMeshes
 from ..robot.model.pose import IDENTITY
 from ..robot.model.robot import Link, Robot
 from ..robot.model.rotations import inverse
-from ..robot.writers.carried_meshes import CarriedMeshes
-from ..robot.writers.caspr.model import losses as caspr_losses
-from ..robot.writers.caspr.model import write_caspr
 from ..robot.writers.convert import FORMATS, Format, convert_to, format_of
-from ..robot.writers.opensim.model import write_osim
-from ..robot.writers.sdf.model import sdf_losses, write_sdf
 from ..settings import ExportSettings
 from ..snapshot import DesignSnapshot
 from .changes import changes, contents

@@ -7,6 +7,10 @@ from pathlib import Path
 from .checks.check import check, require_valid
 from .errors import CardsflowError, InputError, RobotError, SimulationError, UnknownNameError
 from .finding import Finding, Subject
+from .formats.caspr.write import losses as caspr_losses
+from .formats.caspr.write import models_list_row, write_caspr
+from .formats.sdf.losses import sdf_losses
+from .formats.sdf.write import write_sdf
 from .model.function import PiecewiseLinear, Polynomial, SimmSpline
 from .model.joint import (
     Coordinate,
@@ -26,10 +30,6 @@ from .model.pose import IDENTITY, Pose, Vector3
 from .model.robot import GRAVITY, WORLD, Axis, Inertia, Link, Mesh, Robot, Shape, TaskFrame, TaskSet
 from .model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
 from .transforms.simplify import align_frames, merge_fixed_joints
-from .writers.caspr.model import losses as caspr_losses
-from .writers.caspr.model import models_list_row, write_caspr
-from .writers.sdf.losses import sdf_losses
-from .writers.sdf.model import write_sdf
 
 __all__ = [
     "GRAVITY",

@@ -239,8 +239,8 @@ def _losses(options: argparse.Namespace, reading: Reading) -> list[Finding]:
     """What a format cannot hold of the robot and its trajectories, if one is given."""
     if options.format is None:
         return []
+    from addin_sdfusion.robot.formats.writing.carried_meshes import CarriedMeshes
     from addin_sdfusion.robot.readers import read_trajectories
-    from addin_sdfusion.robot.writers.carried_meshes import CarriedMeshes
     from addin_sdfusion.robot.writers.convert import format_of, losses_in
 
     robot, file = reading.require(), reading.files[0]

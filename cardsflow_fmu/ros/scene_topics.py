@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Finding, Robot
+from addin_sdfusion.robot.formats.urdf.write import urdf_text
+from addin_sdfusion.robot.formats.writing.carried_meshes import CarriedMeshes
+from addin_sdfusion.robot.formats.writing.common_losses import driven_joints
 from addin_sdfusion.robot.mesh_files import mesh_bytes
-from addin_sdfusion.robot.writers.carried_meshes import CarriedMeshes
-from addin_sdfusion.robot.writers.common_losses import driven_joints
-from addin_sdfusion.robot.writers.urdf import urdf_text
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.middleware import types
 from cardsflow_fmu.middleware.cdr import Bytes, header, message_rows

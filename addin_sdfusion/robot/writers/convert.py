@@ -13,22 +13,22 @@ from ..checks.check import require_valid
 from ..errors import InputError, UnknownNameError
 from ..finding import Finding, Subject, errors_first
 from ..finding_builders import all_task_frames, warning
+from ..formats.cardsflow.write import cardsflow_losses, write_cardsflow_xml
+from ..formats.caspr.losses import losses as caspr_losses
+from ..formats.caspr.losses import trajectory_losses
+from ..formats.caspr.write import write_caspr
+from ..formats.opensim.write import osim_losses, write_osim
+from ..formats.sdf.write import sdf_losses, write_sdf
+from ..formats.urdf.write import urdf_losses, write_urdf
+from ..formats.writing.carried_meshes import CarriedMeshes
+from ..formats.writing.common_losses import refuse
+from ..formats.writing.file_names import name_losses
 from ..model.robot import WORLD, Robot
 from ..model.trajectory import Trajectory
 from ..transforms.joint_chains import Names
 from ..transforms.simplify import align_frames, merge_fixed_joints
-from .cardsflow_xml import cardsflow_losses, write_cardsflow_xml
-from .carried_meshes import CarriedMeshes
-from .caspr.losses import losses as caspr_losses
-from .caspr.losses import trajectory_losses
-from .caspr.model import write_caspr
-from .common_losses import refuse
-from .file_names import name_losses
 from .mujoco.meshes import opens_mesh
 from .mujoco.model import mjcf_losses, write_mjcf
-from .opensim.model import osim_losses, write_osim
-from .sdf.model import sdf_losses, write_sdf
-from .urdf import urdf_losses, write_urdf
 
 _ROBOTS = ("_bodies.xml", ".sdf", ".urdf", ".osim")
 """Ends of names by which a folder is known to hold a robot."""

@@ -32,8 +32,8 @@ from addin_sdfusion.robot import (
     read_robot,
     sdf_losses,
 )
+from addin_sdfusion.robot.formats.caspr.read_trajectories import read_trajectory, trajectory_names
 from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.readers.caspr.trajectories import read_trajectory, trajectory_names
 from addin_sdfusion.settings import ExportSettings
 
 ALL = ExportSettings()

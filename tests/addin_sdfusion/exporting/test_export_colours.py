@@ -8,8 +8,8 @@ import fake_fusion
 import pytest
 from fake_fusion import Builder, designs
 
+from addin_sdfusion.robot.formats.urdf.write import write_urdf
 from addin_sdfusion.robot.readers import read_robot
-from addin_sdfusion.robot.writers.urdf import write_urdf
 from cardsflow_fmu.viewer.scene.meshes import link_meshes
 
 with fake_fusion.modules():

@@ -141,7 +141,7 @@ def test_files_of_a_robot_are_counted_together(
     text = f"<mujoco><worldbody>{parts}</worldbody></mujoco>"
     (tmp_path / "main.xml").write_text(text, encoding="utf-8")
     assert len(read_robot(tmp_path / "main.xml").links) == 3
-    monkeypatch.setattr("addin_sdfusion.robot.readers.xml.XML_ELEMENTS", 12)
+    monkeypatch.setattr("addin_sdfusion.robot.formats.reading.xml.XML_ELEMENTS", 12)
     with pytest.raises(InputError, match="more than 12 elements with the other files"):
         read_robot(tmp_path / "main.xml")
 

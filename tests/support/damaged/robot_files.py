@@ -13,7 +13,7 @@ from addin_sdfusion.robot import (
     read_robot,
     write_sdf,
 )
-from addin_sdfusion.robot.writers.urdf import write_urdf
+from addin_sdfusion.robot.formats.urdf.write import write_urdf
 
 from ..models_of_others import INCLUDED, MJCF, OPTIONS, OSIM
 from ..robots.robots import EXAMPLES, PLANAR_2R

@@ -11,7 +11,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 
 from addin_sdfusion.robot import Robot
-from addin_sdfusion.robot.writers.sdf.joints import sdf_joints
+from addin_sdfusion.robot.formats.sdf.write_joints import sdf_joints
 from sim_dart.core.arrays import FloatArray
 
 

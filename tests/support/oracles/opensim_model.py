@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from addin_sdfusion.robot import Robot
-from addin_sdfusion.robot.writers.opensim.model import write_osim
-from addin_sdfusion.robot.writers.opensim.names import with_legal_names
+from addin_sdfusion.robot.formats.opensim.write import write_osim
+from addin_sdfusion.robot.formats.opensim.writing.names import with_legal_names
 from sim_dart.core.arrays import FloatArray
 
 with warnings.catch_warnings():

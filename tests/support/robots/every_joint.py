@@ -16,7 +16,7 @@ from addin_sdfusion.robot import (
     Robot,
     ViaPoint,
 )
-from addin_sdfusion.robot.writers.caspr.joints import CASPR_JOINTS
+from addin_sdfusion.robot.formats.caspr.joints import CASPR_JOINTS
 
 from .wrapped import vector
 

@@ -31,8 +31,8 @@ from addin_sdfusion.robot import (
     revolute,
 )
 from addin_sdfusion.robot.caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS
+from addin_sdfusion.robot.formats.caspr.joints import CASPR_JOINTS
 from addin_sdfusion.robot.model.rotations import normalized
-from addin_sdfusion.robot.writers.caspr.joints import CASPR_JOINTS
 
 from .wrapped import vector
 from .writable import writable

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from addin_sdfusion.robot.writers.xml_text import written
+from addin_sdfusion.robot.formats.writing.xml_text import written
 
 
 def writable(value: Any) -> Any:

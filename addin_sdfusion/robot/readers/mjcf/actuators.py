@@ -8,12 +8,12 @@ from dataclasses import replace
 
 from ...finding import Subject
 from ...finding_builders import unknown
+from ...formats.reading.xml import Node
 from ...model.joint import Coordinate, Joint
 from ...model.muscle import CableKind, CableModel, Muscle
 from ...model.muscle_path import CoordinateTerm
 from ...model.tension_laws import TENSION_LAWS
 from ...transforms.joint_chains import Names
-from ..xml import Node
 from .compiler import Compiler, numbers
 from .drives import MUSCLE, TIMES, Drive
 from .tendons import Tendon

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ...finding import Subject
+from ...formats.reading.xml import ZERO, Node
 from ...model.robot import WORLD
 from ...model.transform import IDENTITY, Transform
-from ..xml import ZERO, Node
 from .compiler import Compiler
 from .document import Document
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from ...formats.reading.xml import ZERO, Node
 from ...model.pose import Pose, Vector3
 from ...model.rotations import Matrix3, axis_rotation, cross, dot, multiply, normalized, rotation
 from ...model.transform import IDENTITY, Transform
-from ..xml import ZERO, Node
 from .document import Document
 
 AXES: dict[str, Vector3] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

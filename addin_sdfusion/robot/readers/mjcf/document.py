@@ -9,9 +9,9 @@ from typing import Any
 
 from ...errors import InputError
 from ...finding import Subject
+from ...formats.reading.xml import ABSOLUTE, Node, Notes, parse, shortened
 from ...limits import DEFAULTS
 from ...mesh_files import is_file
-from ..xml import ABSOLUTE, Node, Notes, parse, shortened
 
 MAIN = "main"
 MOST_INCLUDED = 100

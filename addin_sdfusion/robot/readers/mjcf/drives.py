@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ..xml import Node
+from ...formats.reading.xml import Node
 from .compiler import Compiler, numbers
 from .document import ACTUATORS, MAIN, Document
 

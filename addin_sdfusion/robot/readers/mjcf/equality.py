@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ...finding_builders import unknown
+from ...formats.reading.xml import Node
 from ...model.function import Polynomial, taylor
 from ...model.joint import Coordinate, Joint, Term
-from ..xml import Node
 from .compiler import numbers
 from .document import MAIN, Document
 

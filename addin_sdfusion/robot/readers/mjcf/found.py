@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ...checks.check import check
+from ...formats.reading.xml import ZERO, Node
 from ...limits import MUSCLES_WITHOUT_FORCE, MUSCLES_WITHOUT_RANGE
 from ...model.coupling import all_values
 from ...model.function import derivatives
@@ -30,7 +31,6 @@ from ...model.rotations import (
     rotation,
 )
 from ...model.transform import IDENTITY, Transform
-from ..xml import ZERO, Node
 from .path import direction, path_of
 
 GRID, SWEEPS = 6, 2

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from ...formats.reading.xml import ZERO, Node
 from ...model.pose import Vector3
 from ...model.robot import WORLD, Inertia
 from ...model.rotations import (
@@ -19,7 +20,6 @@ from ...model.rotations import (
     transpose,
 )
 from ...model.transform import IDENTITY, Transform
-from ..xml import ZERO, Node
 from .bodies import Body, Part
 from .compiler import Compiler, numbers
 from .meshes import MeshAssets

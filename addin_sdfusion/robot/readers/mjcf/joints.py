@@ -6,13 +6,13 @@ import math
 from dataclasses import replace
 
 from ...finding import Subject
+from ...formats.reading.xml import ZERO, Node
 from ...model.function import ITSELF, constant, linear
 from ...model.joint import Coordinate, Joint, Motion
 from ...model.pose import Pose, Vector3
 from ...model.rotations import axis_rotation, normalized, subtract
 from ...model.transform import IDENTITY, Transform
 from ...transforms.joint_chains import Names
-from ..xml import ZERO, Node
 from .bodies import Body, Part
 from .compiler import Compiler, numbers
 

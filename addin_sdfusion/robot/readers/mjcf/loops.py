@@ -10,13 +10,13 @@ from ...checks.check import check
 from ...checks.loops import rigid_bodies
 from ...finding import Subject
 from ...finding_builders import unknown
+from ...formats.reading.loops import End, hold_together
+from ...formats.reading.xml import ZERO, Node
 from ...model.loop import LoopJoint
 from ...model.pose import Pose, Vector3
 from ...model.robot import WORLD, Robot
 from ...model.transform import Transform
 from ...transforms.joint_chains import Names
-from ..loops import End, hold_together
-from ..xml import ZERO, Node
 from .bodies import Body
 from .compiler import Compiler, of_quaternion
 from .document import MAIN, Document

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 from ...errors import InputError
 from ...finding_builders import unknown
+from ...formats.reading.xml import Node
 from ...mesh_files import is_file, mesh_bytes, mesh_file
 from ...model.pose import Vector3
 from ...model.robot import SHAPE_SIZES, Mesh, Shape, ShapeKind
 from ...model.rotations import Matrix3
-from ..xml import Node
 from .bodies import Body, Part
 from .compiler import Compiler
 from .document import MAIN, Document, note_absolute

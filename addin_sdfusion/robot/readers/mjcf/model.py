@@ -15,15 +15,15 @@ from pathlib import Path
 from ...checks.check import check
 from ...errors import UnknownNameError
 from ...finding import Subject
+from ...formats.cardsflow.beside import DEFAULT_SET
+from ...formats.reading.distinct import distinct
+from ...formats.reading.meshes import note_missing_meshes
+from ...formats.reading.xml import Node, Notes
 from ...model.coupling import all_values
 from ...model.joint import Coordinate, Joint
 from ...model.muscle import CableSet
 from ...model.pose import Vector3
 from ...model.robot import MARKERS, WORLD, Link, Robot, TaskFrame, TaskSet
-from ..distinct import distinct
-from ..extras import DEFAULT_SET
-from ..meshes import note_missing_meshes
-from ..xml import Node, Notes
 from .actuators import ActuatorReader
 from .bodies import Body, read_bodies
 from .compiler import numbers, read_compiler

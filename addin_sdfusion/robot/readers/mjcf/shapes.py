@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
+from ...formats.reading.xml import Node
 from ...model.pose import Vector3
 from ...model.rotations import subtract
 from ...model.transform import Transform
-from ..xml import Node
 from .bodies import Part
 from .compiler import Compiler, numbers, to_z
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 from ...finding import Subject
 from ...finding_builders import unknown
+from ...formats.reading.xml import Node
 from ...model.muscle import ViaPoint, Wrap, WrapSurface
 from ...model.muscle_path import Branch, CoordinateTerm
-from ..xml import Node
 from .bodies import Body, Part
 from .compiler import Compiler
 from .document import MAIN, Document

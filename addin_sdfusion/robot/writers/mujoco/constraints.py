@@ -14,9 +14,9 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import error, warning
+from ...formats.writing.xml_text import element, numbers
 from ...model.function import Function, Polynomial, taylor
 from ...model.robot import Robot
-from ..xml_text import element, numbers
 from .bodies import coordinate_order, movers
 
 STEP = 1e-3

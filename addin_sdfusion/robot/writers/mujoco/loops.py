@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
+from ...formats.writing.xml_text import element
 from ...model.robot import Robot
 from ...transforms.joint_chains import Names
-from ..xml_text import element
 from .bodies import placement
 
 EQUALITIES = {"ball": "connect", "fixed": "weld"}

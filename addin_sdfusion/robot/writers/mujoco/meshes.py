@@ -8,9 +8,9 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
+from ...formats.writing.xml_text import element, numbers
 from ...model.robot import Robot
 from ...transforms.joint_chains import Names
-from ..xml_text import element, numbers
 from .bodies import placement
 
 GROUPS = {"visual": "2", "collision": "4"}

@@ -20,10 +20,7 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
-from ...model.coupling import all_values
-from ...model.robot import WORLD, Robot
-from ...transforms.joint_chains import Names
-from ..common_losses import (
+from ...formats.writing.common_losses import (
     cables,
     coordinate_forces,
     ellipsoids,
@@ -37,10 +34,13 @@ from ..common_losses import (
     task_axes,
     with_markers,
 )
-from ..file_names import write_document
-from ..plain_paths import with_plain_paths
-from ..wrap_ends import ends_inside
-from ..xml_text import document, element, numbers
+from ...formats.writing.file_names import write_document
+from ...formats.writing.plain_paths import with_plain_paths
+from ...formats.writing.wrap_ends import ends_inside
+from ...formats.writing.xml_text import document, element, numbers
+from ...model.coupling import all_values
+from ...model.robot import WORLD, Robot
+from ...transforms.joint_chains import Names
 from .bodies import add_body, coordinate_order, depth_losses
 from .constraints import add_constraints, constraint_losses, driven_losses
 from .inertia import inertia_losses

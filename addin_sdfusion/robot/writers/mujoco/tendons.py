@@ -8,12 +8,12 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
+from ...formats.writing.wrap_side import side_direction
+from ...formats.writing.xml_text import element, numbers
 from ...model.muscle import Muscle, Wrap, WrapSurface
 from ...model.robot import Robot
 from ...model.rotations import apply
 from ...transforms.joint_chains import Names
-from ..wrap_side import side_direction
-from ..xml_text import element, numbers
 from .bodies import placement
 from .muscles import SPRING, spring_words
 

@@ -19,10 +19,10 @@ from addin_sdfusion.robot import (
     read_robot,
     write_sdf,
 )
+from addin_sdfusion.robot.formats.sdf.write_joints import KINDS
 from addin_sdfusion.robot.model.loop import AXES, LoopType
 from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.transforms.combine import Member, combine
-from addin_sdfusion.robot.writers.sdf.joints import KINDS
 
 AXIS = ((0.0, 0.6, 0.8), (1.0, 0.0, 0.0))
 TURNED = Pose((0.1, 0.2, 0.3), (0.4, -0.5, 0.6))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from addin_sdfusion.robot import InputError, Pose
-from addin_sdfusion.robot.readers.sdf.world import SdfWorld, StaticObject, read_sdf_world
+from addin_sdfusion.robot.formats.sdf.world import SdfWorld, StaticObject, read_sdf_world
 
 
 def world(folder: Path, inside: str, *, wrap: bool = True) -> SdfWorld:

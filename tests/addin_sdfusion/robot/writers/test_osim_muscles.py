@@ -9,8 +9,8 @@ import pytest
 from support.robots.muscle_bench import HILL, Bench, slider
 
 from addin_sdfusion.robot import check, read_robot
+from addin_sdfusion.robot.formats.opensim.write import osim_losses, write_osim
 from addin_sdfusion.robot.model.tension_laws import law_parameters
-from addin_sdfusion.robot.writers.opensim.model import osim_losses, write_osim
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)  # of its SWIG wrapper

@@ -14,7 +14,7 @@ from support.robots.random_robots import random_robot, random_tree
 from support.robots.robots import EXAMPLES, with_coordinates
 
 from addin_sdfusion.robot import Robot, read_robot, write_sdf
-from addin_sdfusion.robot.writers.sdf.joints import sdf_joints
+from addin_sdfusion.robot.formats.sdf.write_joints import sdf_joints
 from sim_dart import Plant
 
 pytestmark = pytest.mark.interop

@@ -29,8 +29,8 @@ from addin_sdfusion.robot import (
     read_robot,
     revolute,
 )
+from addin_sdfusion.robot.formats.urdf.write import urdf_losses, write_urdf
 from addin_sdfusion.robot.transforms.joint_chains import single_joints
-from addin_sdfusion.robot.writers.urdf import urdf_losses, write_urdf
 from sim_dart import DartDynamics
 
 

@@ -1,0 +1,1 @@
+"""File formats of robots, each with its reader and its writer in one folder."""

@@ -1,0 +1,1 @@
+"""cardsflow.xml: muscles and points beside a robot's file."""

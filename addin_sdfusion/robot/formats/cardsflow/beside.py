@@ -1,0 +1,164 @@
+"""Reader of what robots' own files have no words for: an SDF's plugin, a cardsflow.xml beside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ...errors import UnknownNameError
+from ...finding import Subject
+from ...finding_builders import unknown
+from ...model.pose import Vector3
+from ...model.robot import MARKERS, Robot
+from ..reading.xml import Node, parse
+from .read import MuscleReader, read_surface, read_task_set
+
+DEFAULT_SET = "cardsflow"
+"""The name of the only cable set and task set in files that do not name them."""
+
+
+def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: str | None) -> Robot:
+    """The same robot with its cable sets, task sets, link ends and gravity.
+
+    Args:
+        robot: The robot without them.
+        model: The element of the robot.
+        plugins: The elements that hold them; the cardsflow.xml beside the file is read where they
+            lack some.
+        cable_set: The cable set to make active; the file's own choice if None.
+
+    Raises:
+        InputError: The cardsflow.xml is not readable XML.
+        UnknownNameError: There is no such cable set.
+    """
+    cable_sets, task_sets = _children(plugins, "cable_set"), _children(plugins, "task_set")
+    sources = plugins
+    if not cable_sets or not task_sets:
+        sources = [*(() if _are_beside(plugins, model) else cardsflow_xml(model)), *plugins]
+    robot = _with_mesh_names(_with_ends(robot, plugins), plugins)
+    for node in _children(plugins, "gravity"):
+        robot = replace(robot, gravity=node.vector3())
+    surfaces = [
+        read_surface(node.about(Subject("wrap_surface", node.attribute("name"))))
+        for node in _children(plugins, "wrap_surface")
+    ]
+    muscles = MuscleReader([link.name for link in robot.links], surfaces)
+    if cable_sets:
+        robot = _with_named_cable_sets(robot, cable_sets, cable_set, muscles)
+    else:
+        robot = _with_muscles(robot, sources, muscles)
+    if cable_set is not None:
+        _require_cable_set(cable_set, robot, model)
+    robot = replace(robot, wrap_surfaces=tuple(muscles.surfaces))
+    if task_sets:
+        return _with_named_task_sets(robot, task_sets)
+    return _with_points(robot, sources)
+
+
+def _children(nodes: Sequence[Node], tag: str) -> list[Node]:
+    return [child for node in nodes for child in node.all(tag)]
+
+
+def _are_beside(plugins: Sequence[Node], model: Node) -> bool:
+    """Whether they come from the cardsflow.xml beside the file."""
+    return any(plugin.file != model.file for plugin in plugins)
+
+
+def cardsflow_xml(model: Node) -> list[Node]:
+    """The root of the cardsflow.xml beside a robot's file; nothing if there is none."""
+    file = model.file.with_name("cardsflow.xml")
+    if not file.exists():
+        return []
+    root = parse(file, model.subject, model.notes)
+    if root.tag != "cardsflow":
+        root.error("not-cardsflow", f"<{root.tag}> is not <cardsflow>")
+    return [root]
+
+
+def _with_ends(robot: Robot, plugins: Sequence[Node]) -> Robot:
+    ends: dict[str, Vector3] = {}
+    names = [link.name for link in robot.links]
+    known = set(names)
+    for node in _children(plugins, "link_end"):
+        name = node.attribute("link")
+        if name not in known:
+            node.error("unknown-link", f"<link_end>: {unknown('link', name, names)}")
+        ends[name] = node.vector3()
+    links = tuple(replace(link, end=ends.get(link.name)) for link in robot.links)
+    return replace(robot, links=links)
+
+
+def _with_mesh_names(robot: Robot, plugins: Sequence[Node]) -> Robot:
+    """The robot with the names of meshes that SDF could not hold."""
+    names = {
+        (node.attribute("link"), node.attribute("role"), node.attribute("as")): node.text
+        for node in _children(plugins, "mesh_name")
+    }
+    links = []
+    for link in robot.links:
+        meshes = (
+            replace(mesh, name=names.get((link.name, mesh.role, mesh.name), mesh.name))
+            for mesh in link.meshes
+        )
+        links.append(replace(link, meshes=tuple(meshes)))
+    return replace(robot, links=tuple(links))
+
+
+def _with_named_cable_sets(
+    robot: Robot, nodes: Sequence[Node], chosen: str | None, muscles: MuscleReader
+) -> Robot:
+    nodes = [node.about(Subject("cable_set", node.attribute("id"))) for node in nodes]
+    active = _active(nodes) if chosen is None else chosen
+    sets = tuple(muscles.cable_set(node, node.subject.name, active) for node in nodes)
+    return replace(robot, cable_sets=sets, cable_set=active)
+
+
+def _with_muscles(robot: Robot, sources: Sequence[Node], muscles: MuscleReader) -> Robot:
+    """Muscles from the first source that has any."""
+    node = _first_with(sources, "myoMuscle")
+    if node is None:
+        return robot
+    cable_set = muscles.cable_set(node, DEFAULT_SET, DEFAULT_SET)
+    return replace(robot, cable_sets=(cable_set,), cable_set=DEFAULT_SET)
+
+
+def _require_cable_set(chosen: str, robot: Robot, model: Node) -> None:
+    known = [cable_set.name for cable_set in robot.cable_sets]
+    if chosen not in known:
+        raise UnknownNameError("cable set", chosen, known, file=model.file)
+
+
+def _with_named_task_sets(robot: Robot, nodes: Sequence[Node]) -> Robot:
+    nodes = [node.about(Subject("task_set", node.attribute("id"))) for node in nodes]
+    active = _active(nodes)
+    sets = tuple(read_task_set(node, node.subject.name, active) for node in nodes)
+    return replace(robot, task_sets=sets, task_set=active)
+
+
+def _with_points(robot: Robot, sources: Sequence[Node]) -> Robot:
+    """Task frames from the first source that has end effectors, markers from that with markers."""
+    effectors, markers = (_first_with(sources, tag) for tag in ("endEffector", "marker"))
+    sets, active = [], ""
+    if effectors is not None:
+        active = DEFAULT_SET
+        sets.append(read_task_set(effectors, DEFAULT_SET, DEFAULT_SET))
+    if markers is not None:
+        sets.append(read_task_set(markers, MARKERS, active, "marker"))
+    return replace(robot, task_sets=tuple(sets), task_set=active)
+
+
+def _first_with(sources: Sequence[Node], tag: str) -> Node | None:
+    """The first source with such elements; those of another are left out with a warning."""
+    found = [node for node in sources if node.all(tag)]
+    for node in found[1:]:
+        problem = f"<{tag}> of {found[0].file.name} line {found[0].line} is used, not these"
+        node.all(tag)[0].warning("second-source-left-out", problem)
+    return found[0] if found else None
+
+
+def _active(nodes: Sequence[Node]) -> str:
+    """The name of the set that is marked as active; empty if none is."""
+    active = [node for node in nodes if node.attribute("active", "false") in ("true", "1")]
+    for node in active[1:]:
+        node.error("two-active-sets", f"{active[0].subject.name!r} is active already")
+    return active[0].subject.name if active else ""

@@ -1,0 +1,335 @@
+"""Reader of muscles and task frames in cardsflow.xml and the SDF plugin."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal, cast, get_args
+
+from ...finding import member
+from ...finding_builders import unknown
+from ...model.muscle import (
+    PRESLIDING,
+    BasePulley,
+    CableKind,
+    CableModel,
+    CableSet,
+    Muscle,
+    Quadrant,
+    ViaPoint,
+    Wrap,
+    WrapRule,
+    WrapShape,
+    WrapSurface,
+)
+from ...model.muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
+from ...model.pose import Pose, Vector3
+from ...model.robot import ANGLES, WORLD, Axis, TaskFrame, TaskSet
+from ..reading.actuator import read_actuator
+from ..reading.distinct import distinct
+from ..reading.functions import read_function
+from ..reading.xml import Node, shortened
+from .write import INSIDE, WRAP_STATES, WRAP_TYPES
+
+SHAPES = {word: cast(WrapShape, shape) for shape, word in WRAP_TYPES.items()}
+SIDES: dict[str, Literal[-1, 0, 1]] = {"-1": -1, "0": 0, "1": 1}
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A via point element: a point to pass, or a surface to wrap over."""
+
+    node: Node
+    link: str
+    position: Vector3
+    shape: WrapShape | None
+
+
+class MuscleReader:
+    """Reads muscles; collects the wrap surfaces on their paths.
+
+    Attributes:
+        surfaces: All wrap surfaces.
+    """
+
+    def __init__(self, links: Sequence[str], surfaces: Sequence[WrapSurface] = ()) -> None:
+        self.surfaces = list(surfaces)
+        self._links = [WORLD, *links]
+        self._known = set(self._links)
+        folded = Counter(name.casefold() for name in self._links)
+        self._folded = {n.casefold(): n for n in self._links if folded[n.casefold()] == 1}
+        self._names: dict[WrapSurface, list[str]] = {}
+        self._taken = {surface.name for surface in surfaces}
+        self._made: Counter[str] = Counter()
+        for surface in surfaces:
+            self._names.setdefault(_nameless(surface), []).append(surface.name)
+
+    def cable_set(self, parent: Node, name: str, active: str) -> CableSet:
+        """The `<myoMuscle>` children of an element as a cable set."""
+        muscles = []
+        nodes = distinct(parent.all("myoMuscle"), partial(member, "muscle", of=name, active=active))
+        for node in nodes:
+            subject = member("muscle", node.attribute("name"), name, active)
+            muscles.append(self._muscle(node.about(subject)))
+        return CableSet(name, tuple(muscles))
+
+    def _muscle(self, node: Node) -> Muscle:
+        steps = [step for block in node.all("link") for step in self._steps(block)]
+        points = [
+            ViaPoint(
+                step.link,
+                step.position,
+                _condition(step.node),
+                tuple(_moves(step.node)),
+                _own_friction(step.node),
+            )
+            for step in steps
+            if step.shape is None
+        ]
+        return Muscle(
+            node.attribute("name"),
+            tuple(points),
+            node.number_attribute("f_min", 0.0),
+            node.number_attribute("f_max", math.inf, infinite=True),
+            read_actuator(node) or _cable_model(node),
+            _base_pulley(node),
+            (*self._wraps_on_the_way(steps), *_wraps(node)),
+            tuple(_branches(node)),
+            tuple(_terms(node)),
+            node.number_attribute("friction", 0.0),
+            node.number_attribute("presliding", PRESLIDING),
+        )
+
+    def _steps(self, block: Node) -> Iterator[_Step]:
+        link = block.attribute("name")
+        if block.has("name") and link not in self._known:
+            nearest = self._folded.get(link.casefold())
+            if nearest is None:
+                problem = f"via point on {unknown('link', link, self._links)}"
+                block.error("unknown-via-link", problem)
+            else:
+                problem = f"link {link!r} is called {nearest!r} in the model, which it is taken for"
+                block.warning("link-name-case", problem)
+                link = nearest
+        for node in block.all("viaPoint"):
+            kind = node.attribute("type")
+            if node.has("type") and kind != "FIXPOINT" and kind not in SHAPES:
+                known = ", ".join(("FIXPOINT", *SHAPES))
+                problem = f"via point type {shortened(kind)} is not supported (supported: {known})"
+                node.error("unsupported-via-point", problem)
+            yield _Step(node, link, node.vector3(), SHAPES.get(kind))
+
+    def _wraps_on_the_way(self, steps: Sequence[_Step]) -> Iterator[Wrap]:
+        passed = -1
+        ends = [None, *(step.shape for step in steps), None]
+        outside = [True, *[False] * len(steps), True]
+        for i, step in enumerate(steps):
+            if step.shape is None:
+                passed += 1
+                continue
+            surface = self._surface(step, step.shape)
+            if ends[i] or ends[i + 2] or outside[i] or outside[i + 2]:
+                problem = "a wrapping via point belongs between two of type FIXPOINT"
+                step.node.error("wrap-not-between-points", problem)
+            side, turns = _state(step.node)
+            friction = _own_friction(step.node)
+            inside = _is_inside(step.node)
+            yield Wrap(surface, max(passed, 0), side, turns, inside, friction=friction)
+
+    def _surface(self, step: _Step, shape: WrapShape) -> str:
+        """The name of the surface at a via point; points at the same place share one."""
+        node = step.node
+        radius = node.number_attribute("radius")
+        length = node.number_attribute("length", math.inf, infinite=True)
+        new = WrapSurface("", step.link, shape, radius, Pose(step.position), length)
+        named = node.attribute("surface", "")
+        names = self._names.setdefault(new, [])
+        if names and named in ("", *names):
+            return named or names[0]
+        names.append(named or self._free_name(f"{step.link}_{shape}"))
+        self._taken.add(names[-1])
+        self.surfaces.append(replace(new, name=names[-1]))
+        return names[-1]
+
+    def _free_name(self, base: str) -> str:
+        """The base name, or the base with the first number that makes it another."""
+        name = base
+        while name in self._taken:
+            self._made[base] += 1
+            name = f"{base}_{self._made[base] + 1}"
+        return name
+
+
+def read_surface(node: Node) -> WrapSurface:
+    """A `<wrap_surface>` of the plugin."""
+    shape = node.attribute("shape")
+    if node.has("shape") and shape not in get_args(WrapShape):
+        known = ", ".join(get_args(WrapShape))
+        node.error("unsupported-wrap-shape", f"shape {shortened(shape)} is none of {known}")
+    x, y, z, *angles = node.numbers(6)
+    roll, pitch, yaw = angles
+    return WrapSurface(
+        node.attribute("name"),
+        node.attribute("link"),
+        cast(WrapShape, shape if shape in get_args(WrapShape) else "sphere"),
+        node.number_attribute("radius"),
+        Pose((x, y, z), (roll, pitch, yaw)),
+        node.number_attribute("length", math.inf, infinite=True),
+        _pair(node.numbers_attribute("half_axes", 2)) if node.has("half_axes") else None,
+    )
+
+
+def _pair(values: Sequence[float]) -> tuple[float, float]:
+    first, second = values
+    return first, second
+
+
+def read_task_set(parent: Node, name: str, active: str, tag: str = "endEffector") -> TaskSet:
+    """The `<endEffector>` or `<marker>` children of an element as a task set."""
+    frames = []
+    nodes = distinct(parent.all(tag), partial(member, "task_frame", of=name, active=active))
+    for i, node in enumerate(nodes):
+        called = node.attribute("name", f"{tag.lower()}{i}")
+        subject = member("task_frame", called, name, active)
+        frames.append(_task_frame(node.about(subject), called))
+    return TaskSet(name, tuple(frames))
+
+
+def _task_frame(node: Node, name: str) -> TaskFrame:
+    words = node.attribute("axes", "xyz").split()
+    axes = [axis for word in words for axis in ([word] if word in ANGLES else word)]
+    chosen = tuple(cast(Axis, axis) for axis in axes)
+    return TaskFrame(name, node.attribute("link"), node.vector3(), chosen)
+
+
+def _nameless(surface: WrapSurface) -> WrapSurface:
+    """The surface without its name and, for a sphere, without its turn."""
+    pose = Pose(surface.pose.position) if surface.shape == "sphere" else surface.pose
+    return replace(surface, name="", pose=pose)
+
+
+def _state(node: Node) -> tuple[Literal[-1, 0, 1], int]:
+    """The side and the turns of a wrapping via point; the states 0 and 1 are the shorter path."""
+    state = node.attribute("state", WRAP_STATES[0])
+    if state not in WRAP_STATES:
+        node.error("bad-number", f"state {shortened(state)} is not 0, 1 or 2")
+    if state == WRAP_STATES[2] and not node.has("side"):
+        problem = "state 2, the longer path round, is taken for the shorter; add side=1 or side=-1"
+        node.warning("wrap-state-left", f"{problem}, the sense of turning about the z axis")
+    return _side(node), _whole(node, "revCounter")
+
+
+def _side(node: Node) -> Literal[-1, 0, 1]:
+    """0 also for a wrap inside its surface."""
+    side = node.attribute("side", "0")
+    if side not in SIDES and side != INSIDE:
+        node.error("bad-number", f"side {shortened(side)} is not -1, 0, 1 or {INSIDE}")
+    return SIDES.get(side, 0)
+
+
+def _is_inside(node: Node) -> bool:
+    return node.attribute("side", "0") == INSIDE
+
+
+def _wraps(node: Node) -> Iterator[Wrap]:
+    for wrap in node.all("wrap"):
+        segment, turns = _whole(wrap, "segment"), _whole(wrap, "turns")
+        rule = _one_of(wrap, "rule", get_args(WrapRule))
+        yield Wrap(
+            wrap.attribute("surface"),
+            segment,
+            _side(wrap),
+            turns,
+            _is_inside(wrap),
+            cast(WrapRule, rule),
+            _side_point(wrap),
+            cast(Quadrant, _one_of(wrap, "quadrant", get_args(Quadrant))),
+            _whole(wrap, "last_segment") if wrap.has("last_segment") else None,
+            _own_friction(wrap),
+        )
+
+
+def _own_friction(node: Node) -> float | None:
+    return node.number_attribute("friction") if node.has("friction") else None
+
+
+def _one_of(node: Node, name: str, known: tuple[str, ...]) -> str:
+    """A word in an attribute; the first of those known if it is not given."""
+    word = node.attribute(name, known[0])
+    if word not in known:
+        node.error("bad-word", f"{name} {shortened(word)} is none of {', '.join(known)}")
+        return known[0]
+    return word
+
+
+def _side_point(node: Node) -> ViaPoint | None:
+    if not node.has("side_link"):
+        return None
+    x, y, z = node.numbers_attribute("side_position", 3)
+    return ViaPoint(node.attribute("side_link"), (x, y, z))
+
+
+def _condition(node: Node) -> PointCondition | None:
+    if not node.has("coordinate"):
+        return None
+    low, high = (node.number_attribute(name, infinite=True) for name in ("low", "high"))
+    smoothing = node.number_attribute("smoothing", 0.0)
+    return PointCondition(node.attribute("coordinate"), low, high, smoothing)
+
+
+def _moves(node: Node) -> Iterator[PointMotion]:
+    for move in node.all("move"):
+        low = move.number_attribute("low", -math.inf, infinite=True)
+        high = move.number_attribute("high", math.inf, infinite=True)
+        axis, coordinate = move.vector_attribute("axis"), move.attribute("coordinate")
+        yield PointMotion(axis, coordinate, read_function(move), low, high)
+
+
+def _branches(node: Node) -> Iterator[Branch]:
+    for branch in node.all("branch"):
+        yield Branch(_whole(branch, "point"), branch.number_attribute("divisor", 1.0))
+
+
+def _terms(node: Node) -> Iterator[CoordinateTerm]:
+    for term in node.all("term"):
+        yield CoordinateTerm(term.attribute("coordinate"), term.number_attribute("factor"))
+
+
+def _whole(node: Node, name: str) -> int:
+    value = node.number_attribute(name, 0.0)
+    if value != int(value) or abs(value) > 2**31:
+        node.error("bad-number", f"{name} {value!r} is not a whole number")
+        return 0
+    return int(value)
+
+
+def _cable_model(node: Node) -> CableModel:
+    child = node.optional("cable_model")
+    if child is None:
+        return CableModel()
+    kind = child.attribute("kind")
+    if child.has("kind") and kind not in get_args(CableKind):
+        known = ", ".join(get_args(CableKind))
+        child.error("unsupported-cable", f"kind {shortened(kind)} is none of {known}")
+        return CableModel()
+    rows = [(name, values[0]) for name, values in _parameters(child) if len(values) == 1]
+    return CableModel(cast(CableKind, kind or "ideal"), tuple(rows))
+
+
+def _base_pulley(node: Node) -> BasePulley | None:
+    child = node.optional("base_pulley")
+    if child is None:
+        return None
+    kind = child.attribute("kind")
+    if child.has("kind") and kind not in ("rotating", "screw"):
+        child.error("unsupported-pulley", f"kind {shortened(kind)} is neither rotating nor screw")
+    screw = kind == "screw"
+    return BasePulley("screw" if screw else "rotating", tuple(_parameters(child)))
+
+
+def _parameters(node: Node) -> Iterator[tuple[str, tuple[float, ...]]]:
+    for child in node.all("parameter"):
+        yield child.attribute("name"), child.numbers(len(child.text.split()))

@@ -1,0 +1,248 @@
+"""Writer of muscles and task frames for cardsflow.xml and the SDF plugin.
+
+A muscle names its links in order, each with the via points on it, in the frame of that link. What
+the original format has no word for is in attributes and elements that its readers pass over:
+
+    myoMuscle    f_min f_max       force limits, in [N]
+                 friction          of the cable on its guides, where there is some
+                 presliding        way over which it turns round, in [m], where it is not 0.2 mm
+    cable_model  kind              how the cable behaves; parameter elements by name
+    base_pulley  kind              a swivelling pulley at the first point; parameters likewise
+    viaPoint     coordinate low high smoothing
+                                   when a muscle passes through it
+    viaPoint, wrap  friction       of the cable there, where it is not that of the muscle
+    move         axis coordinate low high and a function
+                                   in a viaPoint: how it moves on its link
+    branch       point divisor     the path begins anew at a via point, counted from 0
+    term         coordinate factor a part of the length, in proportion to a coordinate
+    endEffector  axes              which coordinates count: letters, or alpha, beta, gamma
+
+In cardsflow.xml a wrap surface stands where it lies in the path, as the original format has it: a
+via point SPHERICAL or CYLINDRICAL with radius, state and revCounter. The state says how it starts:
+0 straight, 1 the shorter path round, 2 the longer one; after that the old plugin follows the cable.
+`surface`, `length` and `side`, the sense of turning about the z axis, are additions. In the plugin
+the surfaces are elements of their own and a muscle's `wrap` elements name them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import groupby
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ...finding import Finding, Subject
+from ...finding_builders import warning
+from ...model.muscle import PRESLIDING, Muscle, ViaPoint, Wrap, WrapSurface
+from ...model.robot import Robot, TaskFrame
+from ..writing.common_losses import names, other_sets
+from ..writing.file_names import write_document
+from ..writing.functions import function_element
+from ..writing.wrap_side import is_shorter_path
+from ..writing.xml_text import document, element, numbers
+
+WRAP_TYPES = {"sphere": "SPHERICAL", "cylinder": "CYLINDRICAL"}
+"""The via point types of the wrap shapes."""
+WRAP_STATES = ("0", "1", "2")
+"""The `state` of a wrapping via point: straight at first, the shorter path, the longer path."""
+INSIDE = "inside"
+"""The `side` of a wrap within its surface."""
+
+
+def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
+    """Write cardsflow.xml alone, beside a model.sdf; returns and raises as `write_document`."""
+    return write_document(robot, folder, "cardsflow", "xml", cardsflow_xml)
+
+
+def cardsflow_losses(robot: Robot) -> list[Finding]:
+    """What cardsflow.xml alone cannot hold."""
+    problem = "cardsflow.xml holds muscles and end effectors; links and joints are in model.sdf"
+    links = warning(Subject("robot", robot.name), "links-left-out", problem)
+    return [
+        links,
+        *other_sets(robot, "cardsflow.xml"),
+        *names(robot, "cardsflow.xml"),
+        *wrap_losses(robot),
+        *_surfaces(robot),
+    ]
+
+
+def _surfaces(robot: Robot) -> Iterator[Finding]:
+    """Wrap surfaces that no muscle brings in, and what is lost of the others."""
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
+    held = {wrap.surface for muscle in robot.muscles for wrap in held_wraps(muscle, surfaces)}
+    for surface in robot.wrap_surfaces:
+        subject = Subject("wrap_surface", surface.name)
+        if surface.name not in held:
+            problem = "no muscle holds it in cardsflow.xml; left out"
+            yield warning(subject, "wrap-surfaces-left-out", problem)
+        elif any(surface.pose.rpy):  # a sphere: turned cylinders are not held
+            problem = (
+                "cardsflow.xml turns no spheres; a chosen side counts about its link's z axis there"
+            )
+            yield warning(subject, "sphere-turned-back", problem)
+
+
+def wrap_losses(robot: Robot) -> Iterator[Finding]:
+    """The wraps that cardsflow.xml leaves out."""
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
+    for muscle in robot.muscles:
+        held = held_wraps(muscle, surfaces)
+        left = [repr(wrap.surface) for wrap in muscle.wraps if wrap not in held]
+        if left:
+            problem = (
+                "cardsflow.xml holds one wrap a segment, cylinders along a link's z axis, no "
+                "ellipsoids and no other programs' rules; "
+                f"{len(left)} of its wraps are left out there, over {', '.join(left)}"
+            )
+            yield warning(Subject("muscle", muscle.name), "wraps-left-out", problem)
+
+
+def muscle_element(parent: ElementTree.Element, muscle: Muscle) -> ElementTree.Element:
+    """Add a muscle with everything but its wraps: `<myoMuscle name f_min f_max>`."""
+    return _muscle(parent, muscle, [_Step(point) for point in muscle.via_points])
+
+
+def wrap_elements(node: ElementTree.Element, muscle: Muscle) -> None:
+    """Add `<wrap surface segment side turns>` to a muscle's element."""
+    for wrap in muscle.wraps:
+        side = INSIDE if wrap.inside else str(wrap.side)
+        words = {"segment": str(wrap.segment), "side": side, "turns": str(wrap.turns)}
+        words |= _rule_words(wrap) | _friction_words(wrap)
+        element(node, "wrap", surface=wrap.surface, **words)
+
+
+def _rule_words(wrap: Wrap) -> dict[str, str]:
+    """What a wrap by another program's rules has; nothing for one by ours."""
+    if wrap.rule == "taut":
+        return {}
+    words: dict[str, str] = {"rule": wrap.rule}
+    if wrap.quadrant != "all":
+        words["quadrant"] = wrap.quadrant
+    if wrap.last_segment is not None:
+        words["last_segment"] = str(wrap.last_segment)
+    if wrap.side_point is not None:
+        words["side_link"] = wrap.side_point.link
+        words["side_position"] = numbers(wrap.side_point.position)
+    return words
+
+
+def end_effector_element(parent: ElementTree.Element, frame: TaskFrame) -> None:
+    """Add `<endEffector name link axes>` to its parent."""
+    text = numbers(frame.position)
+    letters = all(len(axis) == 1 for axis in frame.axes)
+    axes = ("" if letters else " ").join(frame.axes)
+    element(parent, "endEffector", text, name=frame.name, link=frame.link, axes=axes)
+
+
+def cardsflow_xml(robot: Robot) -> str:
+    """The text of a cardsflow.xml: the active muscles and task frames of a robot."""
+    root = element(None, "cardsflow")
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
+    for muscle in robot.muscles:
+        held = {wrap.segment: wrap for wrap in held_wraps(muscle, surfaces)}
+        steps = []
+        for i, point in enumerate(muscle.via_points):
+            steps.append(_Step(point))
+            if i in held:
+                steps.append(_wrap_step(robot, muscle, held[i], surfaces[held[i].surface]))
+        _muscle(root, muscle, steps)
+    for frame in robot.task_frames:
+        end_effector_element(root, frame)
+    return document(root)
+
+
+def held_wraps(muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Wrap]:
+    """The wraps that cardsflow.xml can hold: one a segment, cylinders along the link's z axis.
+
+    Those by other programs' rules and those over ellipsoids it cannot hold.
+    """
+    counts = Counter(wrap.segment for wrap in muscle.wraps)
+    return [
+        wrap
+        for wrap in muscle.wraps
+        if counts[wrap.segment] == 1
+        and wrap.rule == "taut"
+        and surfaces[wrap.surface].shape in WRAP_TYPES
+        and (surfaces[wrap.surface].shape == "sphere" or not any(surfaces[wrap.surface].pose.rpy))
+    ]
+
+
+class _Step:
+    """A via point element to be: where it is, and its attributes."""
+
+    def __init__(self, point: ViaPoint, **attributes: str) -> None:
+        self.point = point
+        words = {"type": "FIXPOINT", **_condition_words(point), **_friction_words(point)}
+        self.attributes = attributes or words
+
+
+def _condition_words(point: ViaPoint) -> dict[str, str]:
+    when = point.when
+    if when is None:
+        return {}
+    values = {"low": when.low, "high": when.high, "smoothing": when.smoothing}
+    return {"coordinate": when.coordinate} | {k: numbers([x]) for k, x in values.items()}
+
+
+def _friction_words(bend: ViaPoint | Wrap) -> dict[str, str]:
+    return {} if bend.friction is None else {"friction": numbers([bend.friction])}
+
+
+def _wrap_step(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> _Step:
+    more = _friction_words(wrap)
+    if surface.length != math.inf:
+        more["length"] = numbers([surface.length])
+    state = WRAP_STATES[0]
+    if wrap.inside:
+        more["side"] = INSIDE
+    elif wrap.side:
+        state = WRAP_STATES[1 if is_shorter_path(robot, muscle, wrap) else 2]
+        more["side"] = str(wrap.side)
+    return _Step(
+        ViaPoint(surface.link, surface.pose.position),
+        type=WRAP_TYPES[surface.shape],
+        radius=numbers([surface.radius]),
+        state=state,
+        revCounter=str(wrap.turns),
+        surface=surface.name,
+        **more,
+    )
+
+
+def _muscle(
+    parent: ElementTree.Element, muscle: Muscle, steps: Iterable[_Step]
+) -> ElementTree.Element:
+    limits = {"f_min": numbers([muscle.f_min]), "f_max": numbers([muscle.f_max])}
+    if muscle.friction:
+        limits["friction"] = numbers([muscle.friction])
+    if muscle.presliding != PRESLIDING:
+        limits["presliding"] = numbers([muscle.presliding])
+    node = element(parent, "myoMuscle", name=muscle.name, **limits)
+    for link, group in groupby(steps, key=lambda step: step.point.link):
+        block = element(node, "link", name=link)
+        for step in group:
+            item = element(block, "viaPoint", numbers(step.point.position), **step.attributes)
+            for move in step.point.moves:
+                words = {"axis": numbers(move.axis), "coordinate": move.coordinate}
+                words |= {"low": numbers([move.low]), "high": numbers([move.high])}
+                function_element(item, "move", move.function, **words)
+    for branch in muscle.branches:
+        words = {"point": str(branch.point), "divisor": numbers([branch.divisor])}
+        element(node, "branch", **words)
+    for term in muscle.terms:
+        element(node, "term", coordinate=term.coordinate, factor=numbers([term.factor]))
+    if muscle.model.kind != "ideal" or muscle.model.parameters:
+        rows = ((name, (number,)) for name, number in muscle.model.parameters)
+        _parameters(element(node, "cable_model", kind=muscle.model.kind), rows)
+    if muscle.pulley is not None:
+        pulley = element(node, "base_pulley", kind=muscle.pulley.kind)
+        _parameters(pulley, muscle.pulley.parameters)
+    return node
+
+
+def _parameters(parent: ElementTree.Element, rows: Iterable[tuple[str, tuple[float, ...]]]) -> None:
+    for name, values in rows:
+        element(parent, "parameter", numbers(values), name=name)

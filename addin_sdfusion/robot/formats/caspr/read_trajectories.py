@@ -1,0 +1,267 @@
+"""Reader of CASPR's `<name>_trajectories.xml` and the .traj files beside it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path, PurePosixPath
+
+from ...caspr_vocabulary import CASPR_DERIVATIVES, CASPR_SPLINES
+from ...errors import InputError, UnknownNameError
+from ...finding import Finding, Subject
+from ...finding_builders import label
+from ...limits import MIB, TRAJECTORY
+from ...mesh_files import lies_in
+from ...model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
+from ..reading.xml import Node, Notes, parse, shortened
+from .read import BODIES
+from .traj_file import read_samples
+
+AVERAGE = "cubic_spline_average_velocity_trajectory"
+"""A cubic spline whose inner velocities are the means of the slopes before and after."""
+
+SPLINES: dict[str, Spline] = {tag: spline for spline, tag in CASPR_SPLINES.items()}
+SPLINES[AVERAGE] = "cubic"
+TOO_MANY = f"the .traj files are larger than {TRAJECTORY // MIB} MiB together"
+_LEADS_OUT = "is a link that leads out of this folder"
+LETTERS: dict[Space, str] = {"joint": "q", "operational": "y"}
+
+
+def trajectories_file(bodies: Path) -> Path | None:
+    """CASPR's trajectories beside a robot's `<name>_bodies.xml`; None where there are none.
+
+    Raises:
+        InputError: They are a link that leads out of the folder.
+    """
+    stem = bodies.name.removesuffix(BODIES)
+    file = bodies.with_name(f"{stem}_trajectories.xml")
+    if stem == bodies.name or not file.is_file():
+        return None
+    if not lies_in(file, [bodies.parent]):
+        raise InputError(f"{_LEADS_OUT}; copy the file here", file=file)
+    return file
+
+
+def trajectory_names(file: str | Path, space: Space = "joint") -> tuple[str, ...]:
+    """The names of the trajectories in a file, of whatever kind, in order.
+
+    Raises:
+        InputError: The file is not a readable trajectory file.
+    """
+    return tuple(node.attribute("id", "") for node in _nodes(Path(file), Notes())[space])
+
+
+def read_trajectory(file: str | Path, name: str, space: Space = "joint") -> Trajectory:
+    """Read one trajectory.
+
+    Inner velocities that CASPR takes as means are computed here, so the spline is a cubic one.
+    Times are the points' own: where CASPR's time step does not divide a segment its samples, and
+    with them its polynomial, end at the last step within it; here it ends at the point.
+
+    Raises:
+        UnknownNameError: The file has no such trajectory.
+        InputError: The file or the trajectory cannot be used.
+    """
+    file, notes = Path(file), Notes()
+    return _sound(_found(_nodes(file, notes), name, space, file), space, notes)
+
+
+def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding]]:
+    """Read all trajectories beside a robot.
+
+    Args:
+        robot: Its main file; those of other formats than CASPR's have none.
+
+    Returns:
+        The trajectories in order, those in joint space first, and a warning for each one that
+        cannot be used, or for the whole file. Of two with one name CASPR finds one: the first is
+        taken.
+    """
+    notes, findings = Notes(), []
+    trajectories: dict[str, Trajectory] = {}
+    left = TRAJECTORY
+    try:
+        file = trajectories_file(Path(robot))
+        groups = {} if file is None else _nodes(file, notes)
+    except InputError as error:
+        groups = {}
+        findings.append(_left_out("", error))
+    for space, nodes in groups.items():
+        for node in nodes:
+            name = node.attribute("id", "")
+            try:
+                if name in trajectories:
+                    what = "its name is taken; rename it"
+                    raise InputError(what, file=node.file, line=node.line)
+                if SPLINES.get(node.tag) == "samples":
+                    left -= _samples_file(node).stat().st_size
+                if left < 0:
+                    raise InputError(TOO_MANY, file=node.file, line=node.line)
+                trajectories[name] = _sound(node, space, notes)
+            except InputError as error:
+                findings.append(_left_out(name, error))
+                notes.findings.clear()
+    return list(trajectories.values()), findings
+
+
+def _left_out(name: str, error: InputError) -> Finding:
+    """The finding that a trajectory, or the file of all, is not read."""
+    subject = Subject("trajectory", name)
+    what = error.what.removeprefix(f"{label(subject)}: ")
+    message = (
+        f"{label(subject)}: {what}; left out" if name else f"{what}; its trajectories are lost"
+    )
+    return Finding("warning", "trajectory-left-out", message, subject, error.file, error.line)
+
+
+def _sound(node: Node, space: Space, notes: Notes) -> Trajectory:
+    """The trajectory of an element; InputError with the first thing that is wrong."""
+    trajectory = _trajectory(node.about(Subject("trajectory", node.attribute("id", ""))), space)
+    for finding in notes.findings:
+        raise InputError(finding.message, file=finding.file, line=finding.line)
+    return trajectory
+
+
+def _nodes(file: Path, notes: Notes) -> dict[Space, list[Node]]:
+    root = parse(file, Subject("trajectory", ""), notes)
+    if root.tag != "trajectories":
+        what = f"<{root.tag}> is not CASPR's <trajectories>"
+        raise InputError(what, file=file, line=root.line)
+    return {
+        space: [node for group in root.all(f"{space}_trajectories") for node in group.all()]
+        for space in LETTERS
+    }
+
+
+def _found(groups: dict[Space, list[Node]], name: str, space: Space, file: Path) -> Node:
+    """The one element of that name and space."""
+    found = {
+        key: [node for node in nodes if node.attribute("id", "") == name]
+        for key, nodes in groups.items()
+    }
+    here = found.pop(space)
+    if len(here) > 1:
+        raise InputError(f"a second trajectory {name!r}; rename it", file=file, line=here[1].line)
+    if here:
+        return here[0]
+    for other, nodes in found.items():
+        if nodes:
+            what = f"trajectory {name!r} is in {other} space, not in {space} space"
+            raise InputError(what, file=file, line=nodes[0].line)
+    known = [node.attribute("id", "") for node in groups[space]]
+    raise UnknownNameError(f"{space} trajectory", name, known, file=file)
+
+
+def _trajectory(node: Node, space: Space) -> Trajectory:
+    name = node.subject.name
+    if node.tag not in SPLINES:
+        what = f"trajectory {name!r}: <{node.tag}> is not supported"
+        known = ", ".join(SPLINES)
+        raise InputError(f"{what} (supported: {known})", file=node.file, line=node.line)
+    spline = SPLINES[node.tag]
+    if spline == "samples":
+        time_step, points = read_samples(_samples_file(node))
+        return Trajectory(name, spline, points, time_step, space)
+    time_step = node.number_attribute("time_step")
+    if node.has("time_step") and time_step <= 0.0:
+        node.error("bad-time", "time_step is not above zero")
+    points = _points(node, spline, LETTERS[space])
+    return Trajectory(name, spline, points, time_step, space)
+
+
+def _samples_file(node: Node) -> Path:
+    """The .traj file that an element names, which lies in or below the folder of its file."""
+    name = node.attribute("filename")
+    path = PurePosixPath(name.replace("\\", "/"))
+    if not path.name or path.is_absolute() or ".." in path.parts or "\0" in name:
+        what = f"filename {shortened(name)} is not the name of a file beside this one"
+        raise InputError(what, file=node.file, line=node.line)
+    file = node.file.parent / path
+    if not file.is_file():
+        what = f"trajectory {node.subject.name!r}: there is no file {name!r} beside this one"
+        raise InputError(what, file=node.file, line=node.line)
+    if not lies_in(file, [node.file.parent]):  # its samples would be in FMUs and results
+        what = f"trajectory {node.subject.name!r}: {name!r} {_LEADS_OUT}; copy the file here"
+        raise InputError(what, file=node.file, line=node.line)
+    return file
+
+
+def _points(node: Node, spline: Spline, letter: str) -> tuple[TrajectoryPoint, ...]:
+    definition = node.attribute("time_definition")
+    if definition not in ("relative", "absolute"):
+        problem = f"time_definition {shortened(definition)} is neither 'relative' nor 'absolute'"
+        node.error("bad-time", problem)
+    group = node.required("points")
+    items = group.all("point") if group else []
+    if len(items) < 2:
+        node.error("too-few-points", f"needs two points at least, has {len(items)}")
+        return ()
+    first = items[0].optional(letter)
+    size = max(1, len(first.text.split())) if first else 1
+    points: list[TrajectoryPoint] = []
+    for i, item in enumerate(items):
+        before = points[-1].time if points else None
+        inner = 0 < i < len(items) - 1
+        known = 0 if node.tag == AVERAGE and inner else CASPR_DERIVATIVES[spline]
+        tags = [letter + ending for ending in ("", "_dot", "_ddot")[: known + 1]]
+        q, qd, qdd = ([_vector(item, tag, size) for tag in tags] + [(), ()])[:3]
+        points.append(TrajectoryPoint(_time(item, before, definition), q, qd, qdd))
+    if node.tag == AVERAGE:
+        return _with_means(points)
+    return _with_blends(node, items, points) if spline == "parabolic_blend" else tuple(points)
+
+
+def _with_means(points: list[TrajectoryPoint]) -> tuple[TrajectoryPoint, ...]:
+    """The points, with the mean slopes as velocities of the inner ones."""
+    segments = list(pairwise(points))
+    if any(end.time <= start.time or len(end.q) != len(start.q) for start, end in segments):
+        return tuple(points)  # an error was added already
+    slopes = [
+        [(b - a) / (end.time - start.time) for a, b in zip(start.q, end.q, strict=True)]
+        for start, end in segments
+    ]
+    inner = [
+        replace(point, qd=tuple((a + b) / 2.0 for a, b in zip(before, after, strict=True)))
+        for point, (before, after) in zip(points[1:-1], pairwise(slopes), strict=True)
+    ]
+    return (points[0], *inner, points[-1])
+
+
+def _with_blends(
+    node: Node, items: list[Node], points: list[TrajectoryPoint]
+) -> tuple[TrajectoryPoint, ...]:
+    """The points, with the blend times of the segments before them."""
+    if items[0].has("blend_time"):
+        items[0].error(
+            "bad-time", "the first point has a blend_time and no segment before it; remove it"
+        )
+    blended = [points[0]]
+    for item, (before, point) in zip(items[1:], pairwise(points), strict=True):
+        own = item.has("blend_time")
+        blend = (
+            item.number_attribute("blend_time")
+            if own
+            else node.number_attribute("blend_time_default")
+        )
+        if not 0.0 < 2.0 * blend < point.time - before.time:
+            problem = (
+                f"blend time {blend!r} s is not above zero and below half of the segment before it"
+            )
+            item.error("bad-time", f"{problem}, {point.time - before.time!r} s")
+        blended.append(replace(point, blend_time=blend))
+    return tuple(blended)
+
+
+def _vector(point: Node, tag: str, size: int) -> tuple[float, ...]:
+    node = point.required(tag)
+    return node.numbers(size) if node else ()
+
+
+def _time(point: Node, before: float | None, definition: str) -> float:
+    """The absolute time of a point; whatever the file says, the first is at 0."""
+    if before is None:
+        return 0.0
+    time = point.number_attribute("time") + (before if definition == "relative" else 0.0)
+    if point.has("time") and not time > before:
+        point.error("bad-time", f"time {time!r} s does not come after {before!r} s")
+    return time

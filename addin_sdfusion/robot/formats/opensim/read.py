@@ -1,0 +1,154 @@
+"""Reader of OpenSim 4 models.
+
+Bodies are links with their own frames, joints of every class are motions one after another,
+couplers are couplings of coordinates, points and frames that are held together are loop joints,
+muscles are those of our laws that are theirs. The ground is the world, with y up. What acts
+otherwise than in OpenSim, or is left out, is a finding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from ...errors import UnknownNameError
+from ...finding import Subject
+from ...model.joint import Joint
+from ...model.muscle import CableSet, Muscle
+from ...model.robot import MARKERS, WORLD, Robot, TaskFrame, TaskSet
+from ...model.transform import IDENTITY
+from ..cardsflow.beside import DEFAULT_SET
+from ..reading.distinct import distinct
+from ..reading.meshes import note_missing_meshes
+from ..reading.tree import parents_first
+from ..reading.xml import Node, Notes
+from .reading.bodies import note_shapes, read_body
+from .reading.coordinates import EVERYWHERE, coordinate_ranges, with_couplings
+from .reading.document import objects, read_document
+from .reading.forces import with_joint_forces
+from .reading.frames import Frames
+from .reading.joints import about, free_joint, read_joint
+from .reading.loops import read_loops
+from .reading.muscles import is_muscle, read_muscle
+from .reading.paths import Surroundings
+from .reading.tori import Torus, with_cylinders
+from .reading.wraps import read_wrap_objects
+
+GRAVITY = (0.0, -9.80665, 0.0)
+"""What a file without gravity has."""
+LEFT_OUT = {
+    "ControllerSet": "controllers",
+    "ContactGeometrySet": "contact shapes",
+    "ProbeSet": "probes",
+}
+
+
+def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
+    """The robot in an .osim file.
+
+    Args:
+        file: The file.
+        cable_set: The cable set to make active: there is one, `cardsflow`.
+        notes: Where findings, places and files go.
+
+    Raises:
+        InputError: It is not readable XML, not OpenSim's, or of an older format.
+        UnknownNameError: There is no such cable set.
+    """
+    if cable_set not in (None, DEFAULT_SET):
+        raise UnknownNameError("cable set", str(cable_set), [DEFAULT_SET], file=file)
+    model = read_document(file, notes)
+    bodies, joint_nodes = objects(model, "BodySet"), objects(model, "JointSet")
+    distinct(bodies, partial(Subject, "link"))
+    distinct(joint_nodes, partial(Subject, "joint"))
+    distinct([c for j in joint_nodes for c in _coordinates(j)], partial(Subject, "coordinate"))
+    frames = Frames(model)
+    links = [read_body(b.about(Subject("link", b.attribute("name"))), frames) for b in bodies]
+    joints = [read_joint(about(node), frames) for node in joint_nodes]
+    joints += _freed(bodies, joints)
+    constraints = objects(model, "ConstraintSet")
+    joints = with_couplings(joints, constraints)
+    forces = objects(model, "ForceSet")
+    muscles, others = [f for f in forces if is_muscle(f)], [f for f in forces if not is_muscle(f)]
+    joints = parents_first(with_joint_forces(joints, others))
+    wraps = read_wrap_objects(model, frames)
+    ranges = coordinate_ranges([c for node in joint_nodes for c in _coordinates(node)])
+    ranges = {c.name: ranges.get(c.name, EVERYWHERE) for j in joints for c in j.coordinates}
+    around = Surroundings(frames, wraps, ranges)
+    distinct(muscles, partial(Subject, "muscle"))
+    read = [muscle for node in muscles if (muscle := read_muscle(node, around)) is not None]
+    loops = tuple(read_loops(constraints, frames, joints))
+    _note_left_out(model)
+    note_shapes(model)
+    note_missing_meshes(model, links)
+    surfaces = {name: wrap.surface for name, wrap in wraps.items() if wrap is not None}
+    gravity = model.vector("gravity") if model.all("gravity") else GRAVITY
+    robot = Robot(
+        model.subject.name,
+        tuple(links),
+        tuple(joints),
+        (CableSet(DEFAULT_SET, tuple(read)),) if read else (),
+        DEFAULT_SET if read else "",
+        tuple(_markers(model, frames)),
+        gravity=gravity,
+        wrap_surfaces=tuple(s for s in surfaces.values() if not isinstance(s, Torus)),
+        loops=loops,
+    )
+    robot = with_cylinders(robot, {n: s for n, s in surfaces.items() if isinstance(s, Torus)})
+    _note_approximations(model, robot.muscles)
+    return robot
+
+
+def _coordinates(joint: Node) -> list[Node]:
+    return [c for group in joint.all("coordinates") for c in group.all("Coordinate")]
+
+
+def _freed(bodies: list[Node], joints: list[Joint]) -> list[Joint]:
+    carried = {joint.child for joint in joints}
+    taken = [joint.name for joint in joints]
+    named = [body.about(Subject("link", body.attribute("name", ""))) for body in bodies]
+    return [free_joint(body, taken) for body in named if body.subject.name not in carried]
+
+
+def _markers(model: Node, frames: Frames) -> list[TaskSet]:
+    nodes = distinct(objects(model, "MarkerSet"), partial(Subject, "task_frame"))
+    found = []
+    for node in nodes:
+        link, T_link_frame = frames.place(node, "socket_parent_frame", "/markerset/marker")
+        where = node.vector("location")
+        position = where if T_link_frame == IDENTITY else T_link_frame.apply(where)
+        if link == WORLD:
+            continue  # points of the world are none of the robot's
+        found.append(TaskFrame(node.attribute("name"), link, position))
+    return [TaskSet(MARKERS, tuple(found))] if found else []
+
+
+def _note_left_out(model: Node) -> None:
+    for tag, what in LEFT_OUT.items():
+        parts = objects(model, tag)
+        if parts:
+            names = ", ".join(repr(part.attribute("name", "")) for part in parts[:10])
+            parts[0].warning("part-left-out", f"{len(parts)} {what} are left out: {names}")
+
+
+def _note_approximations(model: Node, muscles: Sequence[Muscle]) -> None:
+    wrapped = sum(bool(muscle.wraps) for muscle in muscles)
+    if wrapped:
+        problem = (
+            f"{wrapped} muscles wrap: they take the shortest path here; OpenSim's own is longer, "
+            "mostly by less than 0.1 mm, by some mm far round a cylinder and by some cm over flat "
+            "ellipsoids, and its moment arms are not always the derivative of its lengths"
+        )
+        model.warning("wraps-exact", problem)
+    several = [repr(muscle.name) for muscle in muscles if len(muscle.wraps) > 1]
+    if several:
+        problem = (
+            f"{len(several)} muscles have several wraps: where a path is over two of them at once, "
+            "OpenSim's length is up to 1 cm less than that of its own path, whose points are as "
+            f"here; forces differ then: {', '.join(several[:10])}"
+        )
+        model.warning("wraps-in-a-row", problem)
+    if any(muscle.model.kind.startswith("hill") for muscle in muscles):
+        problem = "default activations and fibre lengths are left out; an experiment sets the start"
+        model.warning("start-left-out", problem)

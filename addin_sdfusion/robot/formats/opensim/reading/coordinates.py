@@ -1,0 +1,90 @@
+"""Coordinates of OpenSim: their ranges, locks and couplings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal, cast
+
+from ....finding import Subject
+from ....finding_builders import unknown
+from ....model.function import scaled
+from ....model.joint import Coordinate, Joint, Term
+from ...reading.xml import Node
+from .document import inner, is_true, last_name, text
+from .functions import read_terms
+
+COUPLER = "CoordinateCouplerConstraint"
+EVERYWHERE = (-math.inf, math.inf)
+
+
+def read_coordinate(node: Node, unit: str) -> Coordinate:
+    """A coordinate; its range is one of hard stops if it is clamped."""
+    node = node.about(Subject("coordinate", node.attribute("name")))
+    lower, upper = -math.inf, math.inf
+    child = node.optional("range")
+    if child is not None and is_true(node, "clamped", False):
+        lower, upper = child.numbers(2, infinite=True)
+    if is_true(node, "prescribed", False):
+        problem = "its motion is prescribed by the file; it moves freely here"
+        node.warning("prescribed-left-out", problem)
+    if node.number("default_speed_value", 0.0):
+        node.warning("speed-left-out", "its default speed is left out; it starts at rest")
+    return Coordinate(
+        node.subject.name,
+        lower,
+        upper,
+        node.number("default_value", 0.0),
+        unit=cast(Literal["rad", "m"], unit),
+        locked=is_true(node, "locked", False),
+    )
+
+
+def coordinate_ranges(nodes: Sequence[Node]) -> dict[str, tuple[float, float]]:
+    """The ranges that coordinates have by name, clamped or not, in [rad] or [m]."""
+    found = {}
+    for node in nodes:
+        child = node.optional("range")
+        low, high = EVERYWHERE if child is None else child.numbers(2, infinite=True)
+        found[node.attribute("name", "")] = (low, high)
+    return found
+
+
+def with_couplings(joints: Sequence[Joint], constraints: Sequence[Node]) -> list[Joint]:
+    """The joints with the coordinates that couplers make follow others."""
+    known = {c.name: c for joint in joints for c in joint.coordinates}
+    for node in constraints:
+        if node.tag == COUPLER and is_true(node, "isEnforced", True):
+            _couple(node, known)
+    return [
+        replace(joint, coordinates=tuple(known[c.name] for c in joint.coordinates))
+        for joint in joints
+    ]
+
+
+def _couple(node: Node, known: dict[str, Coordinate]) -> None:
+    dependent = last_name(text(node, "dependent_coordinate_name"))
+    names = [last_name(word) for word in text(node, "independent_coordinate_names").split()]
+    for name in (dependent, *names):
+        if name not in known:
+            problem = f"<{COUPLER}>: {unknown('coordinate', name, list(known))}"
+            node.error("unknown-coordinate", problem)
+            return
+    function = inner(node, "coupled_coordinates_function")
+    if function is None:
+        node.error("missing-element", f"<{COUPLER}> has no function")
+        return
+    factor = node.number("scale_factor", 1.0)
+    terms = tuple(
+        Term(name or names[0], scaled(f, factor)) for name, f in read_terms(function, names)
+    )
+    coordinate = known[dependent]
+    if coordinate.locked or coordinate.coupling:
+        held = "locked" if coordinate.locked else "coupled by an earlier one"
+        node.warning(
+            "coupler-left-out", f"{dependent!r} is {held} already; this coupler is left out"
+        )
+        return
+    lower, upper = -math.inf, math.inf  # those of what it follows count
+    known[dependent] = replace(coordinate, lower=lower, upper=upper, coupling=terms)

@@ -1,0 +1,180 @@
+"""Frames of an OpenSim model: bodies, the ground, and frames offset from them."""
+
+from __future__ import annotations
+
+import math
+
+from ....finding_builders import unknown
+from ....model.pose import Pose, Vector3
+from ....model.robot import WORLD
+from ....model.rotations import Matrix3, multiply, rotation
+from ....model.transform import IDENTITY, Transform
+from ...reading.xml import ZERO, Node
+from .document import last_name, objects
+
+GROUND = "/ground"
+MOST_OFFSETS = 50
+"""So many frames may hang on each other."""
+
+
+class Frames:
+    """Where every frame is, by its path in the model."""
+
+    def __init__(self, model: Node) -> None:
+        self.bodies = {"ground": WORLD}
+        self._offsets: dict[str, tuple[Node, str]] = {}
+        self._by_name: dict[str, list[str]] = {}
+        self._places: dict[str, tuple[str, Transform] | None] = {}
+        for ground in model.all("Ground"):
+            self._add_offsets(ground, GROUND, "components")
+        for body in objects(model, "BodySet"):
+            name = body.attribute("name", "")
+            self.bodies.setdefault(name, name)
+            self._add_offsets(body, f"/bodyset/{name}", "components")
+        for joint in objects(model, "JointSet"):
+            self._add_offsets(joint, f"/jointset/{joint.attribute('name', '')}", "frames")
+        for constraint in objects(model, "ConstraintSet"):
+            self._add_offsets(
+                constraint, f"/constraintset/{constraint.attribute('name', '')}", "frames"
+            )
+        for frame in objects(model, "ComponentSet"):
+            if frame.tag == "PhysicalOffsetFrame":
+                self._add(frame, f"/componentset/{frame.attribute('name', '')}")
+
+    def offsets(self, link: str) -> list[tuple[str, Node]]:
+        """The paths and elements of the frames offset from a link, directly or through others."""
+        return [
+            (path, node)
+            for path, (node, _) in self._offsets.items()
+            if (found := self._place(path)) is not None and found[0] == link
+        ]
+
+    def place(self, node: Node, tag: str, owner: str) -> tuple[str, Transform]:
+        """The link that a socket leads to, and the frame's place in it.
+
+        Args:
+            node: What has the socket.
+            tag: Its element, such as `socket_parent_frame`.
+            owner: Path of what has it.
+        """
+        socket = node.optional(tag) or node.optional(f"{tag}_connectee_name")
+        if socket is None:
+            node.error("missing-element", f"<{node.tag}> has no <{tag}>")
+            return WORLD, IDENTITY
+        found = self._place(self._path(socket.text, owner))
+        if found is None:
+            known = [*self.bodies, *self._by_name]
+            socket.error("unknown-frame", f"<{tag}>: {unknown('frame', socket.text, known)}")
+            return WORLD, IDENTITY
+        return found
+
+    def _add_offsets(self, owner: Node, path: str, tag: str) -> None:
+        for group in owner.all(tag):
+            for frame in group.all("PhysicalOffsetFrame"):
+                self._add(frame, f"{path}/{frame.attribute('name', '')}")
+
+    def _add(self, frame: Node, path: str) -> None:
+        if path in self._offsets:
+            frame.warning(
+                "duplicate-frame", f"an earlier frame is {path!r} too, and is meant by it"
+            )
+            return
+        self._offsets[path] = (frame, path)
+        self._by_name.setdefault(last_name(path), []).append(path)
+        for group in frame.all("components"):
+            for inner in group.all("PhysicalOffsetFrame"):
+                self._add(inner, f"{path}/{inner.attribute('name', '')}")
+
+    def _path(self, words: str, owner: str) -> str:
+        """The absolute path that a socket means; one of a name alone may be anywhere."""
+        if words.startswith("/"):
+            return words
+        parts = owner.split("/")
+        for word in words.split("/"):
+            if word == "..":
+                parts = parts[:-1]
+            elif word != ".":
+                parts.append(word)
+        path = "/".join(parts)
+        if self._place(path) is not None:
+            return path
+        name = last_name(words)
+        if name in self.bodies:
+            return f"/bodyset/{name}"
+        paths = self._by_name.get(name, [])
+        return paths[0] if len(paths) == 1 else path
+
+    def _place(self, path: str) -> tuple[str, Transform] | None:
+        """The link of a frame and the place in it; None where there is no such frame."""
+        if path not in self._places:
+            self._places[path] = self._found(path, 0)
+        return self._places[path]
+
+    def _found(self, path: str, depth: int) -> tuple[str, Transform] | None:
+        """As `_place`, of a frame that so many hang on."""
+        kind, _, name = path.rpartition("/")
+        if path == GROUND or (kind == "/bodyset" and name in self.bodies):
+            return self.bodies[name], IDENTITY
+        if path not in self._offsets or depth > MOST_OFFSETS:
+            return None
+        node, own = self._offsets[path]
+        socket = node.optional("socket_parent") or node.optional("socket_parent_connectee_name")
+        parent = None
+        if socket is not None:
+            parent = self._found(self._parent_path(socket.text, own), depth + 1)
+        if parent is None:
+            return None
+        link, T_link_parent = parent
+        return link, T_link_parent.compose(offset(node, "orientation"))
+
+    def _parent_path(self, words: str, own: str) -> str:
+        """As `_path`, but no frame is its own parent."""
+        if words.startswith("/"):
+            return words
+        parts = own.split("/")
+        for word in words.split("/"):
+            if word == "..":
+                parts = parts[:-1]
+            elif word != ".":
+                parts.append(word)
+        path = "/".join(parts)
+        if path in self._offsets or path == GROUND or path.startswith("/bodyset/"):
+            return path
+        name = last_name(words)
+        return f"/bodyset/{name}" if name != "ground" else GROUND
+
+
+def offset(node: Node, angles: str) -> Transform:
+    """The place of a frame or a wrap object in its parent.
+
+    Args:
+        node: Its element.
+        angles: The element of its body-fixed angles about x, y and z.
+    """
+    p = node.vector("translation") if node.all("translation") else ZERO
+    xyz = node.vector(angles) if node.all(angles) else ZERO
+    return Transform(rotation_xyz(xyz), p)
+
+
+def rotation_xyz(angles: Vector3) -> Matrix3:
+    """R = Rx(a) Ry(b) Rz(c), of angles in [rad]; turns about one axis exactly as `rotation`."""
+    a, b, c = angles
+    if not all(map(math.isfinite, angles)):
+        return IDENTITY.R
+    first = multiply(rotation((a, 0.0, 0.0)), rotation((0.0, b, 0.0)))
+    return multiply(first, rotation((0.0, 0.0, c)))
+
+
+def pose_of(T: Transform, node: Node | None = None, angles: str = "orientation") -> Pose:
+    """A place as the description has it; turns about one axis keep their angle.
+
+    Args:
+        T: The place.
+        node: The element that alone says it, if there is one.
+        angles: The element of its angles.
+    """
+    if node is not None and node.all(angles):
+        xyz = node.vector(angles)
+        if sum(1 for angle in xyz if angle) <= 1 and all(abs(angle) < 1.5 for angle in xyz):
+            return Pose(T.p, xyz)
+    return T.pose()

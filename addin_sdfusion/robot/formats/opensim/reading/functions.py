@@ -1,0 +1,84 @@
+"""Functions of coordinates in .osim files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ....model.function import (
+    Function,
+    PiecewiseLinear,
+    Polynomial,
+    SimmSpline,
+    constant,
+    linear,
+    scaled,
+)
+from ...reading.xml import Node
+from .document import inner
+
+Terms = list[tuple[str, Function]]
+"""A sum: the name of a coordinate and a function of it, each; the name is empty for a constant."""
+SUPPORTED = (
+    "Constant",
+    "LinearFunction",
+    "MultiplierFunction",
+    "PiecewiseLinearFunction",
+    "PolynomialFunction",
+    "SimmSpline",
+)
+POINTS: dict[str, type[SimmSpline] | type[PiecewiseLinear]] = {
+    "SimmSpline": SimmSpline,
+    "PiecewiseLinearFunction": PiecewiseLinear,
+}
+MOST_INNER = 20
+
+
+def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
+    """A function of some coordinates as a sum; what is not supported is noted as an error.
+
+    Args:
+        node: Its element.
+        coordinates: The names of what it is a function of.
+        depth: In how many other functions it is.
+    """
+    if node.tag == "Constant":
+        return [("", constant(node.number("value", 0.0)))]
+    if node.tag == "MultiplierFunction" and depth < MOST_INNER:
+        factor, of = node.number("scale", 1.0), inner(node, "function")
+        terms = [] if of is None else read_terms(of, coordinates, depth + 1)
+        return [(name, scaled(function, factor)) for name, function in terms]
+    if node.tag not in SUPPORTED or not coordinates:
+        known = ", ".join(SUPPORTED)
+        problem = f"<{node.tag}> of {len(coordinates)} coordinates is not supported ({known} are)"
+        node.error("unsupported-function", problem)
+        return []
+    if node.tag == "LinearFunction":
+        return _linear(node, coordinates)
+    if len(coordinates) != 1:
+        node.error("unsupported-function", f"<{node.tag}> is a function of one coordinate only")
+    if node.tag == "PolynomialFunction":
+        highest_first = _numbers(node, "coefficients")
+        return [(coordinates[0], Polynomial(tuple(reversed(highest_first)) or (0.0,)))]
+    x, y = _numbers(node, "x"), _numbers(node, "y")
+    if len(x) == 1 == len(y):
+        return [("", constant(y[0]))]
+    return [(coordinates[0], POINTS[node.tag](x, y))]
+
+
+def _linear(node: Node, coordinates: Sequence[str]) -> Terms:
+    """a_1 x_1 + a_2 x_2 + ... + b."""
+    values = _numbers(node, "coefficients") or (1.0, 0.0)
+    if len(values) != len(coordinates) + 1:
+        problem = f"{len(values)} coefficients for {len(coordinates)} coordinates; one more is due"
+        node.error("bad-vector", problem)
+        return []
+    *slopes, offset = values
+    return [
+        (name, linear(slope, offset if k == 0 else 0.0))
+        for k, (name, slope) in enumerate(zip(coordinates, slopes, strict=True))
+    ]
+
+
+def _numbers(node: Node, tag: str) -> tuple[float, ...]:
+    child = node.optional(tag)
+    return () if child is None else child.numbers(len(child.text.split()))

@@ -1,0 +1,193 @@
+"""Joints of OpenSim: each class as motions one after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from ....finding import Subject
+from ....model.function import ITSELF
+from ....model.joint import Coordinate, Joint, Motion, MotionKind
+from ....model.pose import Vector3
+from ....model.robot import WORLD
+from ....model.rotations import normalized
+from ....transforms.ellipsoid_joints import OverEllipsoid
+from ...reading.xml import Node
+from .coordinates import read_coordinate
+from .document import text
+from .frames import Frames, pose_of
+from .functions import read_terms
+
+X: Vector3 = (1.0, 0.0, 0.0)
+Y: Vector3 = (0.0, 1.0, 0.0)
+Z: Vector3 = (0.0, 0.0, 1.0)
+CUSTOM = "CustomJoint"
+
+Moves = tuple[tuple[MotionKind, Vector3, int], ...]
+_BALL: Moves = (("rotation", X, 0), ("rotation", Y, 1), ("rotation", Z, 2))
+CLASSES: dict[str, Moves] = {
+    "WeldJoint": (),
+    "PinJoint": (("rotation", Z, 0),),
+    "SliderJoint": (("translation", X, 0),),
+    "UniversalJoint": (("rotation", X, 0), ("rotation", Y, 1)),
+    "GimbalJoint": _BALL,
+    "BallJoint": _BALL,
+    "PlanarJoint": (("translation", X, 1), ("translation", Y, 2), ("rotation", Z, 0)),
+    "FreeJoint": (
+        ("translation", X, 3),
+        ("translation", Y, 4),
+        ("translation", Z, 5),
+        *_BALL,
+    ),
+}
+"""Kind, axis and coordinate of each motion; translations are in the parent's frame."""
+
+
+def _ellipsoid(node: Node) -> tuple[Motion, ...]:
+    return OverEllipsoid(node.vector("radii_x_y_z")).motions()
+
+
+def _scapulothoracic(node: Node) -> tuple[Motion, ...]:
+    given = node.optional("scapula_winging_axis_origin")
+    x, y = (0.0, 0.0) if given is None else given.numbers(2)
+    direction = node.number("scapula_winging_axis_direction", 0.0)
+    radii = node.vector("thoracic_ellipsoid_radii_x_y_z")
+    return OverEllipsoid(radii, (x, y, direction)).motions()
+
+
+GLIDING: dict[str, Callable[[Node], tuple[Motion, ...]]] = {
+    "EllipsoidJoint": _ellipsoid,
+    "ScapulothoracicJoint": _scapulothoracic,
+}
+"""Joints over an ellipsoid."""
+OF_ANGULAR_VELOCITY = ("BallJoint", "FreeJoint", *GLIDING)
+DEFAULT_NAMES = {6: ("rx", "ry", "rz", "tx", "ty", "tz"), 3: ("rx", "ry", "rz")}
+AXES = {
+    "translation1": X,
+    "translation2": Y,
+    "translation3": Z,
+    "rotation1": X,
+    "rotation2": Y,
+    "rotation3": Z,
+}
+"""In the order of the motions: all translations are in the parent's frame, before the rotations."""
+
+
+def read_joint(node: Node, frames: Frames) -> Joint:
+    """A joint with its coordinates."""
+    name = node.subject.name
+    own = f"/jointset/{name}"
+    parent, T_parent_joint = frames.place(node, "socket_parent_frame", own)
+    child, T_child_joint = frames.place(node, "socket_child_frame", own)
+    if child == WORLD:
+        problem = "its child is the ground; turn it round, so that the ground is the parent"
+        node.error("reversed-joint", problem)
+    named = [c for group in node.all("coordinates") for c in group.all("Coordinate")]
+    if node.tag == CUSTOM:
+        motions = _custom(node, [c.attribute("name") for c in named])
+    elif node.tag in CLASSES:
+        motions = tuple(Motion(*move) for move in CLASSES[node.tag])
+    elif node.tag in GLIDING:
+        motions = GLIDING[node.tag](node)
+    else:
+        known = ", ".join((CUSTOM, *CLASSES, *GLIDING))
+        problem = f"<{node.tag}> is not supported; supported are {known}"
+        node.error("unsupported-joint", problem)
+        motions = ()
+    if node.tag in OF_ANGULAR_VELOCITY:
+        problem = (
+            "its speeds are the rates of its three angles here, those of OpenSim the angular "
+            "velocity; it moves the same"
+        )
+        node.warning("speeds-of-angles", problem)
+    units = _units(motions, len(named))
+    coordinates = tuple(read_coordinate(c, unit) for c, unit in zip(named, units, strict=True))
+    coordinates += _unnamed(name, motions, coordinates)
+    return Joint(
+        name,
+        parent,
+        child,
+        motions,
+        coordinates,
+        pose_of(T_parent_joint),
+        pose_of(T_child_joint),
+    )
+
+
+def free_joint(link: Node, taken: Sequence[str]) -> Joint:
+    """What OpenSim gives a body that no joint carries: it moves freely."""
+    name = link.subject.name
+    joint = f"{name}_free"
+    while joint in taken:
+        joint += "_"
+    link.warning(
+        "freed-body", "no joint carries it; it moves freely from the ground, as in OpenSim"
+    )
+    motions = tuple(Motion(*move) for move in CLASSES["FreeJoint"])
+    made = Joint(joint, WORLD, name, motions)
+    return replace(made, coordinates=_unnamed(joint, motions, ()))
+
+
+def _units(motions: Sequence[Motion], count: int) -> list[str]:
+    """The unit of each coordinate: that of the first motion that follows it plainly, or at all."""
+    units: list[str] = []
+    for k in range(count):
+        own = [m for m in motions if m.coordinate == k and not m.is_fixed]
+        plain = [m for m in own if m.function == ITSELF]
+        units.append((plain or own or [Motion("rotation", X)])[0].unit)
+    return units
+
+
+def _unnamed(
+    joint: str, motions: Sequence[Motion], named: Sequence[Coordinate]
+) -> tuple[Coordinate, ...]:
+    """Coordinates that the file does not list, with OpenSim's own values and names."""
+    count = max((m.coordinate + 1 for m in motions if not m.is_fixed), default=0)
+    words = DEFAULT_NAMES.get(count, tuple(map(str, range(count))))
+    units = {m.coordinate: m.unit for m in motions if not m.is_fixed}
+    return tuple(
+        Coordinate(f"{joint}_{words[k]}" if count > 1 else joint, unit=units.get(k, "rad"))
+        for k in range(len(named), count)
+    )
+
+
+def _custom(node: Node, names: list[str]) -> tuple[Motion, ...]:
+    """The motions of a CustomJoint, those that stand still at 0 left out."""
+    transform = node.required("SpatialTransform")
+    axes = [] if transform is None else transform.all("TransformAxis")
+    by_name = {axis.attribute("name", ""): axis for axis in axes}
+    motions: list[Motion] = []
+    for name, default in AXES.items():
+        if name in by_name:
+            kind: MotionKind = "rotation" if name.startswith("r") else "translation"
+            motions += _about_axis(by_name[name], kind, default, names)
+    for name, axis in by_name.items():
+        if name not in AXES:
+            axis.error("unknown-axis", f"<TransformAxis> {name!r} is none of {', '.join(AXES)}")
+    return tuple(motions)
+
+
+def _about_axis(node: Node, kind: MotionKind, default: Vector3, names: list[str]) -> list[Motion]:
+    """The motions of one axis: one a term of its function's sum."""
+    axis = normalized(node.vector("axis")) if node.all("axis") else default
+    functions = [child for child in node.all() if child.tag not in ("coordinates", "axis")]
+    if functions and functions[0].tag == "function":
+        functions = functions[0].all()
+    if not functions:
+        return []
+    words = text(node, "coordinates").split()
+    motions = []
+    for name, function in read_terms(functions[0], words):
+        if name and name not in names:
+            problem = f"its <TransformAxis> has no coordinate {name!r} (there: {', '.join(names)})"
+            node.error("unknown-coordinate", problem)
+            continue
+        motion = Motion(kind, axis, names.index(name) if name else 0, function)
+        if not (motion.is_fixed and motion.way(0.0) == 0.0):
+            motions.append(motion)
+    return motions
+
+
+def about(node: Node) -> Node:
+    """A joint's element as the description of it."""
+    return node.about(Subject("joint", node.attribute("name")))

@@ -1,0 +1,107 @@
+"""Links in OpenSim: bodies in their own frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ....model.pose import IDENTITY, Vector3
+from ....model.robot import WORLD, Inertia, Link, Mesh, Robot
+from ....model.rotations import Matrix3, rotation, rpy, transpose
+from ...writing.xml_text import element, numbers
+from .names import GROUND
+
+LEAST_MASS = 1e-12
+"""In [kg]: OpenSim takes away the inertia of a body without mass, and refuses two such in a row."""
+
+
+def objects(parent: ElementTree.Element, tag: str, name: str) -> ElementTree.Element:
+    """A named set of objects; returns the parent of its objects."""
+    return element(element(parent, tag, name=name), "objects")
+
+
+def frame_path(link: str) -> str:
+    """Where OpenSim finds the frame of a link."""
+    return f"/{GROUND}" if link == WORLD else f"/bodyset/{link}"
+
+
+def placement(parent: ElementTree.Element, tags: tuple[str, str], p: Vector3, R: Matrix3) -> None:
+    """Add a position and the angles of R = Rx(a) Ry(b) Rz(c), OpenSim's order.
+
+    Args:
+        parent: Where to.
+        tags: The words for the position and for the angles.
+        p: In [m].
+        R: The rotation matrix.
+    """
+    a, b, c = rpy(transpose(R))  # the inverse turns by the negative angles, about z first
+    element(parent, tags[0], numbers(p))
+    element(parent, tags[1], numbers((0.0 - a, 0.0 - b, 0.0 - c)))
+
+
+def standing_links(robot: Robot) -> set[str]:
+    """The links that are fixed to the world; OpenSim takes them without mass."""
+    standing = {WORLD}
+    for joint in robot.joints:  # parents first
+        if joint.parent in standing and not joint.motions:
+            standing.add(joint.child)
+    return standing
+
+
+def add_body(
+    bodies: ElementTree.Element, link: Link, files: Mapping[str, str | Path], least: float
+) -> ElementTree.Element:
+    """Add a link.
+
+    Args:
+        bodies: Where to.
+        link: The link.
+        files: The file of each mesh by its uri.
+        least: The least mass that it gets, in [kg].
+
+    Returns:
+        Its body.
+    """
+    node = element(bodies, "Body", name=link.name)
+    visual = [mesh for mesh in link.meshes if mesh.role == "visual"]
+    _add_meshes(node, [m for m in visual if m.pose == IDENTITY], files)
+    placed = [mesh for mesh in visual if mesh.pose != IDENTITY]
+    components = element(node, "components") if placed else node
+    for k, mesh in enumerate(placed, start=1):
+        frame = element(components, "PhysicalOffsetFrame", name=f"mesh_frame_{k}")
+        _add_meshes(frame, [mesh], files)
+        element(frame, "socket_parent", "..")
+        tags = ("translation", "orientation")
+        placement(frame, tags, mesh.pose.position, rotation(mesh.pose.rpy))
+    _add_mass(node, link.inertia, least)
+    return node
+
+
+def add_massless(bodies: ElementTree.Element, name: str) -> None:
+    """Add a body between the single joints of a chain."""
+    _add_mass(element(bodies, "Body", name=name), Inertia(0.0), LEAST_MASS)
+
+
+def _add_meshes(
+    parent: ElementTree.Element, meshes: list[Mesh], files: Mapping[str, str | Path]
+) -> None:
+    if not meshes:
+        return
+    geometry = element(parent, "attached_geometry")
+    for k, mesh in enumerate(meshes, start=1):
+        node = element(geometry, "Mesh", name=f"mesh_{k}")
+        element(node, "socket_frame", "..")
+        element(node, "scale_factors", numbers(mesh.scale))
+        if mesh.color is not None:
+            looks = element(node, "Appearance")
+            element(looks, "opacity", mesh.color[3])
+            element(looks, "color", numbers(mesh.color[:3]))
+        element(node, "mesh_file", str(files.get(mesh.uri, mesh.uri)))
+
+
+def _add_mass(body: ElementTree.Element, inertia: Inertia, least: float) -> None:
+    i = inertia
+    element(body, "mass", max(i.mass, least))
+    element(body, "mass_center", numbers(i.com))
+    element(body, "inertia", numbers((i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)))

@@ -1,0 +1,46 @@
+"""Functions of coordinates in OpenSim."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from xml.etree import ElementTree
+
+from ....model.function import Function, PiecewiseLinear, Polynomial
+from ...writing.xml_text import element, numbers
+
+
+def is_linear(function: Function) -> bool:
+    """Whether it is a x + b, or b."""
+    return isinstance(function, Polynomial) and len(function.coefficients) <= 2
+
+
+def is_written(functions: Sequence[Function]) -> bool:
+    """Whether OpenSim has the sum of these, each of another coordinate: of one, or linear ones."""
+    return len(functions) == 1 or all(map(is_linear, functions))
+
+
+def add_function(parent: ElementTree.Element, functions: Sequence[Function]) -> None:
+    """Add the sum of functions for which `is_written`, in the order of their coordinates."""
+    if len(functions) > 1:
+        ends = [(*f.coefficients, 0.0)[:2] for f in functions if isinstance(f, Polynomial)]
+        node = element(parent, "LinearFunction")
+        slopes = [slope for _, slope in ends]
+        element(node, "coefficients", numbers([*slopes, sum(offset for offset, _ in ends)]))
+        return
+    (function,) = functions
+    if isinstance(function, Polynomial):
+        _polynomial(parent, function.coefficients)
+        return
+    lines = isinstance(function, PiecewiseLinear)
+    node = element(parent, "PiecewiseLinearFunction" if lines else "SimmSpline")
+    element(node, "x", numbers(function.x))
+    element(node, "y", numbers(function.y))
+
+
+def _polynomial(parent: ElementTree.Element, coefficients: Sequence[float]) -> None:
+    """OpenSim's polynomials have the highest power first."""
+    if len(coefficients) == 1:
+        element(element(parent, "Constant"), "value", coefficients[0])
+        return
+    node = element(parent, "LinearFunction" if len(coefficients) == 2 else "PolynomialFunction")
+    element(node, "coefficients", numbers(reversed(coefficients)))

@@ -1,0 +1,271 @@
+"""Joints and coordinates in OpenSim.
+
+A joint of up to three translations, and up to three rotations behind them, is a CustomJoint: its
+axes are the motions' own, each with its function. Pins and sliders are those about and along
+OpenSim's own axes. Of other orders of motions a joint becomes a chain, see `joint_chains`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+from ....finding import Finding, Subject
+from ....finding_builders import error, warning
+from ....model.function import ITSELF
+from ....model.joint import Coordinate, Joint, Motion
+from ....model.pose import Pose, Vector3
+from ....model.robot import Robot
+from ....model.rotations import rotation
+from ....transforms.ellipsoid_joints import OverEllipsoid, over_ellipsoid
+from ....transforms.joint_chains import Names, single_joints
+from ...writing.common_losses import chained_joint
+from ...writing.xml_text import element, numbers
+from .bodies import add_massless, frame_path, placement
+from .functions import add_function, is_written
+
+PINS: dict[tuple[str, Vector3], str] = {
+    ("rotation", (0.0, 0.0, 1.0)): "PinJoint",
+    ("translation", (1.0, 0.0, 0.0)): "SliderJoint",
+}
+_OTHERS: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+Ranges = Mapping[str, tuple[float, float]]
+
+
+class Axis(NamedTuple):
+    """An axis of a CustomJoint.
+
+    Attributes:
+        direction: In the joint's frame.
+        motions: Whose sum is the way about or along it; none for an axis that stands still.
+    """
+
+    direction: Vector3
+    motions: tuple[Motion, ...] = ()
+
+
+def custom_axes(joint: Joint) -> dict[str, Axis] | None:
+    """The six axes of a CustomJoint, by their names; None where the joint is none."""
+    kinds = [motion.kind for motion in joint.motions]
+    if kinds != sorted(kinds, reverse=True):  # translations are before rotations
+        return None
+    axes: dict[str, Axis] = {}
+    for kind in ("rotation", "translation"):
+        groups = _about_axes([m for m in joint.motions if m.kind == kind])
+        if len(groups) > 3 or not all(map(_is_one_axis, groups)):
+            return None
+        for k, direction in enumerate(_directions([group[0].axis for group in groups])):
+            group = tuple(groups[k]) if k < len(groups) else ()
+            axes[f"{kind}{k + 1}"] = Axis(direction, group)
+    return axes
+
+
+def is_one_joint(joint: Joint) -> bool:
+    """Whether OpenSim has it as one joint."""
+    return custom_axes(joint) is not None or over_ellipsoid(joint.motions) is not None
+
+
+def joint_losses(robot: Robot) -> Iterator[Finding]:
+    """Joints that become chains, and what cannot be written of joints and couplings."""
+    for joint in robot.joints:
+        if not is_one_joint(joint):
+            yield _chained(joint)
+        elif _turns_thrice(joint):
+            problem = (
+                "three of its rotations follow one coordinate: a term of their acceleration is "
+                "missing in OpenSim 4.6, and so in its Coriolis forces"
+            )
+            yield warning(Subject("joint", joint.name), "coriolis-in-opensim", problem)
+        for c in joint.coordinates:
+            yield from _coupling(c)
+            yield from _limits(c)
+
+
+def _turns_thrice(joint: Joint) -> bool:
+    turned = Counter(m.coordinate for m in joint.motions if m.kind == "rotation" and not m.is_fixed)
+    return max(turned.values(), default=0) >= 3
+
+
+def _chained(joint: Joint) -> Finding:
+    moved = [motion.coordinate for motion in joint.motions if not motion.is_fixed]
+    if sorted(moved) == list(range(len(joint.coordinates))):
+        return chained_joint(joint, "OpenSim")
+    problem = (
+        "OpenSim has joints of three translations, then three rotations at most, each by one "
+        "function, or linear ones; in a chain of single ones each coordinate has one motion"
+    )
+    return error(Subject("joint", joint.name), "driven-joint", problem)
+
+
+def _coupling(c: Coordinate) -> Iterator[Finding]:
+    if c.coupling and not is_written([term.function for term in c.coupling]):
+        problem = "OpenSim couples a coordinate to one by a function, or to several linearly"
+        yield error(Subject("coordinate", c.name), "driven-joint", problem)
+    if c.coupling and len({term.coordinate for term in c.coupling}) < len(c.coupling):
+        problem = "it follows one coordinate by several functions; OpenSim has one"
+        yield error(Subject("coordinate", c.name), "driven-joint", problem)
+
+
+def _limits(c: Coordinate) -> Iterator[Finding]:
+    if c.lower < c.upper and not c.lower <= c.initial <= c.upper:
+        problem = "it starts outside of its limits, which clamp nothing in OpenSim then"
+        yield warning(Subject("coordinate", c.name), "limits-not-clamped", problem)
+    if c.lower == c.upper and not c.locked and math.isfinite(c.lower):
+        problem = "its equal limits are written as a lock, with which it is none of the robot's q"
+        yield warning(Subject("coordinate", c.name), "written-locked", problem)
+
+
+def add_joints(
+    joints: ElementTree.Element, bodies: ElementTree.Element, robot: Robot, ranges: Ranges
+) -> None:
+    """Add the joints, and bodies between single joints of chains.
+
+    Args:
+        joints: Where to.
+        bodies: Where the bodies go.
+        robot: What to write.
+        ranges: Of coordinates without limits that move points within a range.
+    """
+    chained = {joint.name: not is_one_joint(joint) for joint in robot.joints}
+    names = Names(name for name, split in chained.items() if not split)
+    links = {link.name for link in robot.links}
+    singles = iter(single_joints(robot))
+    for joint in robot.joints:
+        parts = [next(singles) for _ in range(max(1, len(joint.motions)))]
+        if not chained[joint.name]:
+            _add_joint(joints, joint, ranges)
+            continue
+        for single in parts:
+            if single.child not in links:
+                add_massless(bodies, single.child)
+            _add_joint(joints, single.joint(names.give(single.name)), ranges)
+
+
+def coordinate_paths(joints: ElementTree.Element) -> dict[str, str]:
+    """Where each coordinate is in the model, by its name."""
+    return {
+        c.attrib["name"]: f"/jointset/{joint.attrib['name']}/{c.attrib['name']}"
+        for joint in joints
+        for c in joint.iter("Coordinate")
+    }
+
+
+def add_couplers(constraints: ElementTree.Element, robot: Robot) -> Names:
+    """Add a constraint for each coordinate that follows others; returns the names that it has."""
+    names = Names()
+    for c in robot.all_coordinates:
+        if not c.coupling:
+            continue
+        name = names.give(f"{c.name}_coupler")
+        node = element(constraints, "CoordinateCouplerConstraint", name=name)
+        function = element(node, "coupled_coordinates_function")
+        add_function(function, [term.function for term in c.coupling])
+        words = " ".join(term.coordinate for term in c.coupling)
+        element(node, "independent_coordinate_names", words)
+        element(node, "dependent_coordinate_name", c.name)
+    return names
+
+
+def _about_axes(motions: Sequence[Motion]) -> list[list[Motion]]:
+    """Motions of one kind in rows: those one after another about one axis together."""
+    groups: list[list[Motion]] = []
+    for motion in motions:
+        if groups and groups[-1][0].axis == motion.axis:
+            groups[-1].append(motion)
+        else:
+            groups.append([motion])
+    return groups
+
+
+def _is_one_axis(group: Sequence[Motion]) -> bool:
+    """Whether OpenSim has the sum of these motions about one axis."""
+    coordinates = {motion.coordinate for motion in group if not motion.is_fixed}
+    own = len(group) == 1 or len(coordinates) == len(group)
+    return own and is_written([motion.function for motion in group])
+
+
+def _directions(given: list[Vector3]) -> list[Vector3]:
+    """Three directions that begin with those given; what is added is in line with none before."""
+    found = list(given[:3])
+    while len(found) < 3:
+        found.append(next(x for x in _OTHERS if all(_apart(x, other) for other in found)))
+    return found
+
+
+def _apart(a: Vector3, b: Vector3) -> bool:
+    return abs(sum(x * y for x, y in zip(a, b, strict=True))) < 0.95 * math.hypot(*b)
+
+
+def _add_joint(joints: ElementTree.Element, joint: Joint, ranges: Ranges) -> None:
+    gliding = over_ellipsoid(joint.motions)
+    kind = "WeldJoint" if not joint.motions else _pin(joint) or "CustomJoint"
+    if gliding is not None:
+        kind = "EllipsoidJoint" if gliding.winging is None else "ScapulothoracicJoint"
+    node = element(joints, kind, name=joint.name)
+    element(node, "socket_parent_frame", "parent_offset")
+    element(node, "socket_child_frame", "child_offset")
+    if joint.coordinates:
+        coordinates = element(node, "coordinates")
+        for c in joint.coordinates:
+            _add_coordinate(coordinates, c, ranges)
+    frames = element(node, "frames")
+    _add_frame(frames, "parent_offset", joint.parent, joint.T_parent_joint)
+    _add_frame(frames, "child_offset", joint.child, joint.T_child_joint)
+    if kind == "CustomJoint":
+        _add_axes(element(node, "SpatialTransform"), joint)
+    if gliding is not None:
+        _add_ellipsoid(node, gliding)
+
+
+def _add_ellipsoid(node: ElementTree.Element, gliding: OverEllipsoid) -> None:
+    if gliding.winging is None:
+        element(node, "radii_x_y_z", numbers(gliding.radii))
+        return
+    *origin, direction = gliding.winging
+    element(node, "thoracic_ellipsoid_radii_x_y_z", numbers(gliding.radii))
+    element(node, "scapula_winging_axis_origin", numbers(origin))
+    element(node, "scapula_winging_axis_direction", direction)
+
+
+def _pin(joint: Joint) -> str | None:
+    if len(joint.motions) != 1 or joint.motions[0].function != ITSELF:
+        return None
+    return PINS.get((joint.motions[0].kind, joint.motions[0].axis))
+
+
+def _add_axes(transform: ElementTree.Element, joint: Joint) -> None:
+    for name, axis in (custom_axes(joint) or {}).items():
+        node = element(transform, "TransformAxis", name=name)
+        moved = [m for m in axis.motions if not m.is_fixed]
+        words = " ".join(joint.coordinates[m.coordinate].name for m in moved)
+        element(node, "coordinates", words)
+        element(node, "axis", numbers(axis.direction))
+        if not axis.motions:
+            element(element(node, "Constant", name="function"), "value", 0.0)
+        else:
+            add_function(node, [m.function for m in axis.motions])
+            node[-1].set("name", "function")
+
+
+def _add_frame(frames: ElementTree.Element, name: str, link: str, pose: Pose) -> None:
+    frame = element(frames, "PhysicalOffsetFrame", name=name)
+    element(frame, "socket_parent", frame_path(link))
+    placement(frame, ("translation", "orientation"), pose.position, rotation(pose.rpy))
+
+
+def _add_coordinate(parent: ElementTree.Element, c: Coordinate, ranges: Ranges) -> None:
+    node = element(parent, "Coordinate", name=c.name)
+    locked = c.locked or c.lower == c.upper
+    element(node, "default_value", c.lower if locked and not c.locked else c.initial)
+    limited = math.isfinite(c.lower) or math.isfinite(c.upper)
+    low, high = (c.lower, c.upper) if limited else ranges.get(c.name, (c.lower, c.upper))
+    element(node, "range", numbers((low, high)))
+    element(node, "clamped", _word(limited and (locked or c.lower <= c.initial <= c.upper)))
+    element(node, "locked", _word(locked))
+
+
+def _word(value: bool) -> str:
+    return "true" if value else "false"

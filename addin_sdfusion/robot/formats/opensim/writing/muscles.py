@@ -1,0 +1,220 @@
+"""Tension laws in OpenSim: its muscles and ligaments, with our parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from xml.etree import ElementTree
+
+from ....finding import Finding, Subject
+from ....finding_builders import warning
+from ....model.muscle import Muscle
+from ....model.robot import Robot
+from ....model.schutte_curves import SCHUTTES_CURVES
+from ....model.tension_laws import law_parameters
+from ...writing.xml_text import element
+from .functions import add_function
+
+Names = Mapping[str, str]
+
+CLASSES = {
+    "hill_degroote2016": "DeGrooteFregly2016Muscle",
+    "hill_millard2012": "Millard2012EquilibriumMuscle",
+    "hill_thelen2003": "Thelen2003Muscle",
+    "hill_schutte1993": "Schutte1993Muscle_Deprecated",
+    "ligament_blankevoort1991": "Blankevoort1991Ligament",
+    "path_spring": "PathSpring",
+}
+"""OpenSim's class for each kind that it has."""
+
+_HILL: Names = {
+    "max_isometric_force": "max_isometric_force",
+    "optimal_fibre_length": "optimal_fiber_length",
+    "tendon_slack_length": "tendon_slack_length",
+    "pennation_at_optimal": "pennation_angle_at_optimal",
+    "max_contraction_velocity": "max_contraction_velocity",
+    "activation_time_constant": "activation_time_constant",
+    "deactivation_time_constant": "deactivation_time_constant",
+}
+
+PROPERTIES: dict[str, Names] = {
+    "hill_degroote2016": {
+        **_HILL,
+        "fibre_damping": "fiber_damping",
+        "active_width_scale": "active_force_width_scale",
+        "passive_fibre_strain": "passive_fiber_strain_at_one_norm_force",
+        "tendon_strain": "tendon_strain_at_one_norm_force",
+        "activation_smoothing": "activation_dynamics_smoothing",
+    },
+    "hill_millard2012": {
+        **_HILL,
+        "fibre_damping": "fiber_damping",
+        "minimum_activation": "minimum_activation",
+        "maximum_pennation": "maximum_pennation_angle",
+    },
+    "hill_thelen2003": {
+        **_HILL,
+        "tendon_strain": "FmaxTendonStrain",
+        "passive_fibre_strain": "FmaxMuscleStrain",
+        "active_shape": "KshapeActive",
+        "passive_shape": "KshapePassive",
+        "concentric_shape": "Af",
+        "eccentric_force": "Flen",
+        "linear_from": "fv_linear_extrap_threshold",
+        "minimum_activation": "minimum_activation",
+    },
+    "hill_schutte1993": {
+        **dict(list(_HILL.items())[:5]),
+        "fibre_damping": "damping",
+    },
+    "ligament_blankevoort1991": {
+        "linear_stiffness": "linear_stiffness",
+        "transition_strain": "transition_strain",
+        "damping_coefficient": "damping_coefficient",
+        "slack_length": "slack_length",
+    },
+    "path_spring": {
+        "stiffness": "stiffness",
+        "rest_length": "resting_length",
+        "dissipation": "dissipation",
+    },
+}
+
+MILLARDS_CURVES: dict[str, Names] = {
+    "ActiveForceLengthCurve": {
+        "active_shortest": "min_norm_active_fiber_length",
+        "active_transition": "transition_norm_fiber_length",
+        "active_longest": "max_norm_active_fiber_length",
+        "active_shallow_slope": "shallow_ascending_slope",
+        "active_minimum": "minimum_value",
+    },
+    "ForceVelocityCurve": {
+        "concentric_slope_at_vmax": "concentric_slope_at_vmax",
+        "concentric_slope_near_vmax": "concentric_slope_near_vmax",
+        "isometric_slope": "isometric_slope",
+        "eccentric_slope_at_vmax": "eccentric_slope_at_vmax",
+        "eccentric_slope_near_vmax": "eccentric_slope_near_vmax",
+        "eccentric_force": "max_eccentric_velocity_force_multiplier",
+        "concentric_curviness": "concentric_curviness",
+        "eccentric_curviness": "eccentric_curviness",
+    },
+    "FiberForceLengthCurve": {
+        "passive_zero_strain": "strain_at_zero_force",
+        "passive_fibre_strain": "strain_at_one_norm_force",
+        "passive_stiffness_low": "stiffness_at_low_force",
+        "passive_stiffness": "stiffness_at_one_norm_force",
+        "passive_curviness": "curviness",
+    },
+    "TendonForceLengthCurve": {
+        "tendon_strain": "strain_at_one_norm_force",
+        "tendon_stiffness": "stiffness_at_one_norm_force",
+        "tendon_toe_force": "norm_force_at_toe_end",
+        "tendon_curviness": "curviness",
+    },
+}
+_NEEDED_FLAT = ("active_minimum", "concentric_slope_at_vmax", "eccentric_slope_at_vmax")
+LEAST_ACTIVATION = 0.01
+"""The smallest `minimum_activation` that OpenSim takes for muscles that would be singular."""
+
+
+def force_element(forces: ElementTree.Element, muscle: Muscle) -> ElementTree.Element:
+    """Add a muscle with what it is, but without its path.
+
+    Args:
+        forces: Where to.
+        muscle: The muscle; one that OpenSim has no class for becomes a PathActuator, whose
+            control is its tension in [N].
+    """
+    kind = muscle.model.kind
+    if kind not in CLASSES:
+        node = element(forces, "PathActuator", name=muscle.name)
+        element(node, "min_control", muscle.f_min)
+        element(node, "max_control", muscle.f_max)
+        element(node, "optimal_force", 1.0)
+        return node
+    values = taken_by_opensim(kind, law_parameters(muscle.model))
+    node = element(forces, CLASSES[kind], name=muscle.name)
+    if "minimum_activation" in values:
+        element(node, "min_control", values["minimum_activation"])
+        element(node, "max_control", 1.0)
+        rigid = not values["elastic_tendon"]
+        element(node, "ignore_tendon_compliance", "true" if rigid else "false")
+    _properties(node, PROPERTIES[kind], values)
+    if kind == "hill_millard2012":
+        values |= millards_stiffnesses(values)
+        for curve, names in MILLARDS_CURVES.items():
+            _properties(element(node, curve, name=curve), names, values)
+    if kind == "hill_schutte1993":
+        _add_schuttes(node, values)
+    return node
+
+
+def _add_schuttes(node: ElementTree.Element, values: Mapping[str, float]) -> None:
+    """Time constants as OpenSim has them, and the curves."""
+    scale = 1.0 / values["max_contraction_velocity"]
+    fall = scale / values["deactivation_time_constant"]
+    element(node, "time_scale", scale)
+    element(node, "activation1", scale / values["activation_time_constant"] - fall)
+    element(node, "activation2", fall)
+    for name, curve in SCHUTTES_CURVES.items():
+        add_function(node, [curve])
+        node[-1].set("name", name)
+
+
+def law_losses(robot: Robot) -> Iterator[Finding]:
+    """What of the tension laws OpenSim computes in another way."""
+    for muscle in robot.muscles:
+        kind, subject = muscle.model.kind, Subject("muscle", muscle.name)
+        if kind not in CLASSES:
+            continue
+        if muscle.f_min > 0.0 or muscle.f_max < math.inf:
+            problem = f"a {CLASSES[kind]} has no bounds of its force; f_min and f_max are left out"
+            yield warning(subject, "force-limits-left-out", problem)
+        ours = law_parameters(muscle.model)
+        theirs = taken_by_opensim(kind, ours)
+        changed = [f"{name} {theirs[name]:g}" for name in ours if ours[name] != theirs[name]]
+        if changed:
+            problem = f"a {CLASSES[kind]} is written with {', '.join(changed)}: it takes no other"
+            yield warning(subject, "tension-law-changed", problem)
+        if kind == "hill_degroote2016" and ours["elastic_tendon"] and ours["fibre_damping"]:
+            problem = (
+                f"OpenSim moves the fibre of a {CLASSES[kind]} with an elastic tendon as if its "
+                f"fibre_damping {ours['fibre_damping']:g} were 0; at rest the tension is the same"
+            )
+            yield warning(subject, "fibre-damping-passed-over", problem)
+
+
+def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
+    """The parameters that OpenSim takes, or computes with in any case."""
+    values = dict(ours)
+    if kind == "hill_thelen2003":
+        values["elastic_tendon"] = 1.0
+        values["minimum_activation"] = max(values["minimum_activation"], LEAST_ACTIVATION)
+    if kind == "hill_schutte1993":
+        values["elastic_tendon"] = 1.0
+    if kind in ("hill_degroote2016", "hill_schutte1993"):
+        values["minimum_activation"] = 0.0
+    if kind == "hill_millard2012":
+        if values["elastic_tendon"] and values["fibre_damping"] < 0.001:
+            values["fibre_damping"] = 0.0
+            values["minimum_activation"] = max(values["minimum_activation"], LEAST_ACTIVATION)
+        else:
+            values |= dict.fromkeys(_NEEDED_FLAT, 0.0)
+    return values
+
+
+def millards_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
+    """The slopes at F0; where they are 0 they follow from the strains.
+
+    OpenSim wants all numbers of a curve, or none.
+    """
+    strain = values["passive_fibre_strain"] - values["passive_zero_strain"]
+    return {
+        "passive_stiffness": values["passive_stiffness"] or 2.0 / strain,
+        "tendon_stiffness": values["tendon_stiffness"] or 1.375 / values["tendon_strain"],
+    }
+
+
+def _properties(node: ElementTree.Element, names: Names, values: Mapping[str, float]) -> None:
+    for name, theirs in names.items():
+        element(node, theirs, values[name])

@@ -1,0 +1,115 @@
+"""Names that OpenSim accepts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from ....finding import Finding, Subject
+from ....finding_builders import warning
+from ....model.joint import renamed as renamed_coordinate
+from ....model.muscle import CableSet, ViaPoint
+from ....model.robot import WORLD, Robot
+from ....transforms.joint_chains import Names
+
+GROUND = "ground"
+REFUSED = re.compile(r"[\s/\\*+]|^\.+$")
+"""Signs that OpenSim refuses in names, and the names that mean folders to it."""
+
+Renaming = dict[str, str]
+
+
+def with_legal_names(robot: Robot) -> Robot:
+    """The robot, active sets only, under names that OpenSim takes."""
+    renaming = _renamings(robot)
+    links, joints = renaming["link"] | {WORLD: WORLD}, renaming["joint"]
+    coordinates, surfaces = renaming["coordinate"], renaming["wrap surface"]
+    legal = replace(
+        robot,
+        name=renaming["robot"][robot.name],
+        links=tuple(replace(link, name=links[link.name]) for link in robot.links),
+        joints=tuple(
+            replace(
+                joint,
+                name=joints[joint.name],
+                parent=links[joint.parent],
+                child=links[joint.child],
+                coordinates=tuple(
+                    renamed_coordinate(c, coordinates.__getitem__) for c in joint.coordinates
+                ),
+            )
+            for joint in robot.joints
+        ),
+        loops=tuple(
+            replace(
+                loop, name=joints[loop.name], parent=links[loop.parent], child=links[loop.child]
+            )
+            for loop in robot.loops
+        ),
+        wrap_surfaces=tuple(
+            replace(surface, name=surfaces[surface.name], link=links[surface.link])
+            for surface in robot.wrap_surfaces
+        ),
+    )
+    return _with_legal_sets(legal, renaming, links)
+
+
+def renamed(robot: Robot) -> Iterator[Finding]:
+    """The names that are changed."""
+    for kind, renaming in _renamings(robot).items():
+        for name, given in renaming.items():
+            if given != name:
+                problem = f"OpenSim refuses the name; written as {given!r}"
+                yield warning(Subject(kind.replace(" ", "_"), name), "renamed", problem)
+
+
+def _renamings(robot: Robot) -> dict[str, Renaming]:
+    return {
+        "robot": _legal([robot.name], ()),
+        "link": _legal((link.name for link in robot.links), (WORLD, GROUND)),
+        "joint": _legal([*(j.name for j in robot.joints), *(j.name for j in robot.loops)], ()),
+        "coordinate": _legal((coordinate.name for coordinate in robot.all_coordinates), ()),
+        "muscle": _legal((muscle.name for muscle in robot.muscles), ()),
+        "task frame": _legal((frame.name for frame in robot.task_frames), ()),
+        "wrap surface": _legal((surface.name for surface in robot.wrap_surfaces), ()),
+    }
+
+
+def _legal(names: Iterable[str], taken: Iterable[str]) -> Renaming:
+    """Legal names stay; others are given what is left of the names."""
+    safe = {name: REFUSED.sub("_", name) for name in names}
+    free = Names(taken)
+    kept = [name for name, legal in safe.items() if name == legal]
+    changed = [name for name, legal in safe.items() if name != legal]
+    return {name: free.give(safe[name]) for name in (*kept, *changed)}
+
+
+def _with_legal_sets(robot: Robot, renaming: dict[str, Renaming], links: Renaming) -> Robot:
+    surfaces, coordinates = renaming["wrap surface"], renaming["coordinate"]
+    muscles = tuple(
+        replace(
+            muscle,
+            name=renaming["muscle"][muscle.name],
+            via_points=tuple(_point(p, links, coordinates) for p in muscle.via_points),
+            wraps=tuple(replace(wrap, surface=surfaces[wrap.surface]) for wrap in muscle.wraps),
+            terms=tuple(replace(t, coordinate=coordinates[t.coordinate]) for t in muscle.terms),
+        )
+        for muscle in robot.muscles
+    )
+    frames = tuple(
+        replace(frame, name=renaming["task frame"][frame.name], link=links[frame.link])
+        for frame in robot.task_frames
+    )
+    cable_sets = (CableSet(robot.cable_set, muscles),) if robot.cable_set else ()
+    task_sets = tuple(
+        replace(group, frames=frames) for group in robot.task_sets if group.name == robot.task_set
+    )
+    return replace(robot, cable_sets=cable_sets, task_sets=task_sets)
+
+
+def _point(point: ViaPoint, links: Renaming, coordinates: Renaming) -> ViaPoint:
+    when = point.when
+    when = when and replace(when, coordinate=coordinates[when.coordinate])
+    moves = tuple(replace(m, coordinate=coordinates[m.coordinate]) for m in point.moves)
+    return replace(point, link=links[point.link], when=when, moves=moves)

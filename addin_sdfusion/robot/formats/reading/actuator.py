@@ -1,0 +1,62 @@
+"""Reader of a muscle's motor, gear, spindle and spring in cardsflow.xml."""
+
+from __future__ import annotations
+
+from ...model.muscle import CableModel
+from .xml import Node
+
+ACTUATOR: dict[str, dict[str, str]] = {
+    "motor": {
+        "bemf_constant": "back_emf_constant",
+        "torque_constant": "torque_constant",
+        "inductance": "inductance",
+        "resistance": "resistance",
+        "inertiaMoment": "motor_inertia",
+    },
+    "gear": {
+        "ratio": "gear_ratio",
+        "efficiency": "gear_efficiency",
+        "inertiaMoment": "gear_inertia",
+    },
+    "spindle": {"radius": "spindle_radius"},
+    "SEE": {"stiffness": "stiffness"},
+}
+"""The original format's words, by element, and our parameters of a `series_elastic_motor`."""
+
+
+def read_actuator(muscle: Node) -> CableModel | None:
+    """The motor behind a muscle, None if the file does not speak of one.
+
+    The original plug-in demands these elements, but then overwrites what they say; a finding says
+    that here they count, and which numbers they replace.
+    """
+    parts = muscle.all(*ACTUATOR)
+    if not parts:
+        return None
+    if muscle.optional("cable_model") is not None:
+        parts[0].warning(
+            "actuator-left-out", "its motor, gear and spring elements give way to its <cable_model>"
+        )
+        return None
+    given: dict[str, float] = {}
+    for part in parts:
+        given |= _parameters(part)
+    problem = (
+        "its motor elements make it a series_elastic_motor, whose command is a voltage; they "
+        f"replace the default {', '.join(given) or '(nothing)'}; to command forces, remove them"
+    )
+    parts[0].warning("actuator-read", problem)
+    return CableModel("series_elastic_motor", tuple(given.items()))
+
+
+def _parameters(part: Node) -> dict[str, float]:
+    words = ACTUATOR[part.tag]
+    found = {}
+    for child in part.all():
+        if child.tag in words:
+            found[words[child.tag]] = child.numbers(1)[0]
+        else:
+            known = ", ".join(words)
+            problem = f"<{child.tag}> of its <{part.tag}> is left out (known: {known})"
+            child.warning("actuator-part-left-out", problem)
+    return found

@@ -1,0 +1,172 @@
+"""Chains of joints made one joint again, as an SDF's plugin or a cardsflow.xml says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
+from typing import Any
+
+from ...finding import Subject
+from ...finding_builders import unknown
+from ...model.joint import Coordinate, Joint, LimitForce, Motion, Term
+from ...model.pose import IDENTITY
+from ...model.rotations import compose, inverse
+from .functions import read_function
+from .xml import TRUE, Node, shortened
+
+
+@dataclass(frozen=True)
+class _Word:
+    """What the plugin says about a coordinate: its name, its mover, its place, its motor.
+
+    Attributes:
+        torques: Bounds of its motor; those of the joint element when None.
+        initial: Its initial value; that of the joint element when None.
+        others: What the joint element cannot say.
+    """
+
+    name: str
+    joint: str
+    motion: int
+    actuated: bool
+    torques: tuple[float, ...] | None
+    initial: float | None
+    others: dict[str, Any]
+
+    def applied(self, coordinate: Coordinate) -> Coordinate:
+        """The coordinate of the joint element, as the plugin says it is."""
+        initial = coordinate.initial if self.initial is None else self.initial
+        named = replace(
+            coordinate, name=self.name, actuated=self.actuated, initial=initial, **self.others
+        )
+        if self.torques is None:
+            return named
+        return replace(named, tau_min=self.torques[0], tau_max=self.torques[1])
+
+
+def join_chains(joints: Sequence[Joint], plugins: Sequence[Node]) -> tuple[list[Joint], set[str]]:
+    """The joints with the coordinates that the plugin gives them.
+
+    Returns:
+        The joints, each in the place of its first part, and the links that are in none of them.
+    """
+    by_name = {joint.name: joint for joint in joints}
+    places: dict[str, Joint] = {}
+    used: set[str] = set()
+    inner: set[str] = set()
+    for node in [child for plugin in plugins for child in plugin.all("joint")]:
+        node = replace(node, subject=Subject("joint", node.attribute("name")))
+        parts = _parts(node, by_name, used)
+        if parts:
+            used.update(part.name for part in parts)
+            places[parts[0].name] = _joined(node, parts)
+            inner.update(part.child for part in parts[:-1])
+    kept = [joint for joint in joints if joint.name not in used or joint.name in places]
+    return [places.get(joint.name, joint) for joint in kept], inner
+
+
+def _words(node: Node) -> list[_Word]:
+    words = []
+    for child in node.all("coordinate"):
+        name = child.attribute("name")
+        motion = int(child.number_attribute("motion"))
+        actuated = child.attribute("actuated", "false") in TRUE
+        torques = None
+        if child.has("torques"):
+            torques = child.numbers_attribute("torques", 2, infinite=True)
+        initial = child.number_attribute("initial") if child.has("initial") else None
+        others = _others(child.about(Subject("coordinate", name)))
+        joint = child.attribute("joint")
+        words.append(_Word(name, joint, motion, actuated, torques, initial, others))
+    return words
+
+
+def _others(node: Node) -> dict[str, Any]:
+    """Fields of a coordinate that SDF has no element for."""
+    words: dict[str, Any] = {"armature": node.number_attribute("armature", 0.0)}
+    if node.has("spring"):
+        words["stiffness"], words["rest"] = node.numbers_attribute("spring", 2)
+    words["locked"] = node.attribute("locked", "false") in TRUE
+    unit = node.attribute("unit", "")
+    if unit in ("rad", "m"):
+        words["unit"] = unit
+    elif unit:
+        node.error("bad-unit", f"unit {shortened(unit)} is neither rad nor m")
+    terms = (Term(term.attribute("coordinate"), read_function(term)) for term in node.all("term"))
+    words["coupling"] = tuple(terms)
+    force = node.optional("limit_force")
+    if force is not None:
+        names = (field.name for field in fields(LimitForce))
+        words["limit_force"] = LimitForce(*(force.number_attribute(name) for name in names))
+    return words
+
+
+def _parts(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]:
+    """The joints that make up one, from the parent to the child; none if they do not."""
+    words, driven = sorted(_words(node), key=lambda word: word.motion), node.all("motion")
+    movers = [child.attribute("joint") for child in driven] or [word.joint for word in words]
+    names = list(dict.fromkeys(movers))
+    for name in names:
+        if name not in by_name:
+            node.error("unknown-joint", unknown("joint", name, list(by_name)))
+            return []
+    parts = [by_name[name] for name in names]
+    moved_by = [part.name for part in parts for _ in part.motions]
+    actual = list(enumerate(moved_by))
+    said = [(word.motion, word.joint) for word in words]
+    if (
+        movers != moved_by
+        or not movers
+        or not (set(said) <= set(actual) if driven else said == actual)
+    ):
+        node.error(
+            "bad-chain", f"<joint> does not name each motion of {shortened(str(names))} once"
+        )
+        return []
+    for first, second in pairwise(parts):
+        between = compose(inverse(first.T_child_joint), second.T_parent_joint)
+        if first.child != second.parent or between != IDENTITY:
+            problem = f"joint {second.name!r} does not go on where joint {first.name!r} ends"
+            node.error("bad-chain", problem)
+            return []
+    if used.intersection(names):
+        node.error("bad-chain", f"{shortened(str(names))} are in another <joint> already")
+        return []
+    return parts
+
+
+def _joined(node: Node, parts: Sequence[Joint]) -> Joint:
+    words = _words(node)
+    motions = [motion for part in parts for motion in part.motions]
+    driven = [part.coordinates[motion.coordinate] for part in parts for motion in part.motions]
+    locations = node.notes.locations
+    for word in words:
+        axis = locations.get(
+            Subject("coordinate", driven[word.motion].name), (node.file, node.line)
+        )
+        locations[Subject("coordinate", word.name)] = axis
+    return Joint(
+        node.subject.name,
+        parts[0].parent,
+        parts[-1].child,
+        tuple(_driven(node, motions, words)),
+        tuple(word.applied(driven[word.motion]) for word in words),
+        parts[0].T_parent_joint,
+        parts[-1].T_child_joint,
+    )
+
+
+def _driven(node: Node, motions: Sequence[Motion], words: Sequence[_Word]) -> Iterator[Motion]:
+    """The motions with the coordinates, and the functions of these, that drive them."""
+    said = node.all("motion")
+    indices = {word.motion: index for index, word in enumerate(words)}
+    named = {word.name: index for index, word in enumerate(words)}
+    for k, motion in enumerate(motions):
+        if not said:
+            yield replace(motion, coordinate=indices[k])
+            continue
+        function, name = read_function(said[k]), said[k].attribute("coordinate", "")
+        if said[k].has("coordinate") and name not in named:
+            said[k].error("unknown-coordinate", unknown("coordinate", name, list(named)))
+        yield replace(motion, coordinate=named.get(name, 0), function=function)

@@ -1,0 +1,24 @@
+"""Reader of functions of coordinates in the plugin."""
+
+from __future__ import annotations
+
+from ...model.function import ITSELF, Function, Polynomial
+from ..writing.functions import POINT_KINDS, POLYNOMIAL
+from .xml import Node, shortened
+
+
+def read_function(node: Node) -> Function:
+    """The function that an element holds; the coordinate itself where it says none."""
+    kind = node.attribute("kind", "")
+    if not kind:
+        return ITSELF
+    if kind == POLYNOMIAL:
+        return Polynomial(node.numbers(len(node.text.split())))
+    if kind not in POINT_KINDS:
+        known = ", ".join((POLYNOMIAL, *POINT_KINDS))
+        node.error("unsupported-function", f"kind {shortened(kind)} is none of {known}")
+        return ITSELF
+    x, y = (
+        node.numbers_attribute(name, len(node.attribute(name, "").split())) for name in ("x", "y")
+    )
+    return POINT_KINDS[kind](x, y)

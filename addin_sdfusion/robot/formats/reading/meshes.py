@@ -1,0 +1,31 @@
+"""Meshes that a robot's files name: which of them are there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ...mesh_files import is_file, lies_in, mesh_file
+from ...model.robot import Link
+from .xml import Node, shortened
+
+
+def note_missing_meshes(model: Node, links: Iterable[Link]) -> None:
+    """Warn once if mesh files are not where their URIs say, and once if they are elsewhere."""
+    uris = list(dict.fromkeys(mesh.uri for link in links for mesh in link.meshes))
+    folder = model.file.parent
+    files = {uri: mesh_file(uri, folder, [folder]) for uri in uris}
+    missing = [uri for uri, file in files.items() if not is_file(file)]
+    outside = [uri for uri, file in files.items() if is_file(file) and not lies_in(file, [folder])]
+    if outside:
+        problem = (
+            f"{len(outside)} of {len(uris)} mesh files lie outside the robot's folder, such as "
+            f"{shortened(outside[0])}; they are neither shown nor packed, unless they lie in the "
+            "folder of the experiment"
+        )
+        model.warning("meshes-outside", problem)
+    if missing:
+        problem = (
+            f"{len(missing)} of {len(uris)} mesh files are not found, such as "
+            f"{shortened(missing[0])}; it moves all the same"
+        )
+        model.warning("missing-meshes", problem)

@@ -1,0 +1,298 @@
+"""Safe XML parsing of untrusted files, with errors by file and line."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import islice
+from pathlib import Path
+from typing import cast
+
+from lxml import etree
+
+from ...errors import InputError
+from ...files import read_file
+from ...finding import Finding, Severity, Subject
+from ...finding_builders import label
+from ...limits import XML, XML_ELEMENTS, xml_fault
+from ...model.pose import Vector3
+
+ZERO: Vector3 = (0.0, 0.0, 0.0)
+ENTITIES = "uses XML entities, which are not allowed here; write the text in full"
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+INFINITY = re.compile(r"([+-]?)inf(inity)?", re.ASCII | re.IGNORECASE)
+SPACE = re.compile(r"\s")
+INTEGER = re.compile(r"\d{1,9}", re.ASCII)
+TRUE = ("true", "1")
+
+ABSOLUTE = "absolute-path"
+"""Code of findings of what experiments refuse: their robots are in FMUs and results."""
+
+
+@dataclass
+class Notes:
+    """What a reader remembers beside the robot.
+
+    Attributes:
+        findings: What is wrong with the files.
+        locations: File and line of each object.
+        files: The files that were read.
+        elements: How many elements they have together.
+    """
+
+    findings: list[Finding] = field(default_factory=list)
+    locations: dict[Subject, tuple[Path, int | None]] = field(default_factory=dict)
+    files: list[Path] = field(default_factory=list)
+    elements: int = 0
+
+
+@dataclass(frozen=True)
+class Node:
+    """An element with its file, the object it describes, and what is wrong with it.
+
+    Where a value is missing or unreadable the error is noted and a harmless default is returned,
+    so that a reader goes on to find everything else.
+
+    Attributes:
+        element: The element.
+        file: Its file.
+        subject: The object that findings name.
+        notes: Where findings go.
+    """
+
+    element: etree._Element
+    file: Path
+    subject: Subject
+    notes: Notes
+
+    @property
+    def tag(self) -> str:
+        """The element's tag."""
+        return str(self.element.tag)
+
+    @property
+    def text(self) -> str:
+        """The element's own text, in one line, without the space around it."""
+        return _plain(self.element.text or "")
+
+    @property
+    def line(self) -> int | None:
+        """Its line, counted from 1."""
+        return _line(self.element)
+
+    def about(self, subject: Subject) -> Node:
+        """The same element as the description of an object, whose place is noted."""
+        self.notes.locations[subject] = (self.file, self.line)
+        return replace(self, subject=subject)
+
+    def error(self, code: str, problem: str) -> None:
+        """Note an error here."""
+        self._note("error", code, problem)
+
+    def warning(self, code: str, problem: str) -> None:
+        """Note a warning here."""
+        self._note("warning", code, problem)
+
+    def all(self, *tags: str) -> list[Node]:
+        """The child elements with these tags, in order; every child if none is given."""
+        found = self.element.iterchildren(*tags) if tags else self.element.iterchildren()
+        return [replace(self, element=child) for child in found]
+
+    def optional(self, tag: str) -> Node | None:
+        """The child of that tag, None if there is none."""
+        found = self.all(tag)
+        if len(found) > 1:
+            found[1].error("repeated-element", f"a second <{tag}>; remove it")
+        return found[0] if found else None
+
+    def required(self, tag: str) -> Node | None:
+        """The child of that tag; if there is none, an error is noted."""
+        found = self.optional(tag)
+        if found is None:
+            self.error("missing-element", f"<{self.tag}> has no <{tag}>")
+        return found
+
+    def has(self, name: str) -> bool:
+        """Whether the element has that attribute."""
+        return name in self.element.attrib
+
+    def attribute(self, name: str, default: str | None = None) -> str:
+        """The value of an attribute, which must be there unless there is a default."""
+        value = self.element.get(name, default)
+        if value is None:
+            self.error("missing-attribute", f"<{self.tag}> has no {name!r}")
+            return ""
+        return _plain(str(value))
+
+    def number_attribute(
+        self, name: str, default: float | None = None, *, infinite: bool = False
+    ) -> float:
+        """A number in an attribute."""
+        if default is not None and not self.has(name):
+            return default
+        text = self.attribute(name)
+        return self._number(text, name, infinite) if self.has(name) else 0.0
+
+    def numbers_attribute(
+        self, name: str, size: int, *, infinite: bool = False
+    ) -> tuple[float, ...]:
+        """So many numbers in an attribute, which must be there."""
+        text = self.attribute(name)
+        return self._numbers(text, name, size, infinite) if self.has(name) else (0.0,) * size
+
+    def number(self, tag: str, default: float | None = None, *, infinite: bool = False) -> float:
+        """A number in a child element, which must be there unless there is a default."""
+        child = self.required(tag) if default is None else self.optional(tag)
+        if child is None:
+            return 0.0 if default is None else default
+        return child._number(child.text, f"<{tag}>", infinite)
+
+    def vector(self, tag: str) -> Vector3:
+        """The three numbers in a child element, which must be there."""
+        child = self.required(tag)
+        return ZERO if child is None else child.vector3()
+
+    def vector_attribute(self, name: str) -> Vector3:
+        """The three numbers in an attribute, which must be there."""
+        text = self.attribute(name)
+        return self._vector(text, name) if self.has(name) else ZERO
+
+    def vector3(self) -> Vector3:
+        """The three numbers in the element's text."""
+        return self._vector(self.text, f"<{self.tag}>")
+
+    def numbers(self, size: int, *, infinite: bool = False) -> tuple[float, ...]:
+        """So many numbers in the element's text."""
+        return self._numbers(self.text, f"<{self.tag}>", size, infinite)
+
+    def integer(self, tag: str) -> int | None:
+        """A counting number in a child element; None if there is none."""
+        child = self.required(tag)
+        if child is None:
+            return None
+        if not INTEGER.fullmatch(child.text):
+            child.error("bad-number", f"<{tag}> {shortened(child.text)} is not a whole number")
+            return None
+        return int(child.text)
+
+    def _vector(self, text: str, what: str) -> Vector3:
+        x, y, z = self._numbers(text, what, 3)
+        return x, y, z
+
+    def _numbers(
+        self, text: str, what: str, size: int, infinite: bool = False
+    ) -> tuple[float, ...]:
+        words = text.split()
+        if len(words) != size:
+            problem = f"{what} {shortened(text)} has {len(words)} numbers, not {size}"
+            self.error("bad-vector", problem)
+            return (0.0,) * size
+        return tuple(self._number(word, what, infinite) for word in words)
+
+    def _number(self, text: str, what: str, infinite: bool) -> float:
+        sign = INFINITY.fullmatch(text)
+        if infinite and sign:
+            return -math.inf if sign[1] == "-" else math.inf
+        value = float(text) if NUMBER.fullmatch(text) else math.nan
+        if not math.isfinite(value):
+            self.error("bad-number", f"{what} {shortened(text)} is not a finite number")
+            return 0.0
+        return value
+
+    def _note(self, severity: Severity, code: str, problem: str) -> None:
+        message = f"{label(self.subject)}: {problem}"
+        self.notes.findings.append(
+            Finding(severity, code, message, self.subject, self.file, self.line)
+        )
+
+
+def shortened(text: str) -> str:
+    """Text from a file, quoted and cut to a length that fits into a message."""
+    return repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+def _line(element: etree._Element) -> int | None:
+    return cast("int | None", element.sourceline)
+
+
+def _plain(text: str) -> str:
+    return SPACE.sub(" ", text).strip()
+
+
+def parse(
+    file: Path, subject: Subject, notes: Notes, mend: Callable[[bytes], bytes] | None = None
+) -> Node:
+    """The root element of a file.
+
+    Nothing outside the file is read, and no entity is expanded.
+
+    Args:
+        file: The file.
+        subject: What findings about it name.
+        notes: Where findings, places and files go.
+        mend: What makes XML of files that are known not to be; it keeps the lines.
+
+    Raises:
+        InputError: It cannot be read, is not XML, or uses entities.
+    """
+    notes.files.append(file)
+    parser = etree.XMLParser(
+        resolve_entities=False,
+        load_dtd=False,
+        dtd_validation=False,
+        attribute_defaults=False,
+        no_network=True,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    data = _bytes(file)
+    declared = _declared_entity(data)
+    if declared is not None:
+        raise InputError(ENTITIES, file=file, line=declared)
+    fault = xml_fault(data)
+    if fault is not None:
+        raise InputError(fault, file=file)
+    try:
+        root = etree.fromstring(data if mend is None else mend(data), parser)
+    except (etree.XMLSyntaxError, ValueError) as error:
+        line = getattr(error, "lineno", None)
+        reason = str(getattr(error, "msg", None) or error).splitlines()[0]
+        raise InputError(f"is not well-formed XML: {reason}", file=file, line=line) from error
+    _refuse_entities(root, parser, file)
+    notes.elements += sum(1 for _ in islice(root.iter(), XML_ELEMENTS + 1))
+    if notes.elements > XML_ELEMENTS:
+        others = "" if len(notes.files) == 1 else " with the other files of the robot"
+        raise InputError(f"holds more than {XML_ELEMENTS} elements{others}", file=file)
+    return Node(root, file, subject, notes)
+
+
+def _bytes(file: Path) -> bytes:
+    """The content of a file that exists, is a file and is not too large."""
+    data = read_file(file, XML)
+    if not data.strip():
+        raise InputError("is empty", file=file)
+    return data
+
+
+def _declared_entity(data: bytes) -> int | None:
+    """The line of an entity's declaration; a parser must not even see one.
+
+    Without its zero bytes a document in UTF-16 or UTF-32 shows its markup as plain text.
+    """
+    plain = data.replace(b"\0", b"")
+    start = plain.find(b"<!ENTITY")
+    return None if start < 0 else plain.count(b"\n", 0, start) + 1
+
+
+def _refuse_entities(root: etree._Element, parser: etree.XMLParser, file: Path) -> None:
+    for reference in root.iter(etree.Entity):
+        raise InputError(ENTITIES, file=file, line=_line(reference))
+    for entry in parser.error_log:
+        if "ENTITY" in entry.type_name:
+            raise InputError(ENTITIES, file=file, line=entry.line)
+    internal = root.getroottree().docinfo.internalDTD
+    if internal is not None and any(True for _ in internal.iterentities()):  # type: ignore[attr-defined]
+        raise InputError(ENTITIES, file=file)

@@ -1,0 +1,1 @@
+"""SDF of Gazebo, with our plugin."""

@@ -1,0 +1,181 @@
+"""Reader of the joints of an SDF model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from ...finding import Subject
+from ...model.joint import Coordinate, Joint, Motion, MotionKind
+from ...model.pose import Pose, Vector3
+from ...model.robot import WORLD
+from ...model.rotations import compose, inverse, normalized, rotate, rotation
+from ..reading.xml import TRUE, Node, shortened
+from .names import NO_LIMIT, joint_frame_name
+from .read_frames import MODEL, Frames
+
+JOINT_TYPES: dict[str, tuple[MotionKind, ...]] = {
+    "revolute": ("rotation",),
+    "continuous": ("rotation",),
+    "prismatic": ("translation",),
+    "universal": ("rotation", "rotation"),
+    "revolute2": ("rotation", "rotation"),
+    "ball": ("rotation", "rotation", "rotation"),
+    "fixed": (),
+}
+"""The motions of the joint types that mean something here."""
+BALL = {"alpha": (1.0, 0.0, 0.0), "beta": (0.0, 1.0, 0.0), "gamma": (0.0, 0.0, 1.0)}
+"""SDF's ball has no coordinates; it gets the angles of Rx(alpha) Ry(beta) Rz(gamma)."""
+Z: Vector3 = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Model:
+    """What a joint of a model is read with.
+
+    Attributes:
+        frames: Where everything is.
+        T_world_model: Where the model is.
+        version: The SDF version of the file.
+    """
+
+    frames: Frames
+    T_world_model: Pose
+    version: str
+
+
+def read_joint(node: Node, model: Model) -> Joint:
+    """A joint, with coordinates that are called as it or, where there are several, after it."""
+    name, type_ = node.subject.name, node.attribute("type")
+    parent = _link_named(node, "parent", model.frames)
+    child = _link_named(node, "child", model.frames)
+    if type_ not in JOINT_TYPES:
+        known = ", ".join(JOINT_TYPES)
+        problem = f"joint type {shortened(type_)} is not supported (supported: {known})"
+        node.error("unsupported-joint", problem)
+        type_ = "fixed"
+    joint = Joint(
+        name,
+        parent,
+        child,
+        T_parent_joint=_in_parent(name, parent, model),
+        T_child_joint=_in_child(name, child, model.frames),
+    )
+    if type_ == "ball":
+        return _ball(joint, node)
+    kinds = JOINT_TYPES[type_]
+    motions, coordinates = [], []
+    for k, (tag, kind) in enumerate(zip(("axis", "axis2"), kinds, strict=False)):
+        called = name if len(kinds) == 1 else f"{name}_{k + 1}"
+        about = node.about(Subject("coordinate", called))
+        axis = about.required(tag)
+        motions.append(Motion(kind, _axis_in_joint(axis, name, model), k))
+        coordinate = Coordinate(called, unit=motions[k].unit)
+        coordinates.append(coordinate if axis is None else _driven(axis, coordinate))
+    if type_ == "continuous":
+        coordinates = [replace(c, lower=-math.inf, upper=math.inf) for c in coordinates]
+    return replace(joint, motions=tuple(motions), coordinates=tuple(coordinates))
+
+
+def _ball(joint: Joint, node: Node) -> Joint:
+    motions = tuple(Motion("rotation", axis, k) for k, axis in enumerate(BALL.values()))
+    names = [f"{joint.name}_{angle}" for angle in BALL]
+    for name in names:
+        node.about(Subject("coordinate", name))
+    return replace(joint, motions=motions, coordinates=tuple(map(Coordinate, names)))
+
+
+def _link_named(node: Node, tag: str, frames: Frames) -> str:
+    child = node.required(tag)
+    if child is None:
+        return ""
+    return child.text if child.text == WORLD else frames.link_of(child.text)
+
+
+def _in_parent(name: str, parent: str, model: Model) -> Pose:
+    """T_parent_joint, as given in the file if it is."""
+    key, frames = ("joint", name), model.frames
+    if parent == WORLD:
+        return compose(model.T_world_model, frames.in_model(key))
+    if frames.placements[key].relative_to == ("link", parent):
+        return frames.placements[key].pose
+    return compose(inverse(frames.in_model(("link", parent))), frames.in_model(key))
+
+
+def _in_child(name: str, child: str, frames: Frames) -> Pose:
+    """T_child_joint, as given in the file if it is."""
+    key, link = ("joint", name), ("link", child)
+    exact = frames.placements.get(("frame", joint_frame_name(name, child)))
+    if exact is not None and exact.relative_to == link:
+        return exact.pose
+    if frames.placements[key].relative_to == link:
+        return frames.placements[key].pose
+    if link in frames.placements and frames.placements[link].relative_to == key:
+        return inverse(frames.placements[link].pose)
+    return compose(inverse(frames.in_model(link)), frames.in_model(key))
+
+
+def _driven(axis: Node, coordinate: Coordinate) -> Coordinate:
+    limit, dynamics = axis.optional("limit"), axis.optional("dynamics")
+    _note_not_simulated(axis, limit)
+
+    def number(tag: str) -> float:
+        return dynamics.number(tag, 0.0) if dynamics else 0.0
+
+    effort = _effort(limit)
+
+    return replace(
+        coordinate,
+        lower=_limit(limit, "lower", -math.inf),
+        upper=_limit(limit, "upper", math.inf),
+        initial=axis.number("initial_position", 0.0),
+        damping=number("damping"),
+        stiffness=number("spring_stiffness"),
+        rest=number("spring_reference"),
+        friction=number("friction"),
+        tau_min=-effort,
+        tau_max=effort,
+    )
+
+
+def _note_not_simulated(axis: Node, limit: Node | None) -> None:
+    if limit is not None and 0.0 <= limit.number("velocity", -1.0, infinite=True) < NO_LIMIT:
+        limit.warning("joint-not-simulated", "its velocity limit is not simulated; left out")
+    if axis.all("mimic"):
+        axis.warning("joint-not-simulated", "it mimics no other joint here; it moves on its own")
+
+
+def _effort(limit: Node | None) -> float:
+    """The largest torque or force of a motor; SDF's is negative where there is no bound."""
+    effort = -1.0 if limit is None else limit.number("effort", -1.0, infinite=True)
+    return effort if 0.0 <= effort < NO_LIMIT else math.inf
+
+
+def _limit(limit: Node | None, tag: str, default: float) -> float:
+    value = default if limit is None else limit.number(tag, default, infinite=True)
+    return math.copysign(math.inf, value) if abs(value) >= NO_LIMIT else value
+
+
+def _axis_in_joint(axis: Node | None, joint: str, model: Model) -> Vector3:
+    """The unit axis in the joint frame, from whatever frame the file gives it in."""
+    xyz = None if axis is None else axis.required("xyz")
+    if axis is None or xyz is None:
+        return Z
+    # Before SDF 1.5 an axis was always given in the frame of the model.
+    in_model = "1" if model.version == "1.4" else "0"
+    flag = axis.optional("use_parent_model_frame")
+    named = xyz.attribute("expressed_in", "")
+    vector = normalized(xyz.vector3())
+    if named:
+        key = model.frames.named(named)
+        if key is None:
+            problem = f"expressed_in {shortened(named)}: no link, joint or frame of the name"
+            xyz.error("unknown-frame", problem)
+            return vector
+        T_model_frame = model.frames.in_model(key)
+    elif (flag.text if flag else in_model) in TRUE:
+        T_model_frame = model.frames.in_model(MODEL)
+    else:
+        return vector
+    T_joint_frame = compose(inverse(model.frames.in_model(("joint", joint))), T_model_frame)
+    return rotate(rotation(T_joint_frame.rpy), vector)

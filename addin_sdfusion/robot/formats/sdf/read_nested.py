@@ -1,0 +1,203 @@
+"""Models in models of an SDF file, and files that are included, as one model."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from lxml import etree
+
+from ...errors import InputError
+from ...finding import Subject
+from ...mesh_files import is_file
+from ..reading.xml import TRUE, Node, parse, shortened
+from .names import MODEL_FRAME
+
+_BETWEEN = "::"  # of a model's name and what is in it, as SDF has it
+_DEEPEST = 20
+_MOST_FILES = 50
+_PARTS = ("link", "joint", "frame")
+_NAMING = ("relative_to", "attached_to", "expressed_in", "frame")
+
+
+def included_models(place: Node, depth: int = 0) -> list[Node]:
+    """The models in `<include>` elements of a file, a world or a model, with what these change.
+
+    An element that leads to no model is an error there.
+    """
+    return [model for node in place.all("include") if (model := _included(node, depth)) is not None]
+
+
+def flatten(model: Node, depth: int = 0) -> None:
+    """Take the models in a model into it: `gripper::palm` is called `gripper_palm` then.
+
+    Their frames become frames of the model, to which poses in them are relative.
+    """
+    inner = [*model.all("model"), *included_models(model, depth)]
+    if not inner:
+        return
+    if depth >= _DEEPEST:
+        inner[0].error("nested-too-deep", f"more than {_DEEPEST} models in one another")
+        return
+    for node in inner:
+        flatten(node, depth + 1)
+        _take_in(model.element, node)
+        if node.element.getparent() is model.element:
+            model.element.remove(node.element)
+    if depth == 0:
+        _rename(model)
+
+
+def _take_in(outer: etree._Element, model: Node) -> None:
+    """Parts of a model become parts of the outer one, named and placed by it."""
+    name = model.attribute("name")
+    merged = model.attribute("merge", "false") in TRUE
+    if model.attribute("placement_frame", ""):
+        model.error("unsupported-element", "placement_frame of a model in a model is not supported")
+    for plugin in model.all("plugin"):
+        plugin.warning("plugin-left-out", f"plugins of {name!r}, a model in a model, are left out")
+    first = next((part.attribute("name", "") for part in model.all("link")), "")
+    carrier = model.attribute("canonical_link", "") or first
+    if not first:
+        model.error("no-links", f"{name!r}, a model in a model, has no links")
+    own = f"_merged__{name}{MODEL_FRAME}" if merged else name
+    prefix = "" if merged else f"{name}{_BETWEEN}"
+    frame = etree.SubElement(outer, "frame", name=own, attached_to=f"{prefix}{carrier}")
+    pose = model.optional("pose")
+    frame.append(etree.Element("pose") if pose is None else pose.element)
+    if not frame[0].get("relative_to"):
+        frame[0].set("relative_to", MODEL_FRAME)
+    for part in model.all(*_PARTS):
+        _name(part.element, prefix, own)
+        outer.append(part.element)
+
+
+def _name(part: etree._Element, prefix: str, frame: str) -> None:
+    """Names in a part by the outer model's; what it is relative to unsaid is its own model."""
+
+    def of(name: str) -> str:
+        return frame if name == MODEL_FRAME else name if name == "world" else prefix + name
+
+    part.set("name", prefix + part.get("name", ""))
+    for element in part.iter():
+        for key in _NAMING:
+            if element.get(key):
+                element.set(key, of(element.get(key, "")))
+    for element in part.iter("mimic"):
+        if element.get("joint"):
+            element.set("joint", of(element.get("joint", "")))
+    if part.tag == "joint":
+        for element in part.iterchildren("parent", "child"):
+            element.text = of((element.text or "").strip())
+        return
+    if part.tag == "frame" and not part.get("attached_to"):
+        part.set("attached_to", frame)
+    if part.tag == "link" or part.get("attached_to") == frame:
+        pose = part.find("pose")
+        if pose is None:
+            pose = etree.SubElement(part, "pose")
+        if not (pose.get("frame") or pose.get("relative_to")):
+            pose.set("relative_to", frame)
+
+
+def _rename(model: Node) -> None:
+    """Names without colons, which a file that is written cannot have; they stay different."""
+    parts = [part.element for part in model.all(*_PARTS)]
+    names = {part.get("name", "") for part in parts}
+    plain = {name for name in names if _BETWEEN not in name}
+    short = {name: name.replace(_BETWEEN, "_") for name in names - plain}
+    if len(plain | set(short.values())) < len(names):
+        short = {name: name.replace(_BETWEEN, "__") for name in short}
+    for part in parts:
+        for element in part.iter():
+            for key in (*_NAMING, "name", "joint"):
+                if element.get(key) in short:
+                    element.set(key, short[element.get(key, "")])
+            if element.tag in ("parent", "child") and (element.text or "").strip() in short:
+                element.text = short[(element.text or "").strip()]
+    taken = sorted({name.partition(_BETWEEN)[0] for name in short})
+    if taken:
+        example = min(short)
+        named = ", ".join(map(repr, taken[:10]))
+        model.warning(
+            "nested-model",
+            f"models in it are taken in: {named}; {example!r} is called {short[example]!r}",
+        )
+
+
+def _included(node: Node, depth: int) -> Node | None:
+    uri = node.required("uri")
+    if uri is None:
+        return None
+    if depth >= _DEEPEST or len(node.notes.files) > _MOST_FILES:
+        node.error("nested-too-deep", f"more than {_DEEPEST} files deep, or {_MOST_FILES}")
+        return None
+    file = _file(uri.text, node.file.parent)
+    if file is None:
+        problem = f"{shortened(uri.text)} is not found in the folders here or beside this one"
+        node.error("include-not-found", f"{problem}; nothing is downloaded: put the model there")
+        return None
+    try:
+        root = parse(file, Subject("robot", file.stem), node.notes)
+    except InputError as error:
+        node.error("include-not-read", f"{shortened(uri.text)}: {error}")
+        return None
+    models = [*root.all("model"), *included_models(root, depth + 1)]
+    if root.tag != "sdf" or len(models) != 1:
+        node.error("not-one-model", f"{shortened(uri.text)} holds {len(models)} models, not one")
+        return None
+    _place_meshes(models[0].element, file.parent, node.file.parent)
+    return _changed(replace(models[0], file=node.file), node)
+
+
+def _changed(model: Node, include: Node) -> Node:
+    """An included model with the name and the pose that the element gives it."""
+    name, pose = include.optional("name"), include.optional("pose")
+    if name is not None:
+        model.element.set("name", name.text)
+    if pose is not None:
+        for old in list(model.element.iterchildren("pose")):
+            model.element.remove(old)
+        model.element.append(pose.element)
+    for key in ("merge", "placement_frame"):
+        value = include.element.get(key) or include.element.findtext(key)
+        if value:
+            model.element.set(key, value.strip())
+    return model
+
+
+def _file(uri: str, folder: Path) -> Path | None:
+    """The model's file that a URI means: in the robot's folder, or in one beside it."""
+    for place in _places(uri, folder):
+        if is_file(place):
+            return place
+        try:
+            files = sorted(place.glob("*.sdf"))
+        except (OSError, ValueError):
+            continue
+        named = [file for file in files if file.name == "model.sdf"] or files[-1:]
+        if named:
+            return named[0]
+    return None
+
+
+def _places(uri: str, folder: Path) -> Iterator[Path]:
+    scheme, there, rest = uri.partition("://")
+    if not there:
+        scheme, rest = "", uri
+    path = Path(rest)
+    if scheme not in ("", "model", "file") or path.is_absolute() or ".." in path.parts or not rest:
+        return
+    yield folder / path
+    if scheme == "model":
+        yield folder.parent / path
+
+
+def _place_meshes(model: etree._Element, theirs: Path, ours: Path) -> None:
+    """Paths of meshes from the folder of the file that includes them."""
+    for uri in model.iter("uri"):
+        text = (uri.text or "").strip()
+        if text and "://" not in text and not Path(text).is_absolute():
+            uri.text = Path(os.path.relpath(theirs / text, ours)).as_posix()

@@ -1,0 +1,134 @@
+"""Reader of the joints of a URDF."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container
+
+from ...finding import Subject
+from ...model.function import linear
+from ...model.joint import Coordinate, Joint, Motion, MotionKind, Term
+from ...model.pose import Vector3
+from ...model.rotations import cross, normalized
+from ..reading.xml import Node, shortened
+from .read_links import read_origin
+from .write import NO_LIMIT
+
+X: Vector3 = (1.0, 0.0, 0.0)
+Y: Vector3 = (0.0, 1.0, 0.0)
+Z: Vector3 = (0.0, 0.0, 1.0)
+SINGLE: dict[str, MotionKind] = {
+    "revolute": "rotation",
+    "continuous": "rotation",
+    "prismatic": "translation",
+}
+TYPES = (*SINGLE, "fixed", "floating", "planar")
+FREE = ("x", "y", "z", "alpha", "beta", "gamma")
+LIMITED = ("revolute", "prismatic")
+
+
+def read_joint(node: Node, motors: Container[str]) -> Joint:
+    """A joint; its coordinate is called as it, those of a floating or planar one after it.
+
+    Args:
+        node: Its element.
+        motors: The names of the joints with a motor.
+    """
+    name, type_ = node.subject.name, node.attribute("type")
+    if type_ not in TYPES:
+        known = ", ".join(TYPES)
+        problem = f"joint type {shortened(type_)} is not supported (supported: {known})"
+        node.error("unsupported-joint", problem)
+        type_ = "fixed"
+    motions, coordinates = _moved(node, type_, name in motors)
+    origin = read_origin(node)
+    return Joint(name, _link(node, "parent"), _link(node, "child"), motions, coordinates, origin)
+
+
+def _link(node: Node, tag: str) -> str:
+    child = node.required(tag)
+    return "" if child is None else child.attribute("link")
+
+
+def _moved(
+    node: Node, type_: str, actuated: bool
+) -> tuple[tuple[Motion, ...], tuple[Coordinate, ...]]:
+    """The motions of a joint and what drives them."""
+    name = node.subject.name
+    if type_ == "fixed":
+        return (), ()
+    if type_ in SINGLE:
+        motion = Motion(SINGLE[type_], _axis(node))
+        coordinate = _coordinate(node.about(Subject("coordinate", name)), type_, actuated)
+        return (motion,), (coordinate,)
+    axes: tuple[Vector3, ...]
+    kinds: str
+    words: tuple[str, ...]
+    if type_ == "floating":
+        axes, kinds, words = (X, Y, Z) * 2, "tttrrr", FREE
+        node.warning("floating-angles", "it turns by Rx(alpha) Ry(beta) Rz(gamma) here")
+    else:
+        normal = _axis(node)
+        least = min((X, Y, Z), key=lambda e: abs(sum(map(float.__mul__, e, normal))))
+        u = normalized(cross(least, normal))
+        axes, kinds, words = (u, cross(normal, u), normal), "ttr", ("x", "y", "angle")
+    names = [f"{name}_{word}" for word in words]
+    for each in names:
+        node.about(Subject("coordinate", each))
+    motions = tuple(
+        Motion("rotation" if kind == "r" else "translation", axis, k)
+        for k, (kind, axis) in enumerate(zip(kinds, axes, strict=True))
+    )
+    pairs = zip(names, motions, strict=True)
+    return motions, tuple(Coordinate(each, unit=motion.unit) for each, motion in pairs)
+
+
+def _axis(node: Node) -> Vector3:
+    axis = node.optional("axis")
+    return X if axis is None or not axis.has("xyz") else normalized(axis.vector_attribute("xyz"))
+
+
+def _coordinate(node: Node, type_: str, actuated: bool) -> Coordinate:
+    limit, dynamics = node.optional("limit"), node.optional("dynamics")
+    if type_ in LIMITED and limit is None:
+        problem = f"a {type_} joint needs <limit>; it moves without one here"
+        node.warning("no-limit", problem)
+    effort = math.inf if limit is None else _number(limit, "effort", math.inf)
+    lower, upper = -math.inf, math.inf
+    if limit is not None and type_ in LIMITED:
+        lower, upper = _number(limit, "lower", 0.0), _number(limit, "upper", 0.0)
+    _note_not_simulated(node, limit)
+    coupling = tuple(_mimicked(child) for child in node.all("mimic"))
+    if coupling:  # the limits of what it follows count
+        lower, upper = -math.inf, math.inf
+    return Coordinate(
+        node.subject.name,
+        lower,
+        upper,
+        damping=_number(dynamics, "damping", 0.0),
+        unit="m" if type_ == "prismatic" else "rad",
+        actuated=actuated and not coupling,
+        friction=_number(dynamics, "friction", 0.0),
+        tau_min=-effort,
+        tau_max=effort,
+        coupling=coupling,
+    )
+
+
+def _mimicked(node: Node) -> Term:
+    """What a joint follows: multiplier times the other, plus offset."""
+    factor, offset = node.number_attribute("multiplier", 1.0), node.number_attribute("offset", 0.0)
+    return Term(node.attribute("joint"), linear(factor, offset))
+
+
+def _number(node: Node | None, name: str, default: float) -> float:
+    """A number of an attribute; one of `NO_LIMIT` or more is infinite."""
+    value = default if node is None else node.number_attribute(name, default, infinite=True)
+    return math.copysign(math.inf, value) if abs(value) >= NO_LIMIT else value
+
+
+def _note_not_simulated(node: Node, limit: Node | None) -> None:
+    if limit is not None and 0.0 <= _number(limit, "velocity", -1.0) < NO_LIMIT:
+        limit.warning("joint-not-simulated", "its velocity limit is not simulated; left out")
+    for child in node.all("safety_controller"):
+        child.warning("joint-not-simulated", "its safety controller is left out")

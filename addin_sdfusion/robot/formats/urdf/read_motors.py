@@ -1,0 +1,42 @@
+"""Motors at the joints of a URDF: its transmissions, or ROS 2's control."""
+
+from __future__ import annotations
+
+from ..reading.xml import Node
+
+DRIVING = ("effort", "velocity", "position")
+"""Command interfaces of ROS 2."""
+
+
+def motor_joints(robot: Node) -> set[str]:
+    """The names of the joints with a motor; those that are not there are noted."""
+    known = {joint.attribute("name", "") for joint in robot.all("joint")}
+    named = [*_of_transmissions(robot), *_of_ros2(robot)]
+    for node in named:
+        if node.attribute("name") not in known:
+            problem = f"<{node.tag}>: there is no joint {node.attribute('name', '')!r}"
+            node.warning("unknown-joint", f"{problem}; its motor is left out")
+    return {name for node in named if (name := node.attribute("name", "")) in known}
+
+
+def _of_transmissions(robot: Node) -> list[Node]:
+    named = []
+    for transmission in robot.all("transmission"):
+        named += transmission.all("joint")
+        for actuator in transmission.all("actuator"):
+            ratio = actuator.number("mechanicalReduction", 1.0)
+            if ratio != 1.0:
+                problem = (
+                    f"its reduction {ratio:g} is left out: a motor's torque is the joint's here"
+                )
+                actuator.warning("reduction-left-out", problem)
+    return named
+
+
+def _of_ros2(robot: Node) -> list[Node]:
+    return [
+        joint
+        for control in robot.all("ros2_control")
+        for joint in control.all("joint")
+        if any(c.attribute("name", "") in DRIVING for c in joint.all("command_interface"))
+    ]

@@ -1,0 +1,307 @@
+"""Writer of URDF: links, inertias, joints, limits, damping, motors, meshes.
+
+What URDF has no words for, muscles above all, is in a cardsflow.xml beside it: what an SDF's plugin
+holds, so that both together read back as the robot.
+
+The root link is called `world`. A joint that moves has the name of its coordinate, so that joint
+states by name are q by name; URDF has no order of joints. A joint of several motions becomes a
+chain, see `joint_chains`. The frame of a URDF link is that of the joint that carries it: a link
+whose frame lies elsewhere is written in that joint's frame, its inertia and meshes with it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ...checks.check import require_valid
+from ...files import write_files
+from ...finding import Finding, Subject
+from ...finding_builders import warning
+from ...model.coupling import all_values
+from ...model.function import ITSELF, Function, Polynomial, derivatives
+from ...model.joint import Coordinate
+from ...model.pose import IDENTITY, Pose
+from ...model.robot import GRAVITY, WORLD, Inertia, Link, Mesh, Robot, Shape
+from ...model.rotations import normalized
+from ...transforms.joint_chains import SingleJoint, single_joints
+from ...transforms.simplify import joint_frames
+from ..sdf.plugin import plugin_content
+from ..sdf.write_joints import has_one_effort, needs_words
+from ..writing.common_losses import chained_joints, loops
+from ..writing.file_names import file_name
+from ..writing.xml_text import document, element, numbers
+
+NO_LIMIT = 1e16
+"""The value of a limit that is none: in [rad], [m], [N·m], [N], [rad/s] or [m/s]."""
+
+
+def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> list[Path]:
+    """Write `<name>.urdf`, and a cardsflow.xml where there is something for it.
+
+    Raises as `write_document`; the URDF is the first file returned.
+    """
+    require_valid(robot)
+    framed = joint_frames(robot)
+    files = {file_name(robot.name if name is None else name, "urdf"): urdf_text(robot)}
+    if _needs_more(framed):
+        files["cardsflow.xml"] = _beside(framed)
+    return write_files(folder, files)
+
+
+def urdf_text(robot: Robot) -> str:
+    """A valid robot as URDF, without what is in the cardsflow.xml."""
+    return _urdf(joint_frames(robot))
+
+
+def urdf_losses(robot: Robot) -> list[Finding]:
+    """What URDF cannot hold of a valid robot.
+
+    With the cardsflow.xml beside it nothing is lost to CARDSFlow but loop joints and the place of
+    link frames.
+    """
+    return [
+        *_driven(robot),
+        *loops(robot, "URDF"),
+        *chained_joints(robot, "URDF"),
+        *_held_beside(robot),
+        *_moved_frames(robot),
+        *_coordinates(robot),
+        *_renamed_joints(robot),
+    ]
+
+
+def _needs_more(robot: Robot) -> bool:
+    """Whether there is something that URDF has no words for."""
+    return bool(_beyond(robot)) or any(
+        needs_words(joint) or any(c.rest for c in joint.coordinates) for joint in robot.joints
+    )
+
+
+def _beyond(robot: Robot) -> list[str]:
+    """What other programs do not see."""
+    several = {
+        "muscles": robot.cable_sets,
+        "wrap surfaces": robot.wrap_surfaces,
+        "task frames": robot.task_sets,
+        "far ends of links": [link for link in robot.links if link.end is not None],
+        "functions of coordinates": robot.driven_joints,
+        "springs": [c for c in robot.all_coordinates if c.stiffness],
+        "armatures": [c for c in robot.all_coordinates if c.armature],
+        "forces beyond a range": [c for c in robot.all_coordinates if c.limit_force],
+        "initial values": [c for c in robot.coordinates if c.initial],
+        "motors' bounds": [c for c in robot.coordinates if not has_one_effort(c)],
+    }
+    gravity = ["gravity"] if robot.gravity != GRAVITY else []
+    return gravity + [word for word, group in several.items() if group]
+
+
+def _held_beside(robot: Robot) -> Iterator[Finding]:
+    beyond = _beyond(robot)
+    if beyond:
+        problem = (
+            f"URDF has no {', '.join(beyond)}: they are in the cardsflow.xml beside it, which "
+            "CARDSFlow reads with it and others do not"
+        )
+        yield warning(Subject("robot", robot.name), "held-beside-urdf", problem)
+
+
+def _moved_frames(robot: Robot) -> Iterator[Finding]:
+    for joint in robot.joints:
+        if joint.T_child_joint != IDENTITY:
+            problem = f"its URDF frame is that of joint {joint.name!r}, not its own"
+            yield warning(Subject("link", joint.child), "link-frame-moved", problem)
+
+
+def _coordinates(robot: Robot) -> Iterator[Finding]:
+    for c in robot.coordinates:
+        subject = Subject("coordinate", c.name)
+        if _is_limited(c) and not (math.isfinite(c.lower) and math.isfinite(c.upper)):
+            problem = f"URDF limits both sides or none; the open one is {NO_LIMIT!r}"
+            yield warning(subject, "one-sided-limit", problem)
+
+
+def _driven(robot: Robot) -> Iterator[Finding]:
+    """Motions and couplings that other programs see as straight lines, or not at all."""
+    for single in single_joints(robot, whole=True):
+        c, motion = single.coordinate, single.motion
+        if c is None or motion is None:
+            continue
+        subject = Subject("coordinate", c.name)
+        if single.name == c.name and motion.function != ITSELF:
+            problem = "other programs have its motion in its place, from another zero or otherwise"
+            yield warning(subject, "motion-for-coordinate", problem)
+        if single.name == c.name and len(c.coupling) > 1 and not c.locked:
+            problem = "URDF's mimic follows one joint; to other programs it moves freely"
+            yield warning(subject, "coupling-left-out", problem)
+        function = _followed(single)[1]
+        if function is not None and not _is_line(function):
+            problem = (
+                f"URDF's mimic is a line: joint {single.name!r} is one to other programs, "
+                "along the function where the robot starts"
+            )
+            yield warning(subject, "mimic-is-a-line", problem)
+    held = [c.name for c in robot.all_coordinates if c.locked]
+    if held:
+        problem = "URDF locks no joints; these have limits without room to other programs: "
+        yield warning(Subject("robot", robot.name), "lock-as-limits", problem + ", ".join(held))
+
+
+def _is_line(function: Function) -> bool:
+    return isinstance(function, Polynomial) and len(function.coefficients) <= 2
+
+
+def _followed(single: SingleJoint) -> tuple[str, Function | None]:
+    """The joint that a single one follows, and how; None where it follows none."""
+    c, motion = single.coordinate, single.motion
+    if c is None or motion is None:
+        return "", None
+    if single.name != c.name:
+        return c.name, motion.function
+    if len(c.coupling) == 1 and not c.locked:
+        return c.coupling[0].coordinate, c.coupling[0].function
+    return "", None
+
+
+def _renamed_joints(robot: Robot) -> Iterator[Finding]:
+    given = {single.child: single.name for single in single_joints(robot)}
+    for joint in robot.joints:
+        if joint.type == "fixed" and given[joint.child] != joint.name:
+            problem = f"a coordinate has its name; written as {given[joint.child]!r}"
+            yield warning(Subject("joint", joint.name), "renamed", problem)
+
+
+def _beside(robot: Robot) -> str:
+    """The text of the cardsflow.xml."""
+    root = element(None, "cardsflow")
+    singles = iter(single_joints(robot, whole=True))
+    movers = {
+        joint.name: [next(singles).name for _ in range(max(1, len(joint.motions)))]
+        for joint in robot.joints
+    }
+    plugin_content(root, robot, movers, springs=True)
+    return document(root)
+
+
+def _urdf(robot: Robot) -> str:
+    root = element(None, "robot", name=robot.name)
+    element(root, "link", name=WORLD)
+    singles = single_joints(robot, whole=True)
+    starts = all_values(robot, {c.name: c.initial for c in robot.coordinates})
+    links = {link.name for link in robot.links}
+    for link in robot.links:
+        _link(root, link)
+    for single in singles:
+        if single.child not in links:
+            _inertial(element(root, "link", name=single.child), Inertia(0.0))
+    for single in singles:
+        _joint(root, single, starts)
+    for c in robot.motors:
+        _transmission(root, c)
+    return document(root)
+
+
+def _transmission(root: ElementTree.Element, c: Coordinate) -> None:
+    """A motor, as ROS has them."""
+    node = element(root, "transmission", name=f"{c.name}_transmission")
+    element(node, "type", "transmission_interface/SimpleTransmission")
+    joint = element(node, "joint", name=c.name)
+    element(joint, "hardwareInterface", "hardware_interface/EffortJointInterface")
+    motor = element(node, "actuator", name=f"{c.name}_motor")
+    element(motor, "mechanicalReduction", 1.0)
+
+
+def _link(root: ElementTree.Element, link: Link) -> None:
+    node = element(root, "link", name=link.name)
+    _inertial(node, link.inertia)
+    for mesh in link.meshes:
+        _mesh(node, mesh)
+    for shape in link.shapes:
+        _shape(node, shape)
+
+
+def _inertial(link: ElementTree.Element, inertia: Inertia) -> None:
+    """Zeros are written as well: a link without `inertial` weighs 1 kg to DART."""
+    node = element(link, "inertial")
+    _origin(node, Pose(inertia.com))
+    element(node, "mass", value=numbers([inertia.mass]))
+    (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = inertia.matrix
+    entries = {"ixx": ixx, "ixy": ixy, "ixz": ixz, "iyy": iyy, "iyz": iyz, "izz": izz}
+    element(node, "inertia", None, **{entry: numbers([x]) for entry, x in entries.items()})
+
+
+def _mesh(link: ElementTree.Element, mesh: Mesh) -> None:
+    node = element(link, mesh.role, **({"name": mesh.name} if mesh.name else {}))
+    _origin(node, mesh.pose)
+    element(element(node, "geometry"), "mesh", filename=mesh.uri, scale=numbers(mesh.scale))
+    if mesh.color is not None:
+        name = f"{link.get('name')} {len(link)}"
+        material = element(node, "material", name=name)
+        element(material, "color", rgba=numbers(mesh.color))
+
+
+def _shape(link: ElementTree.Element, shape: Shape) -> None:
+    node = element(link, "collision")
+    _origin(node, shape.pose)
+    sizes = {"size": numbers(shape.sizes)}
+    if shape.kind != "box":
+        sizes = {n: numbers([s]) for n, s in zip(("radius", "length"), shape.sizes, strict=False)}
+    element(element(node, "geometry"), shape.kind, None, **sizes)
+
+
+def _joint(root: ElementTree.Element, single: SingleJoint, starts: Mapping[str, float]) -> None:
+    node = element(root, "joint", name=single.name, type=_type(single))
+    _origin(node, single.T_parent_joint)
+    element(node, "parent", link=single.parent)
+    element(node, "child", link=single.child)
+    if single.motion is None or single.coordinate is None:
+        return
+    c = _shown(single.name, single.coordinate)
+    element(node, "axis", xyz=numbers(normalized(single.motion.axis)))
+    leader, function = _followed(single)
+    if function is not None:
+        at = starts[leader]
+        f, slope, _ = derivatives(function, at)
+        line = function.coefficients if isinstance(function, Polynomial) else ()
+        offset, slope = (*line, 0.0)[:2] if 0 < len(line) <= 2 else (f - slope * at, slope)
+        words = {"multiplier": numbers([slope]), "offset": numbers([offset])}
+        element(node, "mimic", None, joint=leader, **words)
+    effort = {"effort": _effort(c), "velocity": NO_LIMIT}
+    if node.get("type") != "continuous":
+        limits = {"lower": max(c.lower, -NO_LIMIT), "upper": min(c.upper, NO_LIMIT)} | effort
+        element(node, "limit", None, **{key: numbers([value]) for key, value in limits.items()})
+    elif effort["effort"] < NO_LIMIT:
+        element(node, "limit", None, **{key: numbers([value]) for key, value in effort.items()})
+    friction = {"friction": numbers([c.friction])} if c.friction else {}
+    element(node, "dynamics", damping=numbers([c.damping]), **friction)
+
+
+def _type(single: SingleJoint) -> str:
+    if single.motion is None or single.coordinate is None:
+        return "fixed"
+    if single.motion.kind == "translation":
+        return "prismatic"
+    shown = _shown(single.name, single.coordinate)
+    return "revolute" if _is_limited(shown) else "continuous"
+
+
+def _shown(name: str, c: Coordinate) -> Coordinate:
+    """The coordinate in a joint element; an empty one in a joint that follows it."""
+    if name != c.name:
+        return Coordinate(name)
+    return replace(c, lower=c.initial, upper=c.initial) if c.locked else c
+
+
+def _effort(coordinate: Coordinate) -> float:
+    return min(max(abs(coordinate.tau_min), abs(coordinate.tau_max)), NO_LIMIT)
+
+
+def _is_limited(coordinate: Coordinate) -> bool:
+    return math.isfinite(coordinate.lower) or math.isfinite(coordinate.upper)
+
+
+def _origin(parent: ElementTree.Element, pose: Pose) -> None:
+    element(parent, "origin", xyz=numbers(pose.position), rpy=numbers(pose.rpy))

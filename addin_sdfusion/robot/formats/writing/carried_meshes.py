@@ -1,0 +1,97 @@
+"""Meshes that go with a robot to where it is written, with URIs that find them there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from ...errors import InputError
+from ...files import write_files
+from ...finding import Finding, Subject
+from ...finding_builders import warning
+from ...mesh_files import MODEL_URIS, is_file, mesh_bytes, mesh_file, own_name
+from ...model.robot import Robot
+
+Opens = Callable[[str, bytes], bool]
+
+
+@dataclass
+class CarriedMeshes:
+    """The meshes of a robot that are carried.
+
+    Attributes:
+        folder: Folder of the robot's file; meshes that lie elsewhere stay where they are.
+        files: Each file, by its place in the robot's folder, which is that in the new one.
+        names: These names by the robot's URIs.
+        left: What keeps a file from being carried, by the robot's URIs.
+    """
+
+    folder: Path
+    files: dict[str, Path] = field(default_factory=dict)
+    names: dict[str, str] = field(default_factory=dict)
+    left: dict[str, str] = field(default_factory=dict)
+
+    @staticmethod
+    def of(robot: Robot, folder: Path) -> CarriedMeshes:
+        """The meshes of a robot that are there, lie in its folder, and are meshes."""
+        carried = CarriedMeshes(folder)
+        for uri in dict.fromkeys(mesh.uri for link in robot.links for mesh in link.meshes):
+            file = mesh_file(uri, folder, [folder])
+            if not is_file(file):
+                continue
+            try:
+                mesh_bytes(file, [folder])
+            except InputError as error:
+                carried.left[uri] = error.what
+                continue
+            name = file.resolve().relative_to(folder.resolve()).as_posix()
+            carried.names[uri], carried.files[name] = name, file
+        return carried
+
+    def opened(self, opens: Opens) -> dict[str, str]:
+        """The names of the files that a program opens, by themselves, for writers' `meshes`."""
+        return {
+            name: name
+            for name, file in self.files.items()
+            if opens(file.suffix.lower(), mesh_bytes(file, [self.folder]))
+        }
+
+    def applied(self, robot: Robot, *, keeps_models: bool) -> Robot:
+        """The robot with the new names for its URIs.
+
+        Args:
+            robot: The robot.
+            keeps_models: Whether URIs of models stay; they mean a file in the robot's folder too.
+        """
+        links = []
+        for link in robot.links:
+            meshes = tuple(
+                mesh
+                if keeps_models and self._is_found_as(mesh.uri)
+                else replace(mesh, uri=self.names.get(mesh.uri, mesh.uri))
+                for mesh in link.meshes
+            )
+            links.append(replace(link, meshes=meshes))
+        return replace(robot, links=tuple(links))
+
+    def losses(self, robot: Robot) -> Iterator[Finding]:
+        """The meshes that are not carried."""
+        for uri, reason in self.left.items():
+            problem = f"mesh {uri!r} does not come along: {reason}"
+            yield warning(Subject("robot", robot.name), "mesh-not-carried", problem)
+
+    def write(self, folder: Path) -> list[Path]:
+        """Write the files; InputError where the folder cannot be written, or has links in it."""
+        written = []
+        for name, file in self.files.items():
+            place = folder / name
+            for parent in place.parents[: len(Path(name).parts) - 1]:
+                if parent.is_symlink():  # whoever gave the folder would choose what is written over
+                    raise InputError("is a link; remove it, or choose another folder", file=parent)
+            data = mesh_bytes(file, [self.folder])
+            written += write_files(place.parent, {place.name: data})
+        return written
+
+    def _is_found_as(self, uri: str) -> bool:
+        return uri.startswith(MODEL_URIS) and self.names.get(uri) == own_name(uri)

@@ -1,0 +1,32 @@
+"""Functions of coordinates as elements of the plugin.
+
+kind polynomial: coefficients as text, the constant first. kind simm_spline or piecewise_linear: x
+and y of the points as attributes. An element without a kind is the coordinate itself.
+"""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+from ...model.function import ITSELF, Function, PiecewiseLinear, Polynomial, SimmSpline
+from .xml_text import element, numbers
+
+POLYNOMIAL = "polynomial"
+POINT_KINDS: dict[str, type[SimmSpline | PiecewiseLinear]] = {
+    "simm_spline": SimmSpline,
+    "piecewise_linear": PiecewiseLinear,
+}
+
+
+def function_element(
+    parent: ElementTree.Element, tag: str, function: Function, **attributes: str
+) -> ElementTree.Element:
+    """Add an element that holds a function, besides other attributes."""
+    if function == ITSELF:
+        return element(parent, tag, None, **attributes)
+    if isinstance(function, Polynomial):
+        text = numbers(function.coefficients)
+        return element(parent, tag, text, **attributes, kind=POLYNOMIAL)
+    kind = next(kind for kind, type_ in POINT_KINDS.items() if isinstance(function, type_))
+    points = {"x": numbers(function.x), "y": numbers(function.y)}
+    return element(parent, tag, None, **attributes, kind=kind, **points)

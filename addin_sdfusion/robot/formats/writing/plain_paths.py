@@ -1,0 +1,55 @@
+"""Paths of muscles for formats that lack some of what paths can depend on."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from dataclasses import replace
+
+from ...model.muscle import Muscle, ViaPoint
+from ...model.robot import Robot
+
+
+def with_plain_paths(robot: Robot, held: Container[str] = ()) -> Robot:
+    """The robot with paths as a format has them, and no point twice in a row.
+
+    Two via points at one place may differ in their conditions, in how they move, or in the branch
+    that they belong to; where a format has none of that the second one is in the way.
+
+    Args:
+        robot: The robot.
+        held: What of `conditions`, `moves` and `branches` the format holds.
+    """
+    sets = (
+        replace(group, muscles=tuple(_plain(muscle, held) for muscle in group.muscles))
+        for group in robot.cable_sets
+    )
+    return replace(robot, cable_sets=tuple(sets))
+
+
+def _plain(muscle: Muscle, held: Container[str]) -> Muscle:
+    points = [_point(point, held) for point in muscle.via_points]
+    branches = muscle.branches if "branches" in held else ()
+    begins = {branch.point for branch in branches}
+    places: list[int] = []  # of each via point, among those that stay
+    kept: list[ViaPoint] = []
+    for k, point in enumerate(points):
+        if not kept or k in begins or replace(point, friction=kept[-1].friction) != kept[-1]:
+            kept.append(point)
+        places.append(len(kept) - 1)
+    if len(kept) == len(points):
+        return replace(muscle, via_points=tuple(points), branches=branches)
+    wraps = (
+        replace(
+            wrap,
+            segment=places[wrap.segment],
+            last_segment=wrap.last_segment and places[wrap.last_segment],
+        )
+        for wrap in muscle.wraps
+    )
+    branches = tuple(replace(branch, point=places[branch.point]) for branch in branches)
+    return replace(muscle, via_points=tuple(kept), wraps=tuple(wraps), branches=branches)
+
+
+def _point(point: ViaPoint, held: Container[str]) -> ViaPoint:
+    when = point.when if "conditions" in held else None
+    return replace(point, when=when, moves=point.moves if "moves" in held else ())

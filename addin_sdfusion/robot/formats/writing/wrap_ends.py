@@ -1,0 +1,137 @@
+"""Via points inside of wrap surfaces, where other programs take another path.
+
+Here a surface shrinks so that it passes through the point, and the length has no jump; OpenSim and
+MuJoCo run straight as soon as an end is inside. How far the two are apart depends on the pose: it
+is looked for at the initial values of the coordinates and at others within their limits.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator
+
+from ...finding import Finding, Subject
+from ...finding_builders import warning
+from ...model.joint import Coordinate
+from ...model.link_poses import link_poses
+from ...model.muscle import Muscle, Wrap, WrapSurface
+from ...model.pose import Vector3
+from ...model.robot import WORLD, Robot
+from .wrap_side import ends_on
+
+POSES = 40
+"""How many are looked at beside the initial one."""
+LEAST = 1e-9
+"""In [m]: less is no difference."""
+WIDE = {"rad": math.pi / 2.0, "m": 0.2}
+"""How far from its initial value a coordinate without limits goes."""
+
+
+def ends_inside(robot: Robot, format_: str) -> Iterator[Finding]:
+    """Wraps that are straight in another format where an end of their segment is inside."""
+    outer = [(m, wrap) for m in robot.muscles for wrap in m.wraps if _is_smooth(robot, wrap)]
+    if not outer:
+        return
+    postures = list(_postures(robot))
+    poses = [link_poses(robot, posture) for posture in postures]
+    unseen = []
+    for muscle, wrap in outer:
+        surface = robot.wrap_surface(wrap.surface)
+        sizes = [_difference(surface, wrap, *ends_on(robot, muscle, wrap, p)) for p in poses]
+        k = max(range(len(sizes)), key=sizes.__getitem__)
+        moving = _moving(robot, muscle, wrap, surface)
+        if sizes[k] > LEAST:
+            problem = (
+                f"where an end is inside {surface.name!r}, {format_} runs straight and this "
+                f"simulation round what is left of it: {sizes[0]:.2g} m apart at the initial values"
+            )
+            if k:
+                place = ", ".join(f"{c.name} = {postures[k][c.name]:.3g} {c.unit}" for c in moving)
+                problem += f", {sizes[k]:.2g} m at {place}"
+            yield warning(Subject("muscle", muscle.name), "via-point-inside-wrap", problem)
+        elif moving:
+            unseen.append(muscle.name)
+    if unseen:
+        problem = (
+            f"at none of {len(poses)} poses is an end of these inside its wrap surface; at one "
+            f"that is, {format_} would run straight: {', '.join(map(repr, dict.fromkeys(unseen)))}"
+        )
+        yield warning(Subject("robot", robot.name), "ends-move-near-wraps", problem)
+
+
+def _is_smooth(robot: Robot, wrap: Wrap) -> bool:
+    """Whether an end inside makes the surface shrink."""
+    surface = robot.wrap_surface(wrap.surface)
+    return wrap.rule == "taut" and not wrap.inside and surface.shape != "ellipsoid"
+
+
+def _postures(robot: Robot) -> Iterator[dict[str, float]]:
+    """The initial values, and others within the limits."""
+    yield {c.name: c.initial for c in robot.coordinates}
+    drawn = random.Random(0)
+    for _ in range(POSES):
+        yield {c.name: drawn.uniform(*_range(c)) for c in robot.coordinates}
+
+
+def _range(c: Coordinate) -> tuple[float, float]:
+    wide = WIDE[c.unit]
+    lower = c.lower if math.isfinite(c.lower) else min(c.initial, c.upper) - wide
+    return lower, c.upper if math.isfinite(c.upper) else max(c.initial, lower) + wide
+
+
+def _difference(surface: WrapSurface, wrap: Wrap, A: Vector3, B: Vector3) -> float:
+    """How much longer the path over the shrunk surface is than the straight line, in [m].
+
+    Args:
+        surface: What it wraps over.
+        wrap: The wrap, outside of the surface.
+        A: The end before it, in the surface's frame.
+        B: The end behind it, likewise.
+
+    Returns:
+        0 where no end is inside, and where the straight line clears what is left of the surface.
+    """
+    h = 0.0
+    if surface.shape == "cylinder":
+        a, b, h = (A[0], A[1], 0.0), (B[0], B[1], 0.0), B[2] - A[2]
+    else:
+        a, b = A, B
+    ra, rb, across = math.hypot(*a), math.hypot(*b), math.dist(a, b)
+    R = min(ra, rb)
+    if not 0.0 < R < surface.radius or across == 0.0:
+        return 0.0
+    inner = sum(x * y for x, y in zip(a, b, strict=True))
+    nearest = min(max((ra * ra - inner) / across**2, 0.0), 1.0)  # on the straight line, 0 to 1
+    R = min(R, _radius_at(surface, A[2] + nearest * h))
+    passes = math.hypot(*(x + nearest * (y - x) for x, y in zip(a, b, strict=True)))
+    if R == 0.0 or passes >= R or nearest in (0.0, 1.0):
+        return 0.0
+    turn = math.acos(max(-1.0, min(1.0, inner / (ra * rb))))
+    if surface.shape == "cylinder" and wrap.side * (a[0] * b[1] - a[1] * b[0]) < 0.0:
+        turn = 2.0 * math.pi - turn
+    angle = turn - math.acos(R / ra) - math.acos(R / rb) + 2.0 * math.pi * wrap.turns
+    planar = math.sqrt(ra * ra - R * R) + math.sqrt(rb * rb - R * R) + R * angle
+    return math.hypot(planar, h) - math.hypot(across, h)
+
+
+def _radius_at(surface: WrapSurface, z: float) -> float:
+    """The radius at a height: a cylinder is tapered beyond its ends."""
+    beyond = abs(z) - surface.length / 2.0
+    if surface.shape == "sphere" or beyond <= 0.0:
+        return surface.radius
+    if beyond >= surface.radius:
+        return 0.0
+    return 0.5 * surface.radius * (1.0 + math.cos(math.pi * beyond / surface.radius))
+
+
+def _moving(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> list[Coordinate]:
+    """The coordinates of q that move an end against the surface."""
+    above: dict[str, frozenset[str]] = {WORLD: frozenset()}
+    for joint in robot.joints:
+        above[joint.child] = above[joint.parent] | {joint.name}
+    ends = muscle.via_points[wrap.segment : wrap.segment + 2]
+    between = frozenset[str]().union(*(above[end.link] ^ above[surface.link] for end in ends))
+    moved = [c for joint in robot.joints if joint.name in between for c in joint.coordinates]
+    names = {term.coordinate for c in moved for term in c.coupling} | {c.name for c in moved}
+    return [c for c in robot.coordinates if c.name in names]

@@ -1,1 +1,0 @@
-"""Reader of CASPR's XML files."""

@@ -1,1 +1,0 @@
-"""OpenSim's .osim files."""

@@ -1,1 +1,0 @@
-"""SDF for Gazebo, and the muscles in its plug-in's file."""
