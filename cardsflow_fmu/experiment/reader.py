@@ -18,6 +18,8 @@ from cardsflow_fmu.signals.estimation import estimation_wiring
 from cardsflow_fmu.signals.ports import load_signals
 from cardsflow_fmu.signals.world import wrench_signals
 from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_duration
+from sim_dart.plant.settings import refuse_rk4
+from sim_dart.scene import Scene
 
 from .carried_files import mesh_roots, named_files, require_carried, require_closed, require_own
 from .loops import closing_dynamics, with_dependent, with_resting_points
@@ -139,7 +141,7 @@ def experiment_settings(
     world = {}
     if data.get("world"):
         world = _world(tables, robot, mains[0].parent, roots, context)
-    plant = _plant(data.get("plant", {}), context, robot, run, has_world=bool(world))
+    plant = _plant(data.get("plant", {}), context, robot, run, world.get("scene"))
     hardware = read_hardware(data.get("hardware", {}), context, run.step)
     folder = mains[0].parent if tables.robots is None else None
     estimator = _estimator(data.get("estimator"), tables, context, robot, folder, run)
@@ -250,7 +252,7 @@ def _world(
 
 
 def _plant(
-    data: Mapping[str, Any], context: Context, robot: Robot, run: RunSettings, *, has_world: bool
+    data: Mapping[str, Any], context: Context, robot: Robot, run: RunSettings, scene: Scene | None
 ) -> PlantSettings:
     settings = PlantSettings.read({"step": run.step, **data}, context, "plant")
     links = [link.name for link in robot.links]
@@ -260,18 +262,12 @@ def _plant(
     if taken:
         what = f"{sorted(taken)[0]!r} is the force on a task point of the same name; rename one"
         raise context.error("plant.wrenches", what)
-    rough = [c.name for c in robot.coordinates if c.friction]
-    if settings.integrator == "rk4" and rough:
-        what = f"rk4 knows no Coulomb friction, and {', '.join(rough)} has some; use 'euler'"
-        raise context.error("plant.integrator", what)
-    cables = [muscle.name for muscle in robot.muscles if muscle.bend_friction]
-    if settings.integrator == "rk4" and cables:
-        what = f"rk4 knows no friction of cables, and {', '.join(cables)} has some; use 'euler'"
-        raise context.error("plant.integrator", what)
-    if settings.integrator == "rk4" and has_world:
-        what = "rk4 knows no contacts, and there is a [world]; use 'euler'"
-        raise context.error("plant.integrator", what)
-    if settings.engine == "core" and has_world:
+    if settings.integrator == "rk4":
+        try:
+            refuse_rk4(settings.engine, scene, robot)
+        except InputError as error:
+            raise context.error("plant.integrator", str(error)) from None
+    if settings.engine == "core" and scene is not None:
         raise context.error("plant.engine", 'the core has no contacts; use engine = "dart"')
     require_multiple(
         run.step,

@@ -108,7 +108,7 @@ class CoreSteps:
 
     Args:
         mechanism: What to move.
-        rule: `euler` or `rk4`, as in `integrators`.
+        rule: `euler`, semi-implicit; or `rk4`, the classical rule of fourth order.
         step: h, in [s].
         substeps: Steps of the rule in one; everything but commands and loads is evaluated anew.
         balance: Energy balance to add the work to; None for none.

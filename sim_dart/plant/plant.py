@@ -1,8 +1,8 @@
 """The plant: a robot pulled by its muscles, in the C core or in a DART world.
 
 M(q) qdd + C + G + D qd = -L(q)^T f + A tau + J_p(q)^T w, with the tensions f as the muscles' laws
-make them of commands, lengths, speeds and states of their own; by semi-implicit Euler steps, or of
-fourth order where there are no contacts: see `integrators`. L, J_p and f are evaluated anew at
+make them of commands, lengths, speeds and states of their own; by semi-implicit Euler steps, or, in
+the core, of fourth order: see `integrators`. L, J_p and f are evaluated anew at
 every step. Joint limits are inelastic stops. Joints that close loops hold exactly, in the core.
 """
 
@@ -24,9 +24,9 @@ from sim_dart.scene import Scene
 from .core_mechanism import CoreMechanism, CoreSteps
 from .dart_mechanism import DartMechanism
 from .energy import Energy, EnergyBalance
-from .integrators import Integrator, RungeKutta4, SemiImplicitEuler, refuse_friction
+from .integrators import Integrator, SemiImplicitEuler
 from .mechanism import DivergedError, ExternalForces, Mechanism, Momentum
-from .settings import Engine, Rule, check_step, chosen_engine, refuse_loops_in_dart
+from .settings import Engine, Rule, check_step, chosen_engine, refuse_loops_in_dart, refuse_rk4
 
 
 class Plant:
@@ -35,7 +35,7 @@ class Plant:
     Args:
         robot: The robot; its active cable set counts.
         step: Length of a step, in [s].
-        integrator: `euler`, semi-implicit, with contacts; or `rk4`, of fourth order, without.
+        integrator: `euler`, semi-implicit; or `rk4`, of fourth order, with the engine `core`.
         substeps: Steps of the integrator in a step of the plant, with commands held; a million at
             most.
         energy: Whether the work done on the robot is summed up, for `energy`.
@@ -79,12 +79,10 @@ class Plant:
         self._step = float(step)
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
         self._actuated = [k for k, c in enumerate(robot.coordinates) if c.actuated]
-        if scene is not None and integrator != "euler":
-            raise InputError(f"{integrator} does not support contacts; use euler with a scene")
-        if integrator == "rk4":
-            refuse_friction(robot)
         self._balance = EnergyBalance(robot) if energy else None
         self.engine = chosen_engine(engine, scene, robot)
+        if integrator == "rk4":
+            refuse_rk4(self.engine, scene, robot)
         self._mechanism: Mechanism
         self._integrator: Integrator
         self.world: World | EmptyWorld
@@ -94,25 +92,20 @@ class Plant:
             self._integrator = CoreSteps(mechanism, integrator, step, substeps, self._balance)
         else:
             refuse_loops_in_dart(robot, scene)
-            self._build_in_dart(integrator, substeps, scene, wrenched)
+            self._build_in_dart(substeps, scene, wrenched)
         self._laws = self._mechanism.laws
         self._task_rows = task_rows(robot)
         self._task_values = self._mechanism.core.array("task_values", 3 * len(robot.task_frames))
         self._advance = self._integrator.step
         self.reset()
 
-    def _build_in_dart(
-        self, rule: Rule, substeps: int, scene: Scene | None, wrenched: Sequence[str]
-    ) -> None:
+    def _build_in_dart(self, substeps: int, scene: Scene | None, wrenched: Sequence[str]) -> None:
         """Make mechanism, world and integrator in DART."""
         mechanism = DartMechanism(self.robot, apart=scene is not None, wrenched=wrenched)
         world = World(mechanism.skeleton, self.robot, self._step / substeps, scene)
         self._mechanism, self.world = mechanism, world
-        if rule == "euler":
-            parts = mechanism, world, self._step, substeps, self._balance
-            self._integrator = SemiImplicitEuler(*parts)
-        else:
-            self._integrator = RungeKutta4(mechanism, self._step, substeps, self._balance)
+        parts = mechanism, world, self._step, substeps, self._balance
+        self._integrator = SemiImplicitEuler(*parts)
 
     @property
     def step_size(self) -> float:

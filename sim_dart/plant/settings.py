@@ -20,6 +20,8 @@ ENGINES: tuple[Engine, ...] = get_args(Engine)
 
 Rule = Literal["euler", "rk4"]
 
+_USE_EULER = 'use integrator = "euler"'
+
 MOST_SUBSTEPS = 1_000_000
 """The bound of native plants too."""
 
@@ -84,6 +86,31 @@ def refuse_loops_in_dart(robot: Robot, scene: Scene | None) -> None:
         why = 'not the engine "dart"' if lacking is None else f"which has no {lacking}"
         problem = f'closes a loop, which the engine "core" alone computes, {why}'
         raise InputError(f"joint {robot.loops[0].name!r}: {problem}")
+
+
+def refuse_rk4(engine: str, scene: Scene | None, robot: Robot) -> None:
+    """Refuse what the integrator `rk4` does not have.
+
+    Args:
+        engine: The engine.
+        scene: The scene around the robot; None for none.
+        robot: The robot.
+
+    Raises:
+        InputError: The C core, which alone has `rk4`, does not compute the plant; or it has
+            friction that no explicit rule can hold at rest: Coulomb friction jumps with the sign of
+            the velocity, friction of cables turns round within a fraction of a millimetre.
+    """
+    lacking = core_lacks(scene, robot) or ('the engine "dart"' if engine == "dart" else None)
+    if lacking is not None:
+        raise InputError(f"rk4 does not support {lacking}; {_USE_EULER}")
+    cables = [muscle.name for muscle in robot.muscles if muscle.bend_friction]
+    rough = [c.name for c in robot.coordinates if c.friction]
+    for kind, names in (("friction of cables", cables), ("Coulomb friction", rough)):
+        if names:
+            raise InputError(
+                f"rk4 does not support {kind}, and {', '.join(names)} has some; {_USE_EULER}"
+            )
 
 
 def core_lacks(scene: Scene | None, robot: Robot) -> str | None:

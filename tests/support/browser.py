@@ -125,7 +125,7 @@ class Page:
 @contextlib.contextmanager
 def opened_browser(folder: Path, size: tuple[int, int] = (1000, 700)) -> Iterator[Page]:
     """A tab of a browser of its own, with its profile in a folder; skips without Chromium."""
-    client = pytest.importorskip("websockets.sync.client", reason="needs the extra `viewer`")
+    client = pytest.importorskip("websockets.sync.client", reason="needs websockets")
     if CHROMIUM is None:
         pytest.skip("chromium is not installed")
     command = [CHROMIUM, *_FLAGS, f"--user-data-dir={folder / 'profile'}", "about:blank"]

@@ -29,7 +29,7 @@ class PlantSettings(Table):
     friction_scale: tuple[FromZero, ...] = each(
         "muscle", "factor on friction of cables that the controller does not know", 1.0
     )
-    integrator: Rule = setting("rk4: of fourth order, without contacts", "euler")
+    integrator: Rule = setting("rk4: of fourth order, with the engine core", "euler")
     engine: Engine = setting("auto: the core where there are no contacts", "auto")
     substeps: Annotated[int, Field(ge=1, le=MOST_SUBSTEPS), AS_WHOLE] = setting(
         "steps of the integrator in an internal step, with commands held", 1

@@ -94,9 +94,7 @@ def with_law(folder: Path, model: Any, pattern: str = "*", **settings: Any) -> E
 
 
 @pytest.mark.parametrize(
-    "settings",
-    [{}, pytest.param({"plant.integrator": "rk4", "plant.substeps": 2}, marks=pytest.mark.slow)],
-    ids=["euler", "rk4"],
+    "settings", [{}, pytest.param({"plant.substeps": 2}, marks=pytest.mark.slow)]
 )
 def test_a_shipped_law_written_in_python_gives_its_results(
     folder: Path, settings: dict[str, Any]

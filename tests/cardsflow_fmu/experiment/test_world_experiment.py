@@ -325,7 +325,10 @@ BAD_WORLDS: list[tuple[dict[str, Any], str]] = [
     ({"ground": {"hight": 0.1}}, "did you mean 'height'"),
 ]
 BAD_SETTINGS: list[tuple[dict[str, Any], str]] = [
-    ({"world": {"friction": 1.0}, "plant.integrator": "rk4"}, "rk4 knows no contacts"),
+    (
+        {"world": {"friction": 1.0}, "plant.integrator": "rk4"},
+        "rk4 does not support worlds with contacts",
+    ),
     ({"plant.wrenches": ["lnk_2"]}, "plant.wrenches: no link 'lnk_2'"),
     ({"plant.wrenches": "link_2"}, "plant.wrenches: must be a list of names"),
     ({"robots": []}, "there is a \\[robot\\] as well"),

@@ -363,11 +363,6 @@ def test_a_robot_that_diverges_in_a_world_is_named_with_time_and_coordinate() ->
         steps(plant, 100, [1e300])
 
 
-def test_rk4_does_not_support_contacts() -> None:
-    with pytest.raises(InputError, match="rk4 does not support contacts"):
-        Plant(two_link_arm(), integrator="rk4", scene=Scene())
-
-
 def test_substeps_divide_the_worlds_step() -> None:
     """Ten substeps of 1 ms are ten steps of 1 ms."""
     coarse, fine = world_of(thrown(), 1e-3), Plant(block(), 1e-2, substeps=10, scene=thrown())

@@ -15,7 +15,9 @@ from addin_sdfusion.robot import InputError, Robot, SimulationError, UnknownName
 from addin_sdfusion.robot.model.muscle import CableModel
 from sim_dart import Plant, Scene
 
-RULES: Any = pytest.mark.parametrize("rule", ["euler", "rk4"])
+ENGINES_AND_RULES: Any = pytest.mark.parametrize(
+    ("engine", "rule"), [("core", "euler"), ("core", "rk4"), ("dart", "euler")]
+)
 CLOSE = 1e-9  # in [rad] and [m]
 
 
@@ -37,15 +39,13 @@ def go_together(plants: tuple[Plant, Plant], steps: int, *inputs: Any, **more: A
 
 @pytest.mark.cases(10)
 @pytest.mark.slow
-@RULES
 @pytest.mark.parametrize("seed", range(20))
-def test_a_thousand_steps_of_a_damped_tree_are_those_of_dart(seed: int, rule: Any) -> None:
+def test_a_thousand_steps_of_a_damped_tree_are_those_of_dart(seed: int) -> None:
     """With springs, loads on a point, wrenches on two links, and motors."""
     robot = with_coordinates(random_tree(seed, damping=2.0), actuated=True)
     robot = with_coordinates(robot, stiffness=0.5, rest=0.1)
     rng = np.random.default_rng(seed)
-    step = 1e-3 if rule == "euler" else 2e-4  # its damping is explicit
-    plants = both(robot, step=step, integrator=rule, wrenched=("link_0", "link_1"))
+    plants = both(robot, step=1e-3, wrenched=("link_0", "link_1"))
     q, _, f = random_state(robot, rng)
     for plant in plants:
         plant.reset(q)
@@ -58,12 +58,11 @@ def test_a_thousand_steps_of_a_damped_tree_are_those_of_dart(seed: int, rule: An
 
 
 @pytest.mark.slow
-@RULES
 @pytest.mark.parametrize("robot", [planar_2r(), random_robot(2, joints=4)])
-def test_joint_limits_stop_core_and_dart_alike(robot: Robot, rule: Any) -> None:
+def test_joint_limits_stop_core_and_dart_alike(robot: Robot) -> None:
     """An arm falls onto its stops, and rests there."""
     limited = with_coordinates(robot, lower=-0.4, upper=0.4, damping=0.05)
-    plants = both(limited, integrator=rule)
+    plants = both(limited)
     start = np.full(len(robot.coordinates), 0.1)
     for plant in plants:
         plant.reset(start)
@@ -73,13 +72,12 @@ def test_joint_limits_stop_core_and_dart_alike(robot: Robot, rule: Any) -> None:
 
 
 @pytest.mark.slow
-@RULES
-def test_substeps_laws_and_energies_are_those_of_dart(rule: Any) -> None:
+def test_substeps_laws_and_energies_are_those_of_dart() -> None:
     """Energies, momenta, tensions and states of elastic muscles under a load."""
     model = CableModel("elastic_cable", (("stiffness", 1e3), ("damping", 5.0)))
     robot = with_coordinates(planar_2r(), damping=0.1, stiffness=0.3, rest=0.2)
     robot = robot.with_muscles([replace(muscle, model=model) for muscle in robot.muscles])
-    core, dart = both(robot, integrator=rule, substeps=3, energy=True)
+    core, dart = both(robot, substeps=3, energy=True)
     commands = core.commands
     for _ in range(300):
         for plant in (core, dart):
@@ -103,14 +101,14 @@ def test_energies_and_momenta_equal_darts(seed: int) -> None:
         np.testing.assert_allclose(ours, theirs, rtol=1e-11, atol=1e-11)
 
 
-@RULES
+@pytest.mark.parametrize("rule", ["euler", "rk4"])
 def test_a_state_of_the_core_comes_back_bit_by_bit(rule: Any) -> None:
     plant = Plant(planar_2r(), integrator=rule, engine="core", energy=True)
     f = np.array([30.0, 10.0, 20.0, 10.0])
     steps(plant, 30, f, loads=[1.0, 0.0, 2.0])
     saved = plant.get_state()
     check_repeats(plant, 30, f)
-    other = Plant(planar_2r(), integrator=rule, engine="dart", energy=True)
+    other = Plant(planar_2r(), engine="dart", energy=True)
     other.set_state(saved)  # the same numbers in the same order
     assert np.array_equal(other.get_state(), saved)
 
@@ -124,9 +122,8 @@ def test_a_load_that_ends_does_not_stay() -> None:
     assert np.array_equal(pushed.get_state(), free.get_state())
 
 
-@RULES
+@ENGINES_AND_RULES
 @pytest.mark.parametrize("force", [1e250, 1e300])
-@pytest.mark.parametrize("engine", ["core", "dart"])
 def test_a_diverging_plant_names_time_and_coordinate(engine: Any, force: float, rule: Any) -> None:
     endless = with_coordinates(planar_2r(), lower=-np.inf, upper=np.inf)
     plant = Plant(endless, integrator=rule, engine=engine)
@@ -137,9 +134,8 @@ def test_a_diverging_plant_names_time_and_coordinate(engine: Any, force: float, 
     assert np.isfinite(plant.q).all()
 
 
-@RULES
+@ENGINES_AND_RULES
 @pytest.mark.parametrize("push", ["loads", "wrenches"])
-@pytest.mark.parametrize("engine", ["core", "dart"])
 def test_a_force_that_is_not_finite_ends_the_run(engine: Any, push: str, rule: Any) -> None:
     """DART by itself takes an acceleration that is no number for none."""
     plant = Plant(planar_2r(), integrator=rule, engine=engine, wrenched=["link_2"])

@@ -254,7 +254,6 @@ def test_a_state_comes_back_bit_by_bit() -> None:
     np.testing.assert_array_equal(*rows)
 
 
-@pytest.mark.parametrize("engine", ["auto", "core", "dart"])
-def test_rk4_is_refused(engine: Any) -> None:
+def test_rk4_is_refused() -> None:
     with pytest.raises(InputError, match=r"rk4 does not support Coulomb friction.*rail"):
-        Plant(slider(1.0), integrator="rk4", engine=engine)
+        Plant(slider(1.0), integrator="rk4")

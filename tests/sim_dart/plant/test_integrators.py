@@ -31,8 +31,7 @@ from addin_sdfusion.robot import (
     revolute,
 )
 from addin_sdfusion.robot.model.muscle import CableModel
-from sim_dart import DartDynamics, Plant
-from sim_dart.plant.integrators import stopped
+from sim_dart import DartDynamics, Plant, Scene
 
 SPAN, HELD = 8.0, 0.01
 DRIVEN = (0.05, 0.1)
@@ -372,22 +371,16 @@ def test_an_rk4_plant_stops_at_its_limits_as_an_euler_plant_does() -> None:
     np.testing.assert_allclose(ends[1], ends[0], atol=2e-3)
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_a_stop_is_the_least_impulse_that_keeps_the_joints_in(seed: int) -> None:
-    """N qd+ >= 0, p >= 0 and p'(N qd+) = 0; energy is never won."""
-    rng = np.random.default_rng(seed)
-    B = rng.normal(size=(5, 5))
-    M = B @ B.T + 0.1 * np.eye(5)
-    rows = rng.permutation(5)[: rng.integers(1, 6)]
-    N = np.eye(5)[rows] * rng.choice([-1.0, 1.0], len(rows))[:, None]
-    qd = rng.normal(size=5)
-    after = stopped(qd, np.linalg.inv(M), N)
-    p = np.linalg.lstsq(N.T, M @ (after - qd), rcond=None)[0]
-    np.testing.assert_allclose(N.T @ p, M @ (after - qd), atol=1e-9)
-    assert (N @ after >= -1e-9).all()
-    assert (p >= -1e-9).all()
-    assert abs(p @ (N @ after)) < 1e-9
-    assert after @ M @ after <= qd @ M @ qd + 1e-12
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"engine": "dart"}, 'rk4 does not support the engine "dart"; use integrator = "euler"'),
+        ({"scene": Scene()}, 'rk4 does not support worlds with contacts; use integrator = "euler"'),
+    ],
+)
+def test_rk4_needs_the_core(changed: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Plant(planar_2r(), integrator="rk4", **changed)
 
 
 def test_wrong_settings_are_refused() -> None:

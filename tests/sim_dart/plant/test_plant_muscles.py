@@ -15,7 +15,9 @@ from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.model.muscle import CableKind, CableModel
 from sim_dart import DartDynamics, MuscleDrive, Plant
 
-pytestmark = pytest.mark.usefixtures("every_engine")
+every_engine = pytest.mark.usefixtures("every_engine")
+WAYS: Any = [("core", "euler"), ("core", "rk4"), ("dart", "euler")]
+"""Engines and integrators that go together."""
 
 HILL = {"max_isometric_force": 400.0, "fibre_damping": 0.1}
 LIGAMENT = {"linear_stiffness": 300.0}
@@ -62,6 +64,7 @@ def some_commands(plant: Plant) -> np.ndarray:
     return high * rng.uniform(0.1, 0.6, 4)
 
 
+@every_engine
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_step_uses_the_tensions_that_the_plant_reports(name: str) -> None:
     """qd+ = qd + h M^-1 (-L'f - C - G), f at the beginning, with the command of the step."""
@@ -79,15 +82,15 @@ def test_a_step_uses_the_tensions_that_the_plant_reports(name: str) -> None:
         np.testing.assert_allclose(plant.qd, expected, rtol=1e-9, atol=1e-10)
 
 
+@every_engine
 def test_the_pressure_of_a_pneumatic_muscle_follows_its_set_point_however_the_robot_moves() -> None:
     """It is u + (p0 - u) exp(-t / tau), whatever the step."""
     robot = modelled(planar_2r(), "mckibben", pressure_time_constant=0.03)
-    for integrator, h, close in (
-        ("euler", 1e-3, 1e-12),
-        ("euler", 7e-3, 1e-12),
-        ("rk4", 1e-3, 1e-7),
+    for plant, h, close in (
+        (Plant(robot, 1e-3), 1e-3, 1e-12),
+        (Plant(robot, 7e-3), 7e-3, 1e-12),
+        (Plant(robot, 1e-3, integrator="rk4", engine="core"), 1e-3, 1e-7),
     ):
-        plant = Plant(robot, h, integrator=integrator)  # type: ignore[arg-type]
         p0, u = plant.muscle_states, np.array([1e3, 2e3, 3e3, 1e3])
         steps(plant, 40, u)
         expected = u + (p0 - u) * np.exp(-40 * h / 0.03)
@@ -95,10 +98,10 @@ def test_the_pressure_of_a_pneumatic_muscle_follows_its_set_point_however_the_ro
         assert 1e-3 < np.abs(plant.q).max() < np.pi
 
 
-@pytest.mark.parametrize("integrator", ["euler", "rk4"])
+@pytest.mark.parametrize(("engine", "integrator"), WAYS)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_state_goes_back_bit_by_bit(name: str, integrator: Any) -> None:
-    plant = Plant(ROBOTS[name](), 2e-4, integrator=integrator, energy=True)
+def test_state_goes_back_bit_by_bit(name: str, engine: Any, integrator: Any) -> None:
+    plant = Plant(ROBOTS[name](), 2e-4, integrator=integrator, energy=True, engine=engine)
     u = some_commands(plant)
     steps(plant, 20, u)
     check_repeats(plant, 20, u)
@@ -110,17 +113,19 @@ def test_state_goes_back_bit_by_bit(name: str, integrator: Any) -> None:
 def test_both_integrators_go_the_same_way(name: str) -> None:
     """The one with laws' own rules, the other with their time derivatives: the same equations."""
     ends = []
-    for integrator, h in (("euler", 1e-4), ("rk4", 1e-4)):
-        plant = Plant(ROBOTS[name](), h, integrator=integrator)  # type: ignore[arg-type]
+    for engine, integrator in WAYS:
+        plant = Plant(ROBOTS[name](), 1e-4, integrator=integrator, engine=engine)
         u = some_commands(plant)
         steps(plant, 1000, u)
         ends.append(plant)
-    euler, rk4 = ends
+    core, rk4, dart = ends
     moved = max(np.abs(rk4.q).max(), 1e-3)
-    np.testing.assert_allclose(euler.q, rk4.q, rtol=0, atol=0.02 * moved)
-    np.testing.assert_allclose(euler.tensions, rk4.tensions, rtol=0.02, atol=0.05)
+    for euler in (core, dart):
+        np.testing.assert_allclose(euler.q, rk4.q, rtol=0, atol=0.02 * moved)
+        np.testing.assert_allclose(euler.tensions, rk4.tensions, rtol=0.02, atol=0.05)
 
 
+@every_engine
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name != "ligament"])
 def test_muscles_begin_at_rest_with_their_smallest_forces(name: str) -> None:
     robot = ROBOTS[name]()
@@ -146,6 +151,7 @@ def test_the_nearest_tension_is_held_where_none_fits(elastic: float) -> None:
     np.testing.assert_allclose(drive.resting_commands(np.zeros(2), np.zeros(4)), 0.0, atol=1e-9)
 
 
+@every_engine
 def test_passive_muscles_take_no_command() -> None:
     robot = ROBOTS["ligament"]()
     plant, same = Plant(robot), Plant(robot)
@@ -156,6 +162,7 @@ def test_passive_muscles_take_no_command() -> None:
     assert plant.tensions.max() > 0.0
 
 
+@every_engine
 def test_ideal_cables_beside_others_have_their_commanded_tension() -> None:
     robot = ROBOTS["elastic_cable"]()
     first, *others = robot.muscles
@@ -168,6 +175,7 @@ def test_ideal_cables_beside_others_have_their_commanded_tension() -> None:
     assert plant.muscle_state_names == ()
 
 
+@every_engine
 def test_ideal_cables_alone_make_the_same_steps_as_among_laws() -> None:
     """The way of the C core without laws against the one with them."""
     robot = random_robot(4, joints=4, muscles=5)
@@ -182,11 +190,12 @@ def test_ideal_cables_alone_make_the_same_steps_as_among_laws() -> None:
     np.testing.assert_array_equal(alone.tensions, np.maximum(f, 0.0))
 
 
+@every_engine
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_commands_that_are_not_finite_are_refused_and_the_plant_stays(bad: float) -> None:
     plant = Plant(ROBOTS["mckibben"]())
     before = plant.get_state()
-    for integrator_plant in (plant, Plant(plant.robot, integrator="rk4")):
+    for integrator_plant in (plant, Plant(plant.robot, integrator="rk4", engine="core")):
         with pytest.raises(InputError, match=r"cable_2.*not finite"):
             integrator_plant.step([0.0, bad, 0.0, 0.0])
     np.testing.assert_array_equal(plant.get_state(), before)
@@ -194,6 +203,7 @@ def test_commands_that_are_not_finite_are_refused_and_the_plant_stays(bad: float
         plant.reset(commands=[0.0, bad, 0.0, 0.0])
 
 
+@every_engine
 def test_a_muscle_state_that_is_not_finite_is_refused() -> None:
     plant = Plant(ROBOTS["mckibben"]())
     state = plant.get_state()
@@ -239,6 +249,7 @@ def test_elastic_cables_give_back_no_more_than_they_took(damping: float) -> None
         assert levels[-1] == pytest.approx(levels[0], abs=1e-4)
 
 
+@every_engine
 @pytest.mark.parametrize(
     "name", ["mckibben", "hill_degroote2016", "hill, elastic tendon", "series_elastic_motor"]
 )
