@@ -20,7 +20,7 @@ IDS = ("cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport")
 DEFINE, CHECK, EXPORT = IDS
 
 
-def state(fusion: Any) -> tuple[Any, ...]:
+def state(fusion: Any) -> tuple[Any, Any]:
     """What the user interface holds."""
     ui = fusion.app.userInterface
     definitions = [ui.commandDefinitions.item(i).id for i in range(ui.commandDefinitions.count)]
@@ -28,7 +28,7 @@ def state(fusion: Any) -> tuple[Any, ...]:
         (panel.id, [panel.controls.item(i).id for i in range(panel.controls.count)])
         for panel in (ui.allToolbarPanels.item(i) for i in range(ui.allToolbarPanels.count))
     ]
-    return definitions, panels, ui.palettes.count
+    return definitions, panels
 
 
 def done(command: Any) -> None:
@@ -55,7 +55,7 @@ def test_start_and_stop_leave_no_trace(fusion: Any) -> None:
         for _ in range(2):
             addin_sdfusion.run(None)
             addin_sdfusion.run(None)
-            definitions, panels, _ = state(fusion)
+            definitions, panels = state(fusion)
             assert set(IDS) <= set(definitions)
             assert dict(panels)["SolidScriptsAddinsPanel"][-3:] == list(IDS)
             addin_sdfusion.stop(None)

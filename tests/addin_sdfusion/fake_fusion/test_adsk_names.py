@@ -179,9 +179,7 @@ def test_fake_modules_hold_classes_only() -> None:
         assert names == set(CLASSES[name])
 
 
-@pytest.mark.parametrize(
-    ("cls", "member"), [("Occurrence", "transform"), ("Sketch", "project"), ("Palettes", "add")]
-)
+@pytest.mark.parametrize(("cls", "member"), [("Occurrence", "transform"), ("Sketch", "project")])
 def test_retired_members_are_absent(cls: str, member: str) -> None:
     adsk_modules()
     found = {**CLASSES["adsk.core"], **CLASSES["adsk.fusion"]}[cls]

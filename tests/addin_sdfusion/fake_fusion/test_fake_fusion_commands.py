@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -138,19 +137,12 @@ def occurrence(design: Any, name: str) -> Any:
 # Transactions ------------------------------------------------------------------------------------
 
 
-def moved_home(design: Any) -> None:
-    import adsk.core
-
-    occurrence(design, "upper").transform2 = adsk.core.Matrix3D.create()
-
-
 EDITS: dict[str, Callable[[Any], Any]] = {
     "a point": lambda d: add_point(occurrence(d, "base").bRepBodies[0].vertices[0], "VP"),
     "an attribute": lambda d: d.attributes.add("CARDSFlow", "muscles", "[]"),
     "graphics": lambda d: d.rootComponent.customGraphicsGroups.add(),
     "a light bulb": lambda d: setattr(occurrence(d, "upper"), "isLightBulbOn", False),
     "a name": lambda d: setattr(occurrence(d, "upper").component, "name", "x"),
-    "a pose": moved_home,
     "a sketch": lambda d: d.rootComponent.sketches[0].deleteMe(),
     "a user's point": lambda d: occurrence(d, "lower").component.constructionPoints[0].deleteMe(),
     "a joint": lambda d: setattr(d.rootComponent.joints[0], "isSuppressed", True),
@@ -327,16 +319,6 @@ def test_another_command_ends_the_first(commands: Commands) -> None:
     assert "execute" in commands.events  # isExecutedWhenPreEmpted
 
 
-def test_terminated_command_is_closed(commands: Commands) -> None:
-    designs.things_to_pick()
-    command = commands.run()
-    ui = commands.fake.app.userInterface
-    assert ui.activeCommand == ID
-    ui.terminateActiveCommand()
-    assert not command.is_open
-    assert ui.activeCommand == "SelectCommand"
-
-
 # Selections and inputs ---------------------------------------------------------------------------
 
 
@@ -375,26 +357,6 @@ def test_inputs_of_the_event_are_those_beside_the_changed_one(commands: Commands
     assert seen == [("link", 5, None)]
 
 
-def test_inputs_hold_what_they_may(commands: Commands) -> None:
-    designs.things_to_pick()
-    command = commands.run()
-    assert command.chosen("link") == ["base"]
-    command.set("link", "upper")
-    assert command.chosen("link") == ["upper"]
-    with pytest.raises(Refused, match="no item"):
-        command.set("link", "nothing")
-    with pytest.raises(RuntimeError, match="out of range"):
-        command.set("number", 11)
-    with pytest.raises(TypeError, match="value"):
-        command["number"].value = 1.5
-    with pytest.raises(AttributeError, match=r"StringValueCommandInput has no member 'text'"):
-        _ = command["name"].text
-    command["name"].isEnabled = False
-    with pytest.raises(Refused, match="disabled"):
-        command.set("name", "x")
-    command.press("clear")
-
-
 def test_ids_are_unique_and_filters_known(fusion: Fake) -> None:
     caught: list[str] = []
 
@@ -407,6 +369,9 @@ def test_ids_are_unique_and_filters_known(fusion: Fake) -> None:
             lambda: inputs.addSelectionInput("s", "S", "").addSelectionFilter("Vertexes"),
             lambda: inputs.addTableCommandInput("t", "T", 2, "1,2"),
             lambda: inputs.itemById("s").addSelection(fusion.design.rootComponent),
+            lambda: inputs.addTableCommandInput("u", "U", 2, "1:2").addCommandInput(
+                inputs.itemById("s"), 0, 0
+            ),
         ):
             with pytest.raises(RuntimeError) as error:
                 wrong()
@@ -415,54 +380,10 @@ def test_ids_are_unique_and_filters_known(fusion: Fake) -> None:
     dialog(fusion, created).run()
     assert [text.split()[4] for text in caught[:3]] == ["id", "filter", "columnRatio"]
     assert "commandCreated" in caught[3]
-
-
-def test_tables_hold_cells_by_row_and_column(fusion: Fake) -> None:
-
-    def created(args: Any) -> None:
-        inputs = args.command.commandInputs
-        table = inputs.addTableCommandInput("t", "T", 2, "1:2")
-        for row in range(3):
-            for column in range(2):
-                cell = inputs.addStringValueInput(f"c{row}{column}", "", f"{row}{column}")
-                table.addCommandInput(cell, row, column)
-        table.addToolbarCommandInput(inputs.addBoolValueInput("add", "Add", False))
-        with pytest.raises(RuntimeError, match="cannot be used within a table"):
-            table.addCommandInput(inputs.addSelectionInput("s", "S", ""), 5, 0)
-        inputs.itemById("s").setSelectionLimits(0, 0)
-
-    command = dialog(fusion, created).run()
-    assert command.table("t") == [["00", "01"], ["10", "11"], ["20", "21"]]
-    command.row("t", 1)
-    assert command["t"].selectedRow == 1
-    command.set(command.cell("t", 2, 1).id, "new")
-    command["t"].deleteRow(0)
-    assert command.table("t") == [["10", "11"], ["20", "new"]]
-    assert command["t"].getPosition(command.cell("t", 1, 1)) == (True, 1, 1, 0, 0)
-    assert "c00" not in command.ids()
-    with pytest.raises(RuntimeError, match="selectedRow"):
-        command["t"].selectedRow = 2
-    command["t"].clear()
-    assert command["t"].rowCount == 0
+    assert "cannot be used within a table" in caught[4]
 
 
 # Construction points -----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("seed", [None, 3])
-def test_points_are_where_they_were_put(fusion: Fake, seed: int | None) -> None:
-    design = designs.things_to_pick(seed)
-    upper, lower = occurrence(design, "upper"), occurrence(design, "lower")
-    circle, ball = upper.bRepBodies[0].edges[0], upper.bRepBodies[1].faces[0]
-    with fusion.transaction():
-        for entity, expected in (
-            (circle, circle.geometry.center),
-            (ball, ball.geometry.origin),
-            (lower.bRepBodies[0].faces[0], lower.bRepBodies[0].faces[0].geometry.origin),
-        ):
-            made = add_point(entity, "VP")
-            placed = made.createForAssemblyContext(entity.assemblyContext)
-            assert xyz(placed.geometry) == pytest.approx(xyz(expected))
 
 
 def test_mixed_contexts_are_refused(fusion: Fake) -> None:
@@ -533,46 +454,7 @@ def test_assembly_designs_take_no_points(fusion: Fake) -> None:
 # Graphics ----------------------------------------------------------------------------------------
 
 
-def test_custom_graphics_are_drawn_and_undone(fusion: Fake) -> None:
-    import adsk.core
-    import adsk.fusion
-
-    root = designs.single_cube().rootComponent
-    coordinates = adsk.fusion.CustomGraphicsCoordinates.create([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
-    color = adsk.core.Color.create(255, 0, 0, 255)
-    with pytest.raises(RuntimeError, match="colours"):
-        adsk.core.Color.create(256, 0, 0, 255)
-    with fusion.transaction():
-        group = root.customGraphicsGroups.add()
-        lines = group.addLines(coordinates, [0, 1], True, [2])
-        lines.weight = 2.5
-        lines.color = adsk.fusion.CustomGraphicsSolidColorEffect.create(color)
-        with pytest.raises(RuntimeError, match="indexList"):
-            group.addLines(coordinates, [0, 2], True, [2])
-        with pytest.raises(TypeError, match="weight"):
-            lines.weight = "2"
-        group.addText("1", "Arial", 0.5, adsk.core.Matrix3D.create())
-    assert group.count == 2
-    assert (lines.weight, lines.color.color.red) == (2.5, 255)
-    fusion.undo()
-    assert root.customGraphicsGroups.count == 0
-
-
 # Dialogs -----------------------------------------------------------------------------------------
-
-
-def test_messages_are_recorded_and_answered(fusion: Fake) -> None:
-    import adsk.core
-
-    ui = fusion.app.userInterface
-    assert ui.messageBox("done") == adsk.core.DialogResults.DialogOK
-    buttons = adsk.core.MessageBoxButtonTypes.YesNoButtonType
-    assert ui.messageBox("sure?", "Title", buttons) == adsk.core.DialogResults.DialogYes
-    fusion.world.message_answers.append(adsk.core.DialogResults.DialogNo)
-    assert ui.messageBox("sure?", "Title", buttons) == adsk.core.DialogResults.DialogNo
-    assert fusion.messages == ["done", "sure?", "sure?"]
-    adsk.core.Application.log("a line")
-    assert fusion.log == ["a line"]
 
 
 @pytest.mark.parametrize(("low", "high"), [(0, 0), (1, 0), (5, 5)])
@@ -580,59 +462,6 @@ def test_progress_needs_a_range(fusion: Fake, low: int, high: int) -> None:
     dialog = fusion.app.userInterface.createProgressDialog()
     with pytest.raises(RuntimeError, match="3 : invalid argument minimumValue or maximumValue"):
         dialog.show("Export", "%p", low, high, 1)
-
-
-def test_progress_can_be_cancelled(fusion: Fake) -> None:
-    fusion.world.cancel_progress_after = 3
-    dialog = fusion.app.userInterface.createProgressDialog()
-    dialog.show("Export", "%v of %m", 0, 10)
-    for k in range(1, 4):
-        assert not dialog.wasCancelled
-        dialog.progressValue = k
-    assert dialog.wasCancelled
-    dialog.hide()
-    (record,) = fusion.world.progress
-    assert (record.values, record.hidden) == ([1, 2, 3], True)
-    with pytest.raises(RuntimeError, match="progressValue"):
-        dialog.progressValue = 11
-
-
-def test_folders_and_files_are_answered(fusion: Fake, tmp_path: Path) -> None:
-    import adsk.core
-
-    fusion.world.folder_answers.extend([str(tmp_path), None])
-    dialog = fusion.app.userInterface.createFolderDialog()
-    assert dialog.showDialog() == adsk.core.DialogResults.DialogOK
-    assert dialog.folder == str(tmp_path)
-    assert dialog.showDialog() == adsk.core.DialogResults.DialogCancel
-    assert dialog.showDialog() == adsk.core.DialogResults.DialogCancel
-    fusion.world.file_answers.append("table.csv")
-    files = fusion.app.userInterface.createFileDialog()
-    files.filter = "CSV (*.csv)"
-    assert files.showOpen() == adsk.core.DialogResults.DialogOK
-    assert files.filename == "table.csv"
-
-
-def test_buttons_come_and_go(fusion: Fake, tmp_path: Path) -> None:
-    ui = fusion.app.userInterface
-    made = ui.commandDefinitions.addButtonDefinition(ID, "Points", "tip")
-    with pytest.raises(RuntimeError, match="invalid argument id"):
-        ui.commandDefinitions.addButtonDefinition(ID, "Points", "tip")
-    with pytest.raises(RuntimeError, match="invalid argument id"):
-        ui.commandDefinitions.addButtonDefinition("a b", "Points", "tip")
-    with pytest.raises(RuntimeError, match="16x16"):
-        ui.commandDefinitions.addButtonDefinition("other", "Points", "tip", str(tmp_path))
-    workspace = ui.workspaces.itemById("FusionSolidEnvironment")
-    panel = workspace.toolbarPanels.itemById("SolidScriptsAddinsPanel")
-    control = panel.controls.addCommand(made, "ScriptsManagerCommand", False)
-    control.isPromoted = True
-    assert fusion.buttons() == ["ScriptsManagerCommand", ID]
-    control.deleteMe()
-    made.deleteMe()
-    assert fusion.buttons() == ["ScriptsManagerCommand"]
-    assert ui.commandDefinitions.itemById(ID) is None
-    assert not control.isValid
-    assert not made.isValid
 
 
 def test_wrong_handlers_are_refused(fusion: Fake) -> None:
@@ -655,13 +484,3 @@ def test_command_without_inputs_is_executed_at_once(fusion: Fake) -> None:
     command = made.run()
     assert made.events == ["commandCreated", "execute", "destroy"]
     assert not command.is_open
-
-
-def test_palettes_are_shown_and_deleted(fusion: Fake) -> None:
-    palettes = fusion.app.userInterface.palettes
-    palette = palettes.add2("table", "Muscles", "table.html", True, True, True, 300, 400)
-    palette.sendInfoToHTML("rows", "[]")
-    assert palettes.itemById("table").isVisible
-    assert fusion.world.ui.palettes[0].sent == [("rows", "[]")]
-    palette.deleteMe()
-    assert palettes.count == 0

@@ -13,7 +13,7 @@ from .model.component import Product
 from .model.data import DesignData
 from .model.entity import wrap
 from .state import world
-from .ui.events import CustomEvent, DocumentEvent, Listeners, event
+from .ui.events import DocumentEvent, Listeners, event
 from .ui.ui import UserInterface
 
 _UNITS = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54, "ft": 30.48, "rad": 1.0, "deg": 0.0}
@@ -102,9 +102,6 @@ class Viewport(Base):
     def camera(self, value: Camera) -> None:
         world().camera = {k: getattr(value, f"_{k}") for k in ("target", "eye", "fit", "smooth")}
 
-    def fit(self) -> bool:
-        return True
-
 
 def _document_event(name: str) -> property:
     def fget(self: Any) -> Any:
@@ -139,19 +136,6 @@ class Application(Base):
     documentClosed = _document_event("documentClosed")
     documentOpened = _document_event("documentOpened")
     documentSaved = _document_event("documentSaved")
-
-    def registerCustomEvent(self, eventId: str) -> Any:
-        if eventId in world().custom_events:
-            raise RuntimeError("3 : the custom event exists already")
-        world().custom_events[eventId] = Listeners()
-        return event(CustomEvent, eventId, self, world().custom_events[eventId])
-
-    def fireCustomEvent(self, eventId: str, additionalInfo: str = "") -> bool:
-        """The one thing that another thread may do; the event comes with the next doEvents."""
-        if eventId not in world().custom_events:
-            return False
-        world().fired.append((eventId, additionalInfo))
-        return True
 
     version = property(lambda _: "2.0.21550")
 

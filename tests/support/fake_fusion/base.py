@@ -188,7 +188,7 @@ def _call(where: str, function: Callable, *, bound: bool, alive: bool = True) ->
     if any(p.kind is p.VAR_POSITIONAL for p in parameters):
         parameters, required, checks = [], 0, []
     skip_life = where.endswith(".isValid")
-    any_thread = where in ("Application.get", "Application.fireCustomEvent")
+    any_thread = where == "Application.get"
 
     def guarded(*args: Any) -> Any:
         nonlocal checks

@@ -103,9 +103,6 @@ class Cylinder(Surface):
     axis = property(lambda self: vector(self._axis))
     radius = property(lambda self: self._radius)
 
-    def getData(self) -> tuple:
-        return (True, self.origin, self.axis, self._radius)
-
 
 @api("adsk.core")
 class Sphere(Surface):

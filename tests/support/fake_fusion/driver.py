@@ -28,7 +28,6 @@ from .ui.events import (
     CommandCreatedEventArgs,
     CommandEventArgs,
     InputChangedEventArgs,
-    KeyboardEventArgs,
     Selection,
     SelectionEventArgs,
     ValidateInputsEventArgs,
@@ -41,7 +40,6 @@ from .ui.inputs import (
     BoolValueCommandInput,
     InputData,
     TextBoxCommandInput,
-    ValueCommandInput,
     every_input,
 )
 
@@ -129,8 +127,6 @@ class Driver:
         view = data.view()
         if "items" in data.fields:
             self._choose(data, value)
-        elif isinstance(view, ValueCommandInput) and isinstance(value, str):
-            view.expression = value
         elif isinstance(view, TextBoxCommandInput):
             view.text = value
         else:
@@ -158,11 +154,6 @@ class Driver:
         self._changed(self.data.tab)
         if left is not None and left is not self.data.tab:
             self._changed(left)
-
-    def key(self, code: int, modifiers: int = 0) -> None:
-        """Press a key."""
-        fire(self.data.event("keyDown"), KeyboardEventArgs, code=code, modifiers=modifiers)
-        fire(self.data.event("keyUp"), KeyboardEventArgs, code=code, modifiers=modifiers)
 
     def ok(self) -> None:
         """Press OK.
@@ -220,8 +211,6 @@ class Driver:
                 least, _ = data.fields["limits"]
                 if len(data.fields["selections"]) < least:
                     return False
-            if data.cls is ValueCommandInput and not data.view().isValidExpression:
-                return False
         firing = self.data.event("validateInputs")
         args = fire(firing, ValidateInputsEventArgs, command=self.data.view())
         return bool(args._areInputsValid)

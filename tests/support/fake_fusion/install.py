@@ -23,7 +23,6 @@ from .model import (
 )
 from .state import replace_world, world
 from .ui import graphics
-from .ui.events import CustomEvent, CustomEventArgs, event, fire
 
 __all__ = [
     "app",
@@ -51,10 +50,6 @@ def do_events() -> None:
     """`adsk.doEvents`: lets the user interface live."""
     check_thread("adsk.doEvents")
     world().do_events += 1
-    fired, world().fired = world().fired, []
-    for name, info in fired:
-        firing = event(CustomEvent, name, app.Application.get(), world().custom_events[name])
-        fire(firing, CustomEventArgs, info=info)
 
 
 def adsk_modules() -> dict[str, types.ModuleType]:

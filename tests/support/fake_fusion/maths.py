@@ -72,17 +72,9 @@ class _Triple(Base):
     def copy(self) -> Any:
         return new(type(self), x=self._x, y=self._y, z=self._z)
 
-    def setWithArray(self, coordinates: list[float]) -> bool:
-        if len(coordinates) != 3:
-            raise RuntimeError("3 : invalid argument coordinates")
-        return self._set(coordinates)
-
     def _set(self, values: Any) -> bool:
         self._x, self._y, self._z = (float(v) for v in values)
         return True
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({self._x!r}, {self._y!r}, {self._z!r})"
 
 
 @api("adsk.core")
@@ -90,12 +82,6 @@ class Point3D(_Triple):
     @staticmethod
     def create(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Point3D:
         return point((x, y, z))
-
-    def set(self, x: float, y: float, z: float) -> bool:
-        return self._set((x, y, z))
-
-    def getData(self) -> tuple:
-        return (True, self._x, self._y, self._z)
 
     def asVector(self) -> Vector3D:
         return vector(xyz(self))
@@ -105,9 +91,6 @@ class Point3D(_Triple):
 
     def distanceTo(self, point: Point3D) -> float:
         return float(np.linalg.norm(xyz(point) - xyz(self)))
-
-    def isEqualTo(self, point: Point3D) -> bool:
-        return self.distanceTo(point) <= _TOLERANCE
 
     def transformBy(self, matrix: Matrix3D) -> bool:
         return self._set(apply(matrix._m, xyz(self)))
@@ -121,27 +104,8 @@ class Vector3D(_Triple):
 
     length = property(lambda self: math.sqrt(self._x**2 + self._y**2 + self._z**2))
 
-    def add(self, vector: Vector3D) -> bool:
-        return self._set(xyz(self) + xyz(vector))
-
-    def subtract(self, vector: Vector3D) -> bool:
-        return self._set(xyz(self) - xyz(vector))
-
     def scaleBy(self, scale: float) -> bool:
         return self._set(scale * xyz(self))
-
-    def normalize(self) -> bool:
-        length = self.length
-        return length > 0.0 and self._set(xyz(self) / length)
-
-    def dotProduct(self, vector: Vector3D) -> float:
-        return float(xyz(self) @ xyz(vector))
-
-    def crossProduct(self, vector: Vector3D) -> Vector3D:
-        return _vector(np.cross(xyz(self), xyz(vector)))
-
-    def isEqualTo(self, vector: Vector3D) -> bool:
-        return float(np.linalg.norm(xyz(vector) - xyz(self))) <= _TOLERANCE
 
     def transformBy(self, matrix: Matrix3D) -> bool:
         """Turned and scaled, not moved."""
@@ -211,12 +175,6 @@ class Matrix3D(Base):
     def asArray(self) -> tuple:
         return tuple(self._m.ravel().tolist())
 
-    def setWithArray(self, cells: list[float]) -> bool:
-        if len(cells) != 16:
-            raise RuntimeError("3 : invalid argument cells")
-        self._m = np.array(cells, dtype=float).reshape(4, 4)
-        return True
-
     def getCell(self, row: int, column: int) -> float:
         if not (0 <= row < 4 and 0 <= column < 4):
             raise RuntimeError("3 : invalid argument row or column")
@@ -248,56 +206,3 @@ class Matrix3D(Base):
         """This motion, then the other one: this = matrix · this."""
         self._m = matrix._m @ self._m
         return True
-
-    def isEqualTo(self, matrix: Matrix3D) -> bool:
-        return bool(np.allclose(self._m, matrix._m, rtol=0.0, atol=_TOLERANCE))
-
-    def getAsCoordinateSystem(self) -> tuple:
-        x, y, z, origin = (self._m[:3, k] for k in range(4))
-        return (point(origin), vector(x), vector(y), vector(z))
-
-    def setWithCoordinateSystem(
-        self, origin: Point3D, xAxis: Vector3D, yAxis: Vector3D, zAxis: Vector3D
-    ) -> bool:
-        self._m = _columns(origin, xAxis, yAxis, zAxis)
-        return True
-
-    def setToAlignCoordinateSystems(
-        self,
-        fromOrigin: Point3D,
-        fromXAxis: Vector3D,
-        fromYAxis: Vector3D,
-        fromZAxis: Vector3D,
-        toOrigin: Point3D,
-        toXAxis: Vector3D,
-        toYAxis: Vector3D,
-        toZAxis: Vector3D,
-    ) -> bool:
-        source = _columns(fromOrigin, fromXAxis, fromYAxis, fromZAxis)
-        self._m = _columns(toOrigin, toXAxis, toYAxis, toZAxis) @ np.linalg.inv(source)
-        return True
-
-    def setToRotation(self, angle: float, axis: Vector3D, origin: Point3D) -> bool:
-        if axis.length == 0.0:
-            return False
-        self._m = rotation(angle, xyz(axis), xyz(origin))
-        return True
-
-    def setToRotateTo(self, from_: Vector3D, to: Vector3D, axis: Vector3D | None = None) -> bool:
-        a, b = xyz(from_) / from_.length, xyz(to) / to.length
-        cross = np.cross(a, b)
-        if np.linalg.norm(cross) < 1e-12:
-            cross = xyz(axis) if axis is not None else frame((0, 0, 0), a)[:3, 0]
-            self._m = np.eye(4) if a @ b > 0.0 else rotation(math.pi, cross)
-            return True
-        self._m = rotation(math.atan2(np.linalg.norm(cross), a @ b), cross)
-        return True
-
-    def __repr__(self) -> str:
-        return f"Matrix3D({self._m.tolist()!r})"
-
-
-def _columns(origin: Any, x: Any, y: Any, z: Any) -> np.ndarray:
-    T = np.eye(4)
-    T[:3, 0], T[:3, 1], T[:3, 2], T[:3, 3] = xyz(x), xyz(y), xyz(z), xyz(origin)
-    return T

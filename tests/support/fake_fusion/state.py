@@ -95,7 +95,6 @@ class World:
         self.progress: list[ProgressRecord] = []
         self.cancel_progress_after: int | None = None
         self.do_events = 0
-        self.tokens: dict[str, tuple[Any, Any]] = {}
         self.undo_steps: list[list[Callable[[], None]]] = []
         self.journal: list[Callable[[], None]] | None = None
         self.why: str = ""
@@ -106,8 +105,6 @@ class World:
         self.in_design = True
         self.modeling_orientation = 1
         self.text_commands: list[str] = []
-        self.custom_events: dict[str, Any] = {}
-        self.fired: list[tuple[str, str]] = []
         self.document_events: dict[str, Any] = {}
         self.camera: dict[str, Any] = {
             "target": (0.0, 0.0, 0.0),

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from ..base import Base, api, new
 from ..collections_ import Items, listing, named
 from ..curves import bounding_box, curve_of, surface_of
@@ -106,16 +104,6 @@ class MeshManager(Base):
 
 @api("adsk.fusion")
 class TriangleMeshCalculator(Base):
-    @property
-    def surfaceTolerance(self) -> float:
-        return self._tolerance
-
-    @surfaceTolerance.setter
-    def surfaceTolerance(self, value: float) -> None:
-        if value < 0.0:
-            raise RuntimeError("3 : invalid argument surfaceTolerance")
-        self._tolerance = float(value)
-
     def setQuality(self, triangleMeshQuality: int) -> bool:
         if triangleMeshQuality not in _SEGMENTS:
             raise RuntimeError("3 : invalid argument triangleMeshQuality")
@@ -176,28 +164,11 @@ class BRepEdge(_Topology):
 class BRepFace(_Topology):
     geometry = property(lambda self: surface_of(self._data.geometry, self._T))
 
-    @property
-    def centroid(self) -> Any:
-        """The centroid of the area; for a whole cylinder, sphere or torus that is on its axis."""
-        return point(self._placed(self._data.geometry.origin))
-
     edges = property(lambda self: new(_FaceEdges(), body=self.body, face=self._data))
-
-    @property
-    def boundingBox(self) -> Any:
-        return bounding_box(self._placed(_on_face(self._data.geometry))[None, :])
 
 
 def _FaceEdges() -> type:
     return BRepEdges
-
-
-def _on_face(face: Any) -> np.ndarray:
-    if face.kind == "plane":
-        return face.origin
-    across = np.eye(3)[int(np.argmin(np.abs(face.axis)))]
-    across = across - (across @ face.axis) * face.axis
-    return face.origin + (face.radius + face.minor) * across / np.linalg.norm(across)
 
 
 @api("adsk.fusion")

@@ -34,11 +34,6 @@ class Snapshots(Base):
             world().set(occurrence, "captured", None, "Snapshots.add")
         return new(Snapshot)
 
-    def revertPendingSnapshot(self) -> bool:
-        world().require_edit("Snapshots.revertPendingSnapshot")
-        revert(self._design)
-        return True
-
 
 @api("adsk.fusion")
 class Snapshot(Base):

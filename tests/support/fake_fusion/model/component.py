@@ -11,11 +11,11 @@ import numpy as np
 
 from ..base import Base, api, by_name, edited, new
 from ..collections_ import Items, listing, named
-from ..maths import is_rigid, matrix
+from ..maths import matrix
 from ..state import world
 from .bodies import BRepBodies, MeshBodies
-from .data import ComponentData, DesignData, OccurrenceData, Path, paths_below, transform
-from .entity import Entity, Seen, WithName, _same, occurrence, wrap, wraps
+from .data import ComponentData, DesignData, OccurrenceData, paths_below, transform
+from .entity import Seen, WithName, occurrence, wrap, wraps
 from .physical import physical_properties
 
 
@@ -60,14 +60,6 @@ class Component(WithName, BaseComponent):
         _refuse_unresolved(data)
         return _listed(OccurrenceList, lambda: [occurrence(p) for p in paths_below(data)])
 
-    def allOccurrencesByComponent(self, component: Component) -> Any:
-        mine, other = self._data, component._data
-        _refuse_unresolved(mine)
-        return _listed(
-            OccurrenceList,
-            lambda: [occurrence(p) for p in paths_below(mine) if p[-1].component is other],
-        )
-
     motionLinks = property(lambda self: by_name("MotionLinks", component=self._data))
     tangentRelationships = property(
         lambda self: by_name("TangentRelationships", component=self._data)
@@ -90,11 +82,6 @@ class Component(WithName, BaseComponent):
     def allJoints(self) -> list:
         self._refuse_constraints("allJoints")
         return self._everywhere("joints")
-
-    @property
-    def allAsBuiltJoints(self) -> list:
-        self._refuse_constraints("allAsBuiltJoints")
-        return self._everywhere("as_built")
 
     allRigidGroups = property(lambda self: self._everywhere("groups"))
 
@@ -119,7 +106,7 @@ class Component(WithName, BaseComponent):
 
 @api("adsk.fusion")
 @wraps(OccurrenceData)
-class Occurrence(Entity):
+class Occurrence(Seen):
     """A component in a place. `_path` ends with the occurrence itself."""
 
     _component = property(lambda self: self._data.parent)
@@ -154,13 +141,6 @@ class Occurrence(Entity):
     def transform2(self) -> Any:
         return matrix(transform(self._path))
 
-    @transform2.setter
-    def transform2(self, value: Matrix3D) -> None:  # noqa: F821
-        if not is_rigid(value._m):
-            raise RuntimeError("3 : invalid argument transform2: it is not a rigid motion")
-        above = np.linalg.inv(transform(self._path[:-1]))
-        world().set(self._data, "T", above @ value._m, "Occurrence.transform2")
-
     @property
     def childOccurrences(self) -> Any:
         self._refuse_unresolved()
@@ -188,47 +168,11 @@ class Occurrence(Entity):
         self._refuse_unresolved()
         return physical_properties(self._data.component.mass(self._path), accuracy, self._T)
 
-    def _affecting(self, shelf: str, touches: Any) -> list:
-        """Joints or groups of the components above that touch this occurrence, as proxies."""
-        found = []
-        for k in range(len(self._path)):
-            above, below = self._path[:k], self._path[k:]
-            for item in getattr(below[0].parent, shelf):
-                if touches(item, below):
-                    found.append(wrap(item, above))
-        return found
-
-    @property
-    def joints(self) -> Any:
-        from .joints import JointList
-
-        found = self._affecting("joints", _joins)
-        return _listed(JointList, lambda: found)
-
-    @property
-    def asBuiltJoints(self) -> Any:
-        from .joints import AsBuiltJointList
-
-        found = self._affecting("as_built", _joins)
-        return _listed(AsBuiltJointList, lambda: found)
-
-    @property
-    def rigidGroups(self) -> Any:
-        from .joints import RigidGroupList
-
-        member = lambda group, path: any(_same(m, path) for m in group.members)  # noqa: E731
-        found = self._affecting("groups", member)
-        return _listed(RigidGroupList, lambda: found)
-
 
 def _refuse_unresolved(component: ComponentData) -> None:
     """One external reference without its document is enough [live]."""
     if any(path[-1].unresolved for path in paths_below(component)):
         raise RuntimeError("2 : InternalValidationError : occ")
-
-
-def _joins(joint: Any, path: Path) -> bool:
-    return _same(joint.one, path) or _same(joint.two, path)
 
 
 @api("adsk.fusion")
@@ -281,13 +225,6 @@ class Design(Product):
         from ..app import document_of
 
         return document_of(self._data)
-
-    def findEntityByToken(self, entityToken: str) -> list:
-        found = world().tokens.get(entityToken)
-        if found is None:
-            return []
-        entity = wrap(*found)
-        return [] if entity._is_gone() else [entity]
 
     def findAttributes(self, groupName: str, attributeName: str) -> list:
         """Attributes of entities, not the design's own; empty matches all, `re:` is a pattern."""

@@ -269,9 +269,6 @@ class OccurrenceData(Named):
     unresolved: bool = False
     captured: Any = None
 
-    def __repr__(self) -> str:
-        return f"OccurrenceData({self.name!r})"
-
 
 @dataclass(eq=False)
 class ComponentData(Named):
@@ -308,9 +305,6 @@ class ComponentData(Named):
     user_mass: float | None = None
     opacity: float = 1.0
     material: str = "Steel"
-
-    def __repr__(self) -> str:
-        return f"ComponentData({self.name!r})"
 
     def mass(self, above: Path = ()) -> Mass:
         """Mass properties with everything below, in the component's frame.
@@ -390,9 +384,3 @@ def paths_below(component: ComponentData, above: Path = ()) -> list[Path]:
         found.append(path)
         found += paths_below(occurrence.component, path)
     return found
-
-
-def relative(path: Path, context: Path) -> Path:
-    """A path below a context, from that context."""
-    assert path[: len(context)] == context
-    return path[len(context) :]

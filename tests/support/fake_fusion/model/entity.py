@@ -1,4 +1,4 @@
-"""Common properties of a design's entities: name, attributes, tokens, proxies in assemblies."""
+"""Common properties of a design's entities: name, attributes, proxies in assemblies."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from ..state import world
 from .data import ComponentData, Path, transform
 
 _LARGEST_ATTRIBUTE = 2 * 1024 * 1024
-_numbers = count(1)
 
 WRAPPERS: dict[Any, type] = {}
 """The class of the API for a kind of data: by its class, or by class and kind."""
@@ -85,22 +84,11 @@ class Seen(Base):
     attributes = property(lambda self: new(Attributes, owner=self))
 
 
-class Entity(Seen):
-    """What tokens exist of."""
-
-    @property
-    def entityToken(self) -> str:
-        """A new text each time: tokens are not to be compared."""
-        token = f"/v4BAAEAAwAAAAAAAAAAAAD{next(_numbers):012d}"
-        world().tokens[token] = (self._data, self._path)
-        return token
-
-
 def _same(a: Path, b: Path) -> bool:
     return len(a) == len(b) and all(x is y for x, y in zip(a, b, strict=True))
 
 
-class Placed(Entity):
+class Placed(Seen):
     """An entity that proxies exist of."""
 
     assemblyContext = property(lambda self: occurrence(self._path))
@@ -114,7 +102,7 @@ class Placed(Entity):
         return wrap(self._data, occurrence._path)
 
 
-class WithName(Entity):
+class WithName(Seen):
     """An entity with a name that can be written."""
 
     @property
@@ -133,13 +121,13 @@ class WithName(Entity):
         return []
 
 
-class WithBulb(Entity):
+class WithBulb(Seen):
     """An entity with a light bulb."""
 
     isLightBulbOn = edited("data.light_bulb", "bool", "isLightBulbOn")
 
 
-class WithVisibility(Entity):
+class WithVisibility(Seen):
     """An entity that is hidden with what it is in."""
 
     @property
@@ -147,7 +135,7 @@ class WithVisibility(Entity):
         return self._data.light_bulb and all(o.light_bulb for o in self._path)
 
 
-class Deletable(Entity):
+class Deletable(Seen):
     """An entity that can be deleted; its class has `_shelf`, the list that holds its data."""
 
     def deleteMe(self) -> bool:

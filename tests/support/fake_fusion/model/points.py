@@ -19,8 +19,8 @@ from .component import Occurrence
 from .data import ComponentData, PlaneData, PointData, transform
 from .entity import (
     Deletable,
-    Entity,
     Placed,
+    Seen,
     WithBulb,
     WithName,
     WithVisibility,
@@ -46,10 +46,7 @@ class ConstructionPointPointDefinition(ConstructionPointDefinition):
 
 @api("adsk.fusion")
 class ConstructionPointCenterDefinition(ConstructionPointDefinition):
-    @property
-    def circularEntity(self) -> Any:
-        _, data, path = self._point._data.definition
-        return wrap(data, path)
+    pass
 
 
 @api("adsk.fusion")
@@ -163,7 +160,7 @@ class ConstructionPoints(Items):
             raise RuntimeError("3 : Environment is not supported: Point3D in a parametric design")
         position = _place(component, entity, input._occurrence)
         definition = None
-        if isinstance(entity, Entity) and component.design.kind == 1:
+        if isinstance(entity, Seen) and component.design.kind == 1:
             definition = (how, entity._data, entity._path)
         data = PointData(
             unique(f"Point{len(component.points) + 1}", component.points),

@@ -6,7 +6,7 @@ from typing import Any
 
 from ..base import api, edited, new
 from .data import GroupData
-from .entity import Entity, WithName, WithVisibility, occurrence, wraps
+from .entity import WithName, WithVisibility, occurrence, wraps
 from .joints import Sibling
 
 
@@ -34,11 +34,6 @@ class RigidGroup(Sibling, WithVisibility):
     def name(self, value: str) -> None:
         self._refuse_stale("name")
         WithName.name.fset(self, value)
-
-    @property
-    def entityToken(self) -> str:
-        self._refuse_stale("entityToken")
-        return Entity.entityToken.fget(self)
 
     def _refuse_stale(self, member: str) -> None:
         if self._data.stale:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..base import Base, api, new
-from .entity import Entity
+from .entity import Seen
 
 
 @api("adsk.fusion")
@@ -23,7 +23,7 @@ class TimelineObject(Base):
         return 3 if getattr(data, "suppressed", False) else getattr(data, "health", 0)
 
 
-class WithTimeline(Entity):
+class WithTimeline(Seen):
     """An entity of the timeline; direct designs have none."""
 
     @property

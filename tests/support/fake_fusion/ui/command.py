@@ -12,7 +12,6 @@ from .events import (
     CommandCreatedEvent,
     CommandEvent,
     InputChangedEvent,
-    KeyboardEvent,
     Listeners,
     SelectionEvent,
     ValidateInputsEvent,
@@ -35,8 +34,6 @@ _EVENTS = {
     "preSelectEnd": SelectionEvent,
     "preSelectStart": SelectionEvent,
     "preSelectMouseMove": SelectionEvent,
-    "keyDown": KeyboardEvent,
-    "keyUp": KeyboardEvent,
 }
 
 

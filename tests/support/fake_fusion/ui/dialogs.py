@@ -30,10 +30,6 @@ class ProgressDialog(Base):
         self._shown().hidden = True
         return True
 
-    def reset(self) -> bool:
-        self._shown().values.clear()
-        return True
-
     def _shown(self) -> ProgressRecord:
         if self._record is None:
             raise RuntimeError("3 : the progress dialog is not shown")

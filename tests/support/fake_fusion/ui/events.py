@@ -38,10 +38,8 @@ CommandEventHandler = _handler("CommandEventHandler")
 InputChangedEventHandler = _handler("InputChangedEventHandler")
 ValidateInputsEventHandler = _handler("ValidateInputsEventHandler")
 SelectionEventHandler = _handler("SelectionEventHandler")
-KeyboardEventHandler = _handler("KeyboardEventHandler")
 ApplicationCommandEventHandler = _handler("ApplicationCommandEventHandler")
 DocumentEventHandler = _handler("DocumentEventHandler")
-CustomEventHandler = _handler("CustomEventHandler")
 HTMLEventHandler = _handler("HTMLEventHandler")
 UserInterfaceGeneralEventHandler = _handler("UserInterfaceGeneralEventHandler")
 ActiveSelectionEventHandler = _handler("ActiveSelectionEventHandler")
@@ -89,10 +87,8 @@ CommandEvent = _event("CommandEvent", CommandEventHandler)
 InputChangedEvent = _event("InputChangedEvent", InputChangedEventHandler)
 ValidateInputsEvent = _event("ValidateInputsEvent", ValidateInputsEventHandler)
 SelectionEvent = _event("SelectionEvent", SelectionEventHandler)
-KeyboardEvent = _event("KeyboardEvent", KeyboardEventHandler)
 ApplicationCommandEvent = _event("ApplicationCommandEvent", ApplicationCommandEventHandler)
 DocumentEvent = _event("DocumentEvent", DocumentEventHandler)
-CustomEvent = _event("CustomEvent", CustomEventHandler)
 HTMLEvent = _event("HTMLEvent", HTMLEventHandler)
 UserInterfaceGeneralEvent = _event("UserInterfaceGeneralEvent", UserInterfaceGeneralEventHandler)
 ActiveSelectionEvent = _event("ActiveSelectionEvent", ActiveSelectionEventHandler)
@@ -159,16 +155,6 @@ class SelectionEventArgs(EventArgs):
 
     selection = property(lambda self: self._selection)
     isSelectable = stored("isSelectable", "bool")
-
-
-@api("adsk.core")
-class KeyboardEventArgs(EventArgs):
-    pass
-
-
-@api("adsk.core")
-class CustomEventArgs(EventArgs):
-    additionalInfo = property(lambda self: self._info)
 
 
 def fire(firing: Any, args_class: type, **fields: Any) -> Any:

@@ -103,20 +103,6 @@ class CustomGraphicsEntity(Base):
             data = data.parent
         return False
 
-    @property
-    def parent(self) -> Any:
-        parent = self._data.parent
-        if isinstance(parent, GraphicsData):
-            return wrap(parent)
-        return new(CustomGraphicsGroups, component=parent)
-
-    def deleteMe(self) -> bool:
-        parent = self._data.parent
-        shelf = parent.items if isinstance(parent, GraphicsData) else parent.graphics
-        world().set(self._data, "gone", True, "CustomGraphicsEntity.deleteMe")
-        world().remove(shelf, self._data)
-        return True
-
 
 @api("adsk.fusion")
 @wraps((GraphicsData, "lines"))

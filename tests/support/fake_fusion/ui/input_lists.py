@@ -35,10 +35,6 @@ class ListItem(Base):
     def isSelected(self, value: bool) -> None:
         select_item(self._data, self._item, value)
 
-    def deleteMe(self) -> bool:
-        self._data.fields["items"].remove(self._item)
-        return True
-
 
 def select_item(data: InputData, item: _ItemData, selected: bool) -> None:
     """Select an item of a list: the only one, unless the list has check boxes."""

@@ -70,13 +70,6 @@ class TableCommandInput(CommandInput):
         found = self._cells.get((row, column))
         return None if found is None else found.view()
 
-    def getPosition(self, input: CommandInput) -> tuple:
-        places = [place for place, data in self._cells.items() if data is input._data]
-        if not places:
-            return (False, -1, -1, 0, 0)
-        (row, column), span = min(places), len(places) - 1
-        return (True, row, column, 0, span)
-
     def deleteRow(self, row: int) -> bool:
         if not 0 <= row < self.rowCount:
             raise RuntimeError("3 : invalid argument row")
@@ -87,11 +80,4 @@ class TableCommandInput(CommandInput):
         self._data.fields["cells"] = moved
         if self.selectedRow >= self.rowCount or self.selectedRow == row:
             self._data.fields["selectedRow"] = -1
-        return True
-
-    def clear(self) -> bool:
-        _refuse_changing(self._cells.values())
-        for data in [*self._cells.values(), *self._data.fields["toolbar"]]:
-            data.remove()
-        self._data.fields.update(cells={}, toolbar=[], selectedRow=-1)
         return True

@@ -8,8 +8,6 @@ from typing import Any
 
 from ..base import Base, api, by_name, new
 
-_LENGTHS = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54, "deg": 0.017453292519943295, "rad": 1.0}
-
 
 class InputData:
     """One input of a dialog; the API's object is a view of it."""
@@ -79,10 +77,6 @@ class CommandInput(Base):
 
         return new(CommandInputs, command=self._data.command, parent=self._data.parent)
 
-    def deleteMe(self) -> bool:
-        self._data.remove()
-        return True
-
 
 class _Holder(CommandInput):
     children = property(
@@ -95,10 +89,6 @@ class TabCommandInput(_Holder):
     resourceFolder = field("resourceFolder", "str", "", writable=False)
 
     isActive = property(lambda self: self._data.command.active_tab() is self._data)
-
-    def activate(self) -> bool:
-        self._data.command.tab = self._data
-        return True
 
 
 @api("adsk.core")
@@ -172,51 +162,6 @@ class FloatSpinnerCommandInput(_Spinner):
     @value.setter
     def value(self, value: float) -> None:
         self._write(float(value))
-
-
-@api("adsk.core")
-class ValueCommandInput(CommandInput):
-    """Value in internal units, and the text that the user typed."""
-
-    unitType = field("unitType", "str", "")
-
-    @property
-    def value(self) -> float:
-        return self._data.fields["value"]
-
-    @value.setter
-    def value(self, value: float) -> None:
-        self._data.fields["value"] = float(value)
-        self._data.fields["expression"] = repr(float(value) / unit_of(self.unitType))
-
-    @property
-    def expression(self) -> str:
-        return self._data.fields["expression"]
-
-    @expression.setter
-    def expression(self, value: str) -> None:
-        self._data.fields["expression"] = value
-        number = evaluate(value, self.unitType)
-        if number is not None:
-            self._data.fields["value"] = number
-
-    isValidExpression = property(lambda self: evaluate(self.expression, self.unitType) is not None)
-
-
-def unit_of(name: str) -> float:
-    return _LENGTHS.get(name, 1.0)
-
-
-def evaluate(text: str, unit: str) -> float | None:
-    """The number that a text such as `5 mm` means, in internal units; None if it means none."""
-    words = text.split()
-    try:
-        number = float(words[0])
-    except (ValueError, IndexError):
-        return None
-    if len(words) == 2 and words[1] in _LENGTHS:
-        return number * _LENGTHS[words[1]]
-    return number * unit_of(unit) if len(words) == 1 else None
 
 
 def below(inputs: list[InputData]) -> list[InputData]:

@@ -10,7 +10,7 @@ from ..base import Base, api, new, stored
 from ..collections_ import Items, listing
 from .command import CommandDefinition, DefinitionData
 from .icons import check_icons
-from .ui_data import ControlData, PanelData, check_id, ui
+from .ui_data import ControlData, check_id, ui
 
 
 @api("adsk.core")
@@ -129,12 +129,6 @@ class ToolbarPanels(Items):
 
     def itemById(self, id: str) -> Any:
         return next((panel for panel in self._all() if panel.id == id), None)
-
-    def add(self, id: str, name: str, positionID: str = "", isBefore: bool = True) -> Any:
-        check_id(id, [panel.id for panel in ui().panels])
-        made = PanelData(id, name, self._tab)
-        ui().panels.append(made)
-        return new(ToolbarPanel, data=made)
 
 
 @api("adsk.core")

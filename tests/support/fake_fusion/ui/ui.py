@@ -1,12 +1,10 @@
-"""The user interface as a whole: message boxes, palettes, what is selected."""
-
-# ruff: noqa: A002 -- the API's names
+"""The user interface as a whole: message boxes, what is selected."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from ..base import Base, api, new, stored
+from ..base import Base, api, new
 from ..collections_ import Items, listing
 from ..maths import point
 from ..state import world
@@ -15,64 +13,10 @@ from .events import (
     ActiveSelectionEvent,
     ApplicationCommandEvent,
     Selection,
-    UserInterfaceGeneralEvent,
     event,
 )
 from .toolbars import CommandDefinitions, ToolbarPanelList, Workspaces
-from .ui_data import PaletteData, check_id, ui
-
-
-@api("adsk.core")
-class Palette(Base):
-    def _is_gone(self) -> bool:
-        return self._data not in ui().palettes
-
-    id = property(lambda self: self._data.id)
-    name = property(lambda self: self._data.name)
-
-    htmlFileURL = stored("data.url", "str")
-    isVisible = stored("data.visible", "bool")
-
-    @property
-    def closed(self) -> Any:
-        return event(UserInterfaceGeneralEvent, "closed", self, self._data.closed)
-
-    def sendInfoToHTML(self, action: str, data: str) -> str:
-        self._data.sent.append((action, data))
-        return ""
-
-    def deleteMe(self) -> bool:
-        ui().palettes.remove(self._data)
-        return True
-
-
-@api("adsk.core")
-@listing
-class Palettes(Items):
-    def _all(self) -> list[Any]:
-        return [new(Palette, data=data) for data in ui().palettes]
-
-    def itemById(self, id: str) -> Any:
-        return next((palette for palette in self._all() if palette.id == id), None)
-
-    def add2(
-        self,
-        id: str,
-        name: str,
-        htmlFileURL: str,
-        isVisible: bool,
-        showCloseButton: bool,
-        isResizable: bool,
-        width: int = 0,
-        height: int = 0,
-    ) -> Any:
-        check_id(id, [palette.id for palette in ui().palettes])
-        made = PaletteData(id, name, htmlFileURL, isVisible)
-        ui().palettes.append(made)
-        return new(Palette, data=made)
-
-
-# The whole ---------------------------------------------------------------------------------------
+from .ui_data import ui
 
 
 @api("adsk.core")
@@ -112,7 +56,6 @@ class UserInterface(Base):
     commandDefinitions = property(lambda _: new(CommandDefinitions))
     workspaces = property(lambda _: new(Workspaces))
     allToolbarPanels = property(lambda _: new(ToolbarPanelList))
-    palettes = property(lambda _: new(Palettes))
     activeSelections = property(lambda _: new(Selections))
 
     @property

@@ -1,4 +1,4 @@
-"""The user interface: buttons, panels, tabs, palettes."""
+"""The user interface: buttons, panels, tabs."""
 
 # ruff: noqa: A002 -- the API's names
 
@@ -56,19 +56,6 @@ class TabData:
     native: bool = False
 
 
-@dataclass(eq=False)
-class PaletteData:
-    """A palette, and what was sent to it."""
-
-    id: str
-    name: str
-    url: str
-    visible: bool = True
-    sent: list[tuple[str, str]] = field(default_factory=list)
-    incoming: Listeners = field(default_factory=Listeners)
-    closed: Listeners = field(default_factory=Listeners)
-
-
 class UiData:
     """What the user interface holds."""
 
@@ -79,7 +66,6 @@ class UiData:
         self.tabs = [TabData("SolidTab", "SOLID", True), TabData("ToolsTab", "UTILITIES", True)]
         self.panels = [PanelData(name, name, tab, True) for name, tab in _NATIVE_PANELS.items()]
         self.panel("SolidScriptsAddinsPanel").controls.append(ControlData(native, None))
-        self.palettes: list[PaletteData] = []
         self.selections: list[Any] = []
         self.listeners = {
             name: Listeners()
