@@ -10,11 +10,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.models.model import FmuModel
-from cardsflow_fmu.native.model_file import NATIVE_FILE, NativeModel
 from cardsflow_fmu.runtime.carried_module import carried_files
 from cardsflow_fmu.runtime.library import find_platform, library_path, this_platform
-from cardsflow_fmu.runtime.model_file import MODEL_FILE, ModelFile, class_path
+from cardsflow_fmu.runtime.model import FmuModel
+from cardsflow_fmu.runtime.model_file import (
+    MODEL_FILE,
+    NATIVE_FILE,
+    ModelFile,
+    NativeModel,
+    class_path,
+)
 from cardsflow_fmu.runtime.port_table import encode_port_table, ports_digest
 from cardsflow_fmu.signals.dependencies import Dependencies
 from cardsflow_fmu.signals.ports import Port

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
-from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot import Robot
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.runtime.derivatives import Indices
 from cardsflow_fmu.signals.dependencies import Dependencies, plant_dependencies
 from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.muscles import (
@@ -16,45 +17,45 @@ from cardsflow_fmu.signals.muscles import (
 )
 from cardsflow_fmu.signals.ports import plant_groups
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
-from sim_dart import Plant
+from sim_dart import compile_blob
+from sim_dart.core.blob import fixed_energy
+from sim_dart.core.tasks import point_rows, task_rows
+from sim_dart.core.wrench_points import wrench_points
+from sim_dart.plant.settings import core_lacks
 
-from .experiment_model import ExperimentModel
+from .c_model import CModel
+from .dart_plant import DartPlant
+from .native.fields import Counts, Fields, encode
+from .native.opened_model import OpenedModel
 from .start_commands import start
 
+_RULES = ("euler", "rk4")
 
-class PlantModel(ExperimentModel):
-    """A simulated robot; a step may be any whole number of its internal steps."""
+
+class PlantModel(CModel):
+    """A simulated robot; a step may be any whole number of its internal steps.
+
+    It computes in C; in DART where there are contacts or muscle laws in Python, or where the
+    experiment chooses that engine.
+    """
 
     description = "Simulated robot with muscles"
     has_derivatives = True
 
+    opened: OpenedModel | DartPlant
+
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
-        robot, views = experiment.plant_robot, self.views
-        self._robot = robot
-        self._settings, self._scene = experiment.plant, experiment.scene
-        self._plant = self._make(experiment.plant.step)
-        self._modelled, self._state_order = modelled_muscles(robot), state_order(robot)
-        self._rubbing = rubbing_muscles(robot)
-        self._commanded = commanded_muscles(robot)
-        self._all_commands = np.zeros(len(robot.muscles))
-        self._commands, self._torques, self._loads, self._wrenches = (
-            views[name] for name in ("commands", "torques", "loads", "wrenches")
-        )
-        self._q, self._qd, self._lengths, self._tasks = (
-            views[name] for name in ("q", "qd", "lengths", "tasks")
-        )
-        self._tensions, self._states, self._energies, self._world, self._far = (
-            views[name] for name in ("tensions", "states", "energies", "world", "far_tensions")
-        )
-        self._q_start, self._qd_start, self._step = (
-            views[name] for name in ("q_start", "qd_start", "step")
-        )
         self.states = self.indices("q", "qd", "states")
+
+    def _open(self, experiment: Experiment) -> OpenedModel | DartPlant:
+        if self.missing(experiment) is None:
+            return self._opened_in_c(experiment)
+        plant = DartPlant(experiment, self.views)
         commands = self.indices("commands")
-        for ends, acting in zip(self.ranges, self._plant.command_range, strict=True):
-            ends[commands] = acting[self._commanded]
+        for ends, acting in zip(self.ranges, plant.command_range, strict=True):
+            ends[commands] = acting
+        return plant
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:
@@ -78,85 +79,63 @@ class PlantModel(ExperimentModel):
         """What the outputs depend on, without making the model."""
         return plant_dependencies(experiment.plant_robot, cls.groups(experiment))
 
-    def initialize(self, t: float = 0.0) -> None:
-        """Go to the start state: the muscles at rest with the commands as they stand."""
-        for coordinate, q in zip(self._robot.coordinates, self._q_start, strict=True):
-            if not coordinate.lower <= q <= coordinate.upper:
-                limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
-                raise InputError(f"q_start of {coordinate.name!r}, {q!r}, is outside {limits}")
-        if self._step[0] != self._plant.step_size:
-            self._plant = self._make(float(self._step[0]))
-        self._plant.reset(self._q_start, self._qd_start, self._every_command())
-        self._write_outputs()
+    @classmethod
+    def missing(cls, experiment: Experiment) -> str | None:
+        """What the experiment needs and C does not have, in words; None where it has all."""
+        if experiment.plant.engine == "dart":
+            return 'the engine "dart"'
+        return core_lacks(experiment.scene, experiment.plant_robot)
 
-    def step(self, t: float, h: float) -> None:
-        """Advance from t to t + h, with commands and loads held."""
-        plant = self._plant
-        loads = self._loads if self._loads.any() else None
-        wrenches = self._wrenches if self._wrenches.any() else None
-        commands, torques = self._every_command(), self._torques if self._torques.size else None
-        steps = whole_steps(h, plant.step_size, "the plant's internal step", most=MOST_STEPS)
-        for _ in range(steps):
-            plant.step(commands, torques, loads, wrenches)
-        self._write_outputs()
-
-    def get_state(self) -> bytes:
-        """Number of steps, q, qd, states of muscles, work where it is booked, and objects."""
-        return self._plant.get_state().tobytes()
-
-    def set_state(self, state: bytes) -> None:
-        """Go back to a state from `get_state`."""
-        if len(state) % 8:
-            raise InputError(f"a plant's state is a row of float64, not {len(state)} bytes")
-        self._plant.set_state(np.frombuffer(state))
-        self._plant.hold(self._every_command())
-        self._write_outputs()
+    @classmethod
+    def file(cls, experiment: Experiment) -> bytes:
+        """The contents of the model's `native.bin`."""
+        robot, plant = experiment.plant_robot, experiment.plant
+        settings = plant_fields(robot, plant.substeps, plant.integrator, plant.wrenches)
+        return encode("plant", compile_blob(robot), cls.groups(experiment), *settings)
 
     def set_states(self, states: FloatArray) -> None:
-        """Go to other q and qd, and states of muscles."""
-        state, n = self._plant.get_state(), len(self._q)
-        state[1 : 1 + 2 * n] = states[: 2 * n]
-        state[1 + 2 * n + np.array(self._state_order, dtype=np.intp)] = states[2 * n :]
-        self._plant.set_state(state)
-        self._plant.hold(self._every_command())
-        self._write_outputs()
+        """Go to other q and qd, and states of muscles, in DART."""
+        assert isinstance(self.opened, DartPlant)
+        self.opened.set_states(states)
 
-    def _make(self, step: float) -> Plant:
-        settings = self._settings
-        return Plant(
-            self._robot,
-            step,
-            integrator=settings.integrator,
-            substeps=settings.substeps,
-            energy=settings.energy,
-            scene=self._scene,
-            wrenched=settings.wrenches,
-            engine=settings.engine,
-        )
+    def directional_derivative(
+        self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
+    ) -> FloatArray:
+        """Exact in C, by differences in DART; see `FmuModel.directional_derivative`."""
+        if isinstance(self.opened, DartPlant):
+            return super().directional_derivative(t, h, unknowns, knowns, seeds)
+        return self.opened.directional_derivative(t, h, unknowns, knowns, seeds)
 
-    def _every_command(self) -> FloatArray:
-        """The command of every muscle, in the order of f; 0 for passive ones."""
-        if not self._modelled:
-            return self._commands
-        self._all_commands[self._commanded] = self._commands
-        return self._all_commands.copy()
 
-    def _write_outputs(self) -> None:
-        plant = self._plant
-        self._q[:] = plant.q
-        self._qd[:] = plant.qd
-        self._lengths[:] = plant.lengths_view
-        if self._tasks.size:
-            self._tasks[:] = plant.task_position
-        if self._modelled:
-            self._tensions[:] = plant.tensions[self._modelled]
-            self._states[:] = plant.muscle_states[self._state_order]
-        if self._far.size:
-            self._far[:] = plant.far_tensions[self._rubbing]
-        if self._energies.size:
-            (linear, angular) = plant.momentum
-            self._energies[:] = [*plant.energy, *linear, *angular]
-        if self._world.size:
-            world = plant.world
-            bodies = *world.contact_forces().flat, *world.object_poses().flat
-            self._world[:] = [*bodies, *world.take_friction_error()]
+def plant_fields(
+    robot: Robot, substeps: int, integrator: str = "euler", wrenches: Sequence[str] = ()
+) -> tuple[Counts, Fields]:
+    """Counts and fields of a plant; see `encode`.
+
+    Args:
+        robot: The robot.
+        substeps: Steps of the integrator in one of the plant.
+        integrator: Its rule.
+        wrenches: Names of links that take external wrenches.
+    """
+    frames, points = wrench_points(robot, wrenches)
+    fields: Fields = {
+        "load_rows": point_rows(robot),
+        "task_rows": task_rows(robot),
+        "commanded": commanded_muscles(robot),
+        "motors": motors(robot),
+        "modelled": modelled_muscles(robot),
+        "rubbing": rubbing_muscles(robot),
+        "state_order": state_order(robot),
+        "external_frame": frames,
+        "external_point": points,
+        "substeps": substeps,
+        "integrator": _RULES.index(integrator),
+        "fixed_energy": fixed_energy(robot),
+    }
+    return {"external_points": len(frames)}, fields
+
+
+def motors(robot: Robot) -> list[int]:
+    """The coordinate of each motor."""
+    return [j for j, coordinate in enumerate(robot.coordinates) if coordinate.actuated]

@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-from cardsflow_fmu.models.model import FmuModel
+from .model import FmuModel
 
 _FOLDER = "python"
 

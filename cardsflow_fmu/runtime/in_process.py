@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, InputError
-from cardsflow_fmu.models.model import FmuModel
 from cardsflow_fmu.version import __version__
 
+from .model import FmuModel
 from .model_file import load_class, read_model_file
 from .port_table import ports_digest
 

@@ -6,17 +6,30 @@ import functools
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.models.model import FmuModel
 
 from .carried_module import import_module
+from .model import FmuModel
 
 MODEL_FILE = "model.json"
+NATIVE_FILE = "native.bin"
 _FORMAT = 1
+
+
+class NativeModel(NamedTuple):
+    """The file of a native FMU's model.
+
+    Attributes:
+        contents: Of `resources/native.bin`.
+        has_derivatives: Whether it has directional derivatives.
+    """
+
+    contents: bytes
+    has_derivatives: bool = False
 
 
 @dataclass(frozen=True, slots=True)

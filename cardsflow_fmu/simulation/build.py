@@ -12,15 +12,7 @@ from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
-from cardsflow_fmu.models.controller import ControllerModel
-from cardsflow_fmu.models.estimator import EstimatorModel
-from cardsflow_fmu.models.experiment_model import ExperimentModel
-from cardsflow_fmu.models.hardware import HardwareModel
-from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.models.reference import ReferenceModel
-from cardsflow_fmu.models.sensors import SensorsModel
-from cardsflow_fmu.native.fields import NATIVE_MODELS
-from cardsflow_fmu.native.model_file import missing_in_c, native_model
+from cardsflow_fmu.models.by_role import C_MODELS, MODELS, missing_in_c, native_model
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
@@ -34,15 +26,6 @@ SYSTEM_FILE = "system.ssp"
 
 Libraries = Mapping[bool, Mapping[str, Path] | None]
 """C libraries of FMUs by platform, of native and Python ones; this platform's own when None."""
-
-MODELS: dict[str, type[ExperimentModel]] = {
-    "plant": PlantModel,
-    "controller": ControllerModel,
-    "reference": ReferenceModel,
-    SENSORS: SensorsModel,
-    ESTIMATOR: EstimatorModel,
-    HARDWARE: HardwareModel,
-}
 
 
 def model_name(role: str, experiment: Experiment) -> str:
@@ -83,7 +66,7 @@ def build(
     for fmu in experiment.fmus.values():
         require_own(fmu.file, experiment.roots, fmu.key)
     with temporary_folder() as aside:
-        names = [name for name in _buildable(experiment) if name in NATIVE_MODELS or not native]
+        names = [name for name in _buildable(experiment) if name in C_MODELS or not native]
         kinds = {native_or_not(experiment, name, native) for name in names}
         libraries: Libraries = {kind: _libraries(platforms, aside, kind) for kind in kinds}
         if fmi == "2.0" and platforms is None:

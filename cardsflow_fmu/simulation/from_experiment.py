@@ -24,9 +24,10 @@ from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
 from cardsflow_fmu.hardware.session.connect import Connection, require_connectable
 from cardsflow_fmu.hardware.session.paced_run import approach_time, with_approach
+from cardsflow_fmu.models.by_role import MODELS
 from cardsflow_fmu.models.direct_participant import DirectParticipant, IdleParticipant
 from cardsflow_fmu.models.hardware import HardwareModel
-from cardsflow_fmu.native.loop import NativeLoop
+from cardsflow_fmu.models.native_loop import NativeLoop
 from cardsflow_fmu.results.files import EXPERIMENT, Contents
 from cardsflow_fmu.results.saved_run import experiment_archive
 from cardsflow_fmu.results.summary import Speed, summarize
@@ -35,7 +36,7 @@ from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.temporary import temporary_folder
 
-from .build import MODELS, build_fmus, model_name
+from .build import build_fmus, model_name
 from .open_system import OpenSystem
 from .result import Result
 

@@ -20,7 +20,7 @@ from cardsflow_fmu.analysis.motion_check import new_meetings
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML, experiment_settings
 from cardsflow_fmu.experiment.template import Beginning, experiment_text
-from cardsflow_fmu.native.loop import NativeLoop
+from cardsflow_fmu.models.native_loop import NativeLoop
 from cardsflow_fmu.results.summary import Speed, summarize
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from controllers.analysis.stiffness import stiffness

@@ -140,10 +140,10 @@ def _metrics(tables: StudyTables, base: Experiment, context: Context) -> tuple[s
 def _require_engines(tables: StudyTables, base: Experiment, context: Context) -> None:
     """That the loop in C has all that the experiment has, and that Parquet can be written."""
     if tables.engine == "native":
-        from cardsflow_fmu.native.library import native_models
+        from cardsflow_fmu.models.native_loop import require_native
 
         with context.at("engine"):
-            native_models(base, base.roles)
+            require_native(base, base.roles)
     if "parquet" in tables.tables and importlib.util.find_spec("pyarrow") is None:
         raise context.error("tables", f"parquet needs pyarrow: {install('parquet')}")
 

@@ -12,7 +12,8 @@ from pathlib import Path
 
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
-from cardsflow_fmu.simulation.build import MODELS, build, model_name
+from cardsflow_fmu.models.by_role import MODELS
+from cardsflow_fmu.simulation.build import build, model_name
 from cardsflow_fmu.simulation.from_experiment import PreparedFmu
 from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.temporary import TemporaryFolder

@@ -14,7 +14,7 @@ from support.robots.robots import EXAMPLES
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.fmu import platforms as cross
-from cardsflow_fmu.native.binding import native_library
+from cardsflow_fmu.models.native.binding import native_library
 from cardsflow_fmu.runtime import library, sources
 from cardsflow_fmu.runtime.library import library_path, this_platform
 

@@ -19,8 +19,8 @@ from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.native.fields import NATIVE_MODELS
-from cardsflow_fmu.native.model_file import NATIVE_FILE
+from cardsflow_fmu.models.native.fields import NATIVE_MODELS
+from cardsflow_fmu.runtime.model_file import NATIVE_FILE
 from cardsflow_fmu.simulation.build import build
 
 SETTINGS: dict[str, dict[str, object]] = {

@@ -14,7 +14,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.native.loop import NativeLoop, run_batch
+from cardsflow_fmu.models.native_loop import NativeLoop, run_batch
 from cardsflow_fmu.simulation.run import RunError, run, simulate
 
 pytestmark = pytest.mark.native

@@ -17,7 +17,7 @@ from support.robots.robots import EXAMPLES, with_coordinates
 from addin_sdfusion.robot import InputError, SimulationError, read_robot, write_sdf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
-from cardsflow_fmu.native.loop import NativeLoop, run_batch
+from cardsflow_fmu.models.native_loop import NativeLoop, run_batch
 from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.simulation.run import simulate
 

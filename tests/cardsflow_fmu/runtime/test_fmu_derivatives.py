@@ -17,9 +17,9 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.models.controller import ControllerModel
-from cardsflow_fmu.models.model import FloatArray, FmuModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.models.reference import ReferenceModel
+from cardsflow_fmu.runtime.model import FloatArray, FmuModel
 from sim_dart import DartDynamics
 
 pytestmark = pytest.mark.native

@@ -22,7 +22,7 @@ from toy_model import PORTS, REFERENCES, ToyModel
 
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.writer import write_fmu
-from cardsflow_fmu.models.model import FloatArray, FmuModel
+from cardsflow_fmu.runtime.model import FloatArray, FmuModel
 from cardsflow_fmu.signals.port import Port
 
 from .fmi3_host import FMU3SlaveAs2

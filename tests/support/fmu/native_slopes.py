@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
-from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.native.fields import encode
-from cardsflow_fmu.native.model_file import NativeModel, plant_fields
+from cardsflow_fmu.models.native.fields import encode
+from cardsflow_fmu.models.plant import PlantModel, plant_fields
+from cardsflow_fmu.runtime.model_file import NativeModel
 from cardsflow_fmu.signals.groups import all_ports
 from cardsflow_fmu.signals.muscles import driven_muscles, ideal_muscles, state_order
 from cardsflow_fmu.signals.ports import plant_groups

@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from cardsflow_fmu.models.model import FloatArray, FmuModel
+from cardsflow_fmu.runtime.model import FloatArray, FmuModel
 from cardsflow_fmu.signals.ports import Port
 
 PORTS = (

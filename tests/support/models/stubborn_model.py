@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Self
 
-from cardsflow_fmu.models.model import FloatArray, FmuModel
+from cardsflow_fmu.runtime.model import FloatArray, FmuModel
 from cardsflow_fmu.signals.ports import Port
 
 WELL, SLEEP, EXIT, CRASH, RAISE, HOLD = range(6)

@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from cardsflow_fmu.models.model import FloatArray, FmuModel
+from cardsflow_fmu.runtime.model import FloatArray, FmuModel
 from cardsflow_fmu.signals.ports import Port
 
 NEVER = 1e300

@@ -1,93 +1,31 @@
 #include "native_loop.h"
 
-#include "../native/layout.h"
-#include "../native/open.h"
-
 #include <stdlib.h>
 #include <string.h>
-
-struct participant {
-    struct model model;
-    struct port_table ports;
-};
 
 struct native_loop {
     int32_t count, turns_count, columns_count, before;
     const int32_t *turns, *copies, *columns, *timer;
     const double *changes;
-    const char *message;
-    struct participant participants[]; /* count of them */
+    struct opened_model *models[]; /* count of them */
 };
 
 enum { MODEL, EVERY, COPIES, STAGE, TURN }; /* of a turn */
 enum { SOURCE, FROM, TARGET, TO, COPY };    /* of a copy */
 
-/* ---------------------------------------------------------------------------------------- opening */
-
-const char *native_loop_layout(int32_t kind)
+struct native_loop *native_loop_open(int32_t count, struct opened_model *const *models)
 {
-    return kind >= 0 && kind < NATIVE_KINDS ? native_layout((enum native_kind)kind) : NULL;
-}
-
-static void say(char *message, size_t capacity, const char *text)
-{
-    if (!capacity)
-        return;
-    strncpy(message, text, capacity - 1);
-    message[capacity - 1] = '\0';
-}
-
-static int open_participant(struct participant *p, const char *folder, struct text *error)
-{
-    if (port_table_read(&p->ports, folder, error))
-        return 1;
-    if (!native_open(&p->model, &p->ports, folder, error))
-        return 0;
-    port_table_free(&p->ports);
-    return 1;
-}
-
-uint32_t native_loop_layout_hash(int32_t kind)
-{
-    return native_layout_hash((enum native_kind)kind);
-}
-
-struct native_loop *native_loop_open(int32_t count, const char *const *folders, char *message, size_t capacity)
-{
-    struct native_loop *loop = calloc(1, sizeof *loop + (size_t)count * sizeof loop->participants[0]);
-    struct text error = {NULL};
-    if (!loop) {
-        say(message, capacity, "there is no memory for the loop");
+    struct native_loop *loop = calloc(1, sizeof *loop + (size_t)count * sizeof loop->models[0]);
+    if (!loop)
         return NULL;
-    }
-    loop->message = "";
-    for (; loop->count < count; loop->count++)
-        if (open_participant(&loop->participants[loop->count], folders[loop->count], &error)) {
-            say(message, capacity, text_get(&error));
-            text_free(&error);
-            native_loop_close(loop);
-            return NULL;
-        }
+    loop->count = count;
+    memcpy(loop->models, models, (size_t)count * sizeof loop->models[0]);
     return loop;
 }
 
 void native_loop_close(struct native_loop *loop)
 {
-    for (int32_t i = 0; i < loop->count; i++) {
-        struct participant *p = &loop->participants[i];
-        p->model.functions->close(&p->model);
-        text_free(&p->model.error);
-        port_table_free(&p->ports);
-    }
     free(loop);
-}
-
-double *native_loop_values(struct native_loop *loop, int32_t model, size_t *count)
-{
-    if (model < 0 || model >= loop->count)
-        return NULL;
-    *count = loop->participants[model].ports.count;
-    return loop->participants[model].model.values;
 }
 
 /* --------------------------------------------------------------------------------------- the plan */
@@ -95,7 +33,7 @@ double *native_loop_values(struct native_loop *loop, int32_t model, size_t *coun
 static int is_value(const struct native_loop *loop, int32_t model, int32_t index)
 {
     return model >= 0 && model < loop->count && index >= 0 &&
-           (size_t)index < loop->participants[model].ports.count;
+           (size_t)index < loop->models[model]->ports.count;
 }
 
 static int turns_are_sound(const struct native_loop *loop, int32_t count, const int32_t *turns, int32_t copies)
@@ -139,19 +77,13 @@ int native_loop_plan(struct native_loop *loop, int32_t turns_count, const int32_
 
 /* -------------------------------------------------------------------------------------- the steps */
 
-static int fail(struct native_loop *loop, int32_t model)
-{
-    loop->message = text_get(&loop->participants[model].model.error);
-    return 1 + model;
-}
-
 int native_loop_initialize(struct native_loop *loop)
 {
     for (int32_t i = loop->count; i-- > 0;) {
-        struct model *model = &loop->participants[i].model;
+        struct model *model = &loop->models[i]->model;
         model->clock[0] = model->clock[1] = 0;
         if (model->functions->initialize(model))
-            return fail(loop, i);
+            return 1 + i;
     }
     return 0;
 }
@@ -161,9 +93,9 @@ static void copy(const struct native_loop *loop, int32_t first, int32_t count)
     for (int32_t i = first; i < first + count; i++) {
         const int32_t *way = loop->copies + COPY * i;
         const double *change = loop->changes + 2 * i;
-        const double value = loop->participants[way[SOURCE]].model.values[way[FROM]];
+        const double value = loop->models[way[SOURCE]]->model.values[way[FROM]];
         const int is_same = change[0] == 1 && change[1] == 0; /* which keeps a negative zero */
-        loop->participants[way[TARGET]].model.values[way[TO]] = is_same ? value : change[0] * value + change[1];
+        loop->models[way[TARGET]]->model.values[way[TO]] = is_same ? value : change[0] * value + change[1];
     }
 }
 
@@ -179,13 +111,13 @@ static int advance(struct native_loop *loop, int64_t k, double step, int32_t *tu
         *at += own[COPIES];
     }
     for (const int32_t *own = turns + TURN * begin; own < turns + TURN * *turn; own += TURN) {
-        struct model *model = &loop->participants[own[MODEL]].model;
+        struct model *model = &loop->models[own[MODEL]]->model;
         if (k % own[EVERY])
             continue;
         model->clock[0] = (double)k * step;
         model->clock[1] = (double)own[EVERY] * step;
         if (model->functions->step(model))
-            return fail(loop, own[MODEL]);
+            return 1 + own[MODEL];
         if (own[MODEL] == loop->timer[0])
             *time = model->values[loop->timer[1]];
     }
@@ -196,7 +128,7 @@ void native_loop_record(const struct native_loop *loop, double time, double *row
 {
     row[0] = time;
     for (int32_t i = 0; i < loop->columns_count; i++)
-        row[1 + i] = loop->participants[loop->columns[2 * i]].model.values[loop->columns[2 * i + 1]];
+        row[1 + i] = loop->models[loop->columns[2 * i]]->model.values[loop->columns[2 * i + 1]];
 }
 
 int native_loop_run(struct native_loop *loop, double step, int64_t first, int64_t count, double *rows,
@@ -219,9 +151,4 @@ int native_loop_run(struct native_loop *loop, double step, int64_t first, int64_
             return failed;
     }
     return 0;
-}
-
-const char *native_loop_message(const struct native_loop *loop)
-{
-    return loop->message;
 }

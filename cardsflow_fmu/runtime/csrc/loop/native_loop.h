@@ -9,56 +9,36 @@
  *     changes  factor and offset of each copy's value
  *     columns  model and index of each value that is recorded, behind the time
  *
- * A model is the number of its folder. Every loop must be called from one thread at a time. */
+ * A model is its number. Every loop must be called from one thread at a time. */
 #ifndef NATIVE_LOOP_H
 #define NATIVE_LOOP_H
 
-#include <stddef.h>
-#include <stdint.h>
-
-#if defined(_WIN32)
-#define NATIVE_LOOP_API __declspec(dllexport)
-#else
-#define NATIVE_LOOP_API __attribute__((visibility("default")))
-#endif
+#include "opened_model.h"
 
 struct native_loop;
 
-/* The layout of a kind of model, 0 plant, 1 controller, 2 reference, 3 sensors, 4 estimator: see native/layout.h. NULL if there is no
- * such kind. */
-NATIVE_LOOP_API const char *native_loop_layout(int32_t kind);
-NATIVE_LOOP_API uint32_t native_loop_layout_hash(int32_t kind);
-
-/* Opens a model for each folder, which holds its native.bin and its ports.bin. NULL with a message. */
-NATIVE_LOOP_API struct native_loop *native_loop_open(int32_t count, const char *const *folders, char *message,
-                                                     size_t capacity);
-NATIVE_LOOP_API void native_loop_close(struct native_loop *loop);
-
-/* The variables of a model in the order of its ports, at their start values; NULL if there is no such
- * model. The caller may write them. */
-NATIVE_LOOP_API double *native_loop_values(struct native_loop *loop, int32_t model, size_t *count);
+/* A loop of opened models, which must outlive it. NULL without memory. */
+NATIVE_API struct native_loop *native_loop_open(int32_t count, struct opened_model *const *models);
+NATIVE_API void native_loop_close(struct native_loop *loop);
 
 /* Takes the tables: 0; or nonzero if a number in them is none that there is. `before` stages come before a
  * step is recorded, the others behind it. `timer` is the model and the index of a value of which every
  * tick's is kept; or -1, -1. */
-NATIVE_LOOP_API int native_loop_plan(struct native_loop *loop, int32_t turns_count, const int32_t *turns,
-                                     int32_t copies_count, const int32_t *copies, const double *changes,
-                                     int32_t columns_count, const int32_t *columns, int32_t before,
-                                     const int32_t *timer);
+NATIVE_API int native_loop_plan(struct native_loop *loop, int32_t turns_count, const int32_t *turns,
+                                int32_t copies_count, const int32_t *copies, const double *changes,
+                                int32_t columns_count, const int32_t *columns, int32_t before,
+                                const int32_t *timer);
 
 /* Initialises the models, from the last one on. 0; or 1 + the model that cannot be. */
-NATIVE_LOOP_API int native_loop_initialize(struct native_loop *loop);
+NATIVE_API int native_loop_initialize(struct native_loop *loop);
 
 /* Steps number `first` to `first + count - 1`, each of `step` s: a row of `rows`, which hold 1 + columns
  * numbers each, and a time of `times` for every one. 0; or 1 + the model that failed. `done` are the steps
  * that are complete, and the rows that are written. */
-NATIVE_LOOP_API int native_loop_run(struct native_loop *loop, double step, int64_t first, int64_t count,
+NATIVE_API int native_loop_run(struct native_loop *loop, double step, int64_t first, int64_t count,
                                     double *rows, double *times, int64_t done[2]);
 
 /* A row as things stand. */
-NATIVE_LOOP_API void native_loop_record(const struct native_loop *loop, double time, double *row);
-
-/* What was wrong with the model that failed last. */
-NATIVE_LOOP_API const char *native_loop_message(const struct native_loop *loop);
+NATIVE_API void native_loop_record(const struct native_loop *loop, double time, double *row);
 
 #endif

@@ -185,6 +185,20 @@ int port_table_read(struct port_table *table, const char *folder, struct text *e
     return wrong != NULL;
 }
 
+int port_table_copy(struct port_table *table, const void *bytes, size_t size, struct text *error)
+{
+    memset(table, 0, sizeof *table);
+    table->file = malloc(size + 1);
+    if (table->file)
+        memcpy(table->file, bytes, size);
+    const char *wrong = table->file ? parse(table, size) : "cannot be held: there is no memory";
+    if (wrong) {
+        text_set(error, "the table of variables %s", wrong);
+        port_table_free(table);
+    }
+    return wrong != NULL;
+}
+
 void port_table_free(struct port_table *table)
 {
     free(table->ports);

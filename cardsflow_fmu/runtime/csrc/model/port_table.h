@@ -60,6 +60,9 @@ struct port_table {
 /* Reads the table of the FMU whose resources are in `folder`. 0, or nonzero with a message. */
 int port_table_read(struct port_table *table, const char *folder, struct text *error);
 
+/* The same of a copy of the file's bytes. */
+int port_table_copy(struct port_table *table, const void *bytes, size_t size, struct text *error);
+
 void port_table_free(struct port_table *table);
 
 #endif

@@ -87,6 +87,20 @@ int native_file_read(struct native_file *file, const char *folder, struct text *
     return 0;
 }
 
+int native_file_copy(struct native_file *file, const void *bytes, size_t size, struct text *error)
+{
+    memset(file, 0, sizeof *file);
+    file->bytes = malloc(size + 1);
+    if (file->bytes)
+        memcpy(file->bytes, bytes, size);
+    const char *wrong = file->bytes ? parse(file, size) : "too large for the memory";
+    if (wrong) {
+        text_set(error, "the model's file is %s", wrong);
+        native_file_free(file);
+    }
+    return wrong != NULL;
+}
+
 void native_file_free(struct native_file *file)
 {
     free(file->bytes);

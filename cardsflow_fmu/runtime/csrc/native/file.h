@@ -31,6 +31,8 @@ int native_file_exists(const char *folder);
 
 /* 0, or nonzero with a message. */
 int native_file_read(struct native_file *file, const char *folder, struct text *error);
+/* The same of a copy of the file's bytes. */
+int native_file_copy(struct native_file *file, const void *bytes, size_t size, struct text *error);
 void native_file_free(struct native_file *file);
 
 #endif

@@ -13,7 +13,7 @@ void native_close(struct native_model *native)
         return;
     native_robot_close(&native->robot);
     native_file_free(&native->file);
-    free(native->values);
+    free(native->own_values);
     free(native);
 }
 

@@ -12,7 +12,8 @@ struct native_model {
     struct native_robot robot;
     const struct port_table *ports;
     double clock[2];
-    double *values; /* in the order of the ports */
+    double *values;     /* in the order of the ports */
+    double *own_values; /* where they are, or NULL where they are in the caller's memory */
     void *own;      /* the model's own memory */
 };
 

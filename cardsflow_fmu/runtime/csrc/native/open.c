@@ -8,43 +8,54 @@
 
 #include <stdlib.h>
 
-static int fill(struct model *model, struct native_model *native, const char *resources, struct text *error)
+static int open_kind(struct model *model, struct native_model *native, struct text *error)
 {
-    native->values = calloc(native->ports->count + 1, sizeof *native->values);
-    if (!native->values) {
-        text_set(error, "there is no memory for the variables");
-        return 1;
-    }
+    static int (*const open[NATIVE_KINDS])(struct model *, struct native_model *, struct text *) = {
+        [NATIVE_PLANT] = native_plant_open,
+        [NATIVE_CONTROLLER] = native_controller_open,
+        [NATIVE_REFERENCE] = native_reference_open,
+        [NATIVE_SENSORS] = native_sensors_open,
+        [NATIVE_ESTIMATOR] = native_estimator_open,
+    };
     model->backend = native;
     model->clock = native->clock;
     model->values = native->values;
     native_reset(model);
-    if (native_file_read(&native->file, resources, error))
+    if (native->file.kind != NATIVE_REFERENCE && native_robot_open(&native->robot, &native->file, error))
         return 1;
-    if (native->file.kind == NATIVE_REFERENCE)
-        return native_reference_open(model, native, error);
-    if (native_robot_open(&native->robot, &native->file, error))
-        return 1;
-    static int (*const open[NATIVE_KINDS])(struct model *, struct native_model *, struct text *) = {
-        [NATIVE_PLANT] = native_plant_open,
-        [NATIVE_CONTROLLER] = native_controller_open,
-        [NATIVE_SENSORS] = native_sensors_open,
-        [NATIVE_ESTIMATOR] = native_estimator_open,
-    };
     return open[native->file.kind](model, native, error);
+}
+
+static struct native_model *made(const struct port_table *ports, double *values, struct text *error)
+{
+    struct native_model *native = calloc(1, sizeof *native);
+    double *own = native && !values ? calloc(ports->count + 1, sizeof *own) : NULL;
+    if (!native || (!values && !own)) {
+        text_set(error, "there is no memory for the model");
+        free(native);
+        return NULL;
+    }
+    native->ports = ports;
+    native->own_values = own;
+    native->values = values ? values : own;
+    return native;
 }
 
 int native_open(struct model *model, const struct port_table *ports, const char *resources, struct text *error)
 {
-    struct native_model *native = calloc(1, sizeof *native);
-    if (!native) {
-        text_set(error, "there is no memory for the model");
-        return 1;
-    }
-    native->ports = ports;
-    if (fill(model, native, resources, error)) {
-        native_close(native);
-        return 1;
-    }
-    return 0;
+    struct native_model *native = made(ports, NULL, error);
+    if (native && !native_file_read(&native->file, resources, error) && !open_kind(model, native, error))
+        return 0;
+    native_close(native);
+    return 1;
+}
+
+int native_open_bytes(struct model *model, const struct port_table *ports, const void *bytes, size_t size,
+                      double *values, struct text *error)
+{
+    struct native_model *native = made(ports, values, error);
+    if (native && !native_file_copy(&native->file, bytes, size, error) && !open_kind(model, native, error))
+        return 0;
+    native_close(native);
+    return 1;
 }

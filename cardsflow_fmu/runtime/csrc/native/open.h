@@ -10,4 +10,8 @@
 int native_open(struct model *model, const struct port_table *ports, const char *resources,
                 struct text *error);
 
+/* The same of the contents of native.bin; the variables are the caller's `values`. */
+int native_open_bytes(struct model *model, const struct port_table *ports, const void *bytes, size_t size,
+                      double *values, struct text *error);
+
 #endif

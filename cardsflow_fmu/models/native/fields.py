@@ -42,8 +42,8 @@ def encode(
         fields: Every field of the layout, of any shape with the right number of elements.
     """
     library, kind = native_library(), NATIVE_MODELS.index(model)
-    layout = library.native_loop_layout(kind).decode()
-    body = struct.pack("<III", kind, len(blob), library.native_loop_layout_hash(kind))
+    layout = library.native_model_layout(kind).decode()
+    body = struct.pack("<III", kind, len(blob), library.native_model_layout_hash(kind))
     body += blob + bytes(-len(blob) % 8) + _settings(layout, groups, counts, fields)
     size = len(_MAGIC) + 12 + len(body)
     return _MAGIC + struct.pack("<III", _VERSION, size, zlib.crc32(body)) + body

@@ -22,30 +22,68 @@ from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.cosim.wiring import ConvertingCopy, Copy, connect
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.ports import SOLVE_TIME, Port
+from cardsflow_fmu.signals.ports import SOLVE_TIME
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .binding import native_library
-from .library import native_models, opened_loop
-from .model_file import MODELS
+from .by_role import C_MODELS, require_in_c
+from .native.binding import native_library
+from .native.opened_model import OpenedModel
 
 _CHUNK = 1024  # steps a call: some ten milliseconds, so that Ctrl-C takes effect
+_INSTEAD = 'run it as FMUs (without --native; in a study with engine = "fmu")'
+
+
+def require_native(experiment: Experiment, names: Sequence[str]) -> None:
+    """Refuse an experiment that needs more than the models in C.
+
+    Args:
+        experiment: The experiment.
+        names: Its models.
+
+    Raises:
+        InputError: It does; the message names what it needs.
+    """
+    lacking = _lacking(experiment, names)
+    if lacking is not None:
+        raise InputError(f"a native loop does not have {lacking}; {_INSTEAD}", file=experiment.file)
+    for name in names:
+        require_in_c(experiment, name, _INSTEAD)
+
+
+def _lacking(experiment: Experiment, names: Sequence[str]) -> str | None:
+    """Another part of the run than the models that is not in C; None if there is none."""
+    if experiment.hardware.use:
+        return "hardware"
+    external = [name for name in names if name in experiment.fmus]
+    if external:
+        return f"external FMUs ({', '.join(external)})"
+    engines = {"plant": experiment.plant.engine, "controller": experiment.controller.engine}
+    in_dart = [name for name, engine in engines.items() if engine == "dart"]
+    named = ", ".join(f"{role}.engine" for role in in_dart)
+    return f'the engine "dart" ({named})' if in_dart else None
 
 
 class NativeLoop(StepLoop):
     """An experiment that computes in C alone, with the verbs of `master.Master`.
 
     Raises:
-        InputError: It has something that the native models lack, which is named.
+        InputError: It needs Python or DART, which is named.
     """
 
     def __init__(self, experiment: Experiment) -> None:
         self._names = experiment.columns
-        files = native_models(experiment, self._names)
-        tables = {name: MODELS[name].table(experiment) for name in self._names}
+        require_native(experiment, self._names)
         self._library = native_library()
-        self._loop: ctypes.c_void_p | None = opened_loop(files, tables, experiment.run.step)
-        parts = [self._part(k, *entry) for k, entry in enumerate(tables.items())]
+        self._models = [C_MODELS[name](experiment) for name in self._names]
+        parts = [
+            WiredPorts(name, model.ports, model.inputs, model.outputs)
+            for name, model in zip(self._names, self._models, strict=True)
+        ]
+        self._opened = [m.opened for m in self._models if isinstance(m.opened, OpenedModel)]
+        handles = (ctypes.c_void_p * len(parts))(*(model.handle for model in self._opened))
+        self._loop: ctypes.c_void_p | None = ctypes.c_void_p(
+            self._library.native_loop_open(len(parts), handles)
+        )
         self._check(self._library.native_loop_initialize(self._loop), "at the start")
         self._experiment, run = experiment, experiment.run
         self._step, self.count = run.step, run.steps + 1
@@ -79,7 +117,7 @@ class NativeLoop(StepLoop):
         return Recording(self.names, rows, self.units, shown, times, failure)
 
     def close(self) -> None:
-        """Free the models."""
+        """Free the loop."""
         loop, self._loop = self._loop, None
         if loop is not None:
             self._library.native_loop_close(loop)
@@ -107,15 +145,6 @@ class NativeLoop(StepLoop):
         )
         self._done, self._recorded = first + done[0], first + done[1]
         return self._error(failed, f"at t = {self._done * self._step:.6g} s") if failed else None
-
-    def _part(self, k: int, name: str, ports: Sequence[Port]) -> WiredPorts:
-        size = ctypes.c_size_t()
-        address = self._library.native_loop_values(self._loop, k, ctypes.byref(size))
-        assert size.value == len(ports)
-        values = np.ctypeslib.as_array(address, (size.value,))
-        end = sum(port.causality == "input" for port in ports)
-        last = end + sum(port.causality == "output" for port in ports)
-        return WiredPorts(name, ports, values[:end], values[end:last])
 
     def _plan(self, parts: Sequence[WiredPorts]) -> None:
         """Hand the order of a step, its copies and its columns over."""
@@ -157,7 +186,7 @@ class NativeLoop(StepLoop):
         assert not refused
 
     def _error(self, failed: int, when: str) -> SimulationError:
-        text = self._library.native_loop_message(self._loop).decode("utf-8", "replace")
+        text = self._opened[failed - 1].message
         return SimulationError(f"the {self._names[failed - 1]} failed {when}: {text}")
 
     def _check(self, failed: int, when: str) -> None:

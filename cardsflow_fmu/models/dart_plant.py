@@ -1,0 +1,139 @@
+"""The plant in DART: with contacts, or with muscle laws in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.signals.muscles import (
+    commanded_muscles,
+    modelled_muscles,
+    rubbing_muscles,
+    state_order,
+)
+from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
+from sim_dart import Plant
+
+
+class DartPlant:
+    """A `sim_dart.Plant` behind the variables of a plant.
+
+    Args:
+        experiment: What to simulate.
+        views: The values of each group of variables.
+    """
+
+    def __init__(self, experiment: Experiment, views: Mapping[str, FloatArray]) -> None:
+        robot = experiment.plant_robot
+        self._robot = robot
+        self._settings, self._scene = experiment.plant, experiment.scene
+        self._plant = self._make(experiment.plant.step)
+        self._modelled, self._state_order = modelled_muscles(robot), state_order(robot)
+        self._rubbing = rubbing_muscles(robot)
+        self._commanded = commanded_muscles(robot)
+        self._all_commands = np.zeros(len(robot.muscles))
+        self._commands, self._torques, self._loads, self._wrenches = (
+            views[name] for name in ("commands", "torques", "loads", "wrenches")
+        )
+        self._q, self._qd, self._lengths, self._tasks = (
+            views[name] for name in ("q", "qd", "lengths", "tasks")
+        )
+        self._tensions, self._states, self._energies, self._world, self._far = (
+            views[name] for name in ("tensions", "states", "energies", "world", "far_tensions")
+        )
+        self._q_start, self._qd_start, self._step = (
+            views[name] for name in ("q_start", "qd_start", "step")
+        )
+
+    @property
+    def command_range(self) -> tuple[FloatArray, FloatArray]:
+        """The smallest and largest commands that act, of the muscles that take one."""
+        low, high = self._plant.command_range
+        return low[self._commanded], high[self._commanded]
+
+    def initialize(self, t: float = 0.0) -> None:
+        """Go to the start state: the muscles at rest with the commands as they stand."""
+        for coordinate, q in zip(self._robot.coordinates, self._q_start, strict=True):
+            if not coordinate.lower <= q <= coordinate.upper:
+                limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
+                raise InputError(f"q_start of {coordinate.name!r}, {q!r}, is outside {limits}")
+        if self._step[0] != self._plant.step_size:
+            self._plant = self._make(float(self._step[0]))
+        self._plant.reset(self._q_start, self._qd_start, self._every_command())
+        self._write_outputs()
+
+    def step(self, t: float, h: float) -> None:
+        """Advance from t to t + h, with commands and loads held."""
+        plant = self._plant
+        loads = self._loads if self._loads.any() else None
+        wrenches = self._wrenches if self._wrenches.any() else None
+        commands, torques = self._every_command(), self._torques if self._torques.size else None
+        steps = whole_steps(h, plant.step_size, "the plant's internal step", most=MOST_STEPS)
+        for _ in range(steps):
+            plant.step(commands, torques, loads, wrenches)
+        self._write_outputs()
+
+    def get_state(self) -> bytes:
+        """Number of steps, q, qd, states of muscles, work where it is booked, and objects."""
+        return self._plant.get_state().tobytes()
+
+    def set_state(self, state: bytes) -> None:
+        """Go back to a state from `get_state`."""
+        if len(state) % 8:
+            raise InputError(f"a plant's state is a row of float64, not {len(state)} bytes")
+        self._plant.set_state(np.frombuffer(state))
+        self._plant.hold(self._every_command())
+        self._write_outputs()
+
+    def set_states(self, states: FloatArray) -> None:
+        """Go to other q and qd, and states of muscles."""
+        state, n = self._plant.get_state(), len(self._q)
+        state[1 : 1 + 2 * n] = states[: 2 * n]
+        state[1 + 2 * n + np.array(self._state_order, dtype=np.intp)] = states[2 * n :]
+        self._plant.set_state(state)
+        self._plant.hold(self._every_command())
+        self._write_outputs()
+
+    def _make(self, step: float) -> Plant:
+        settings = self._settings
+        return Plant(
+            self._robot,
+            step,
+            integrator=settings.integrator,
+            substeps=settings.substeps,
+            energy=settings.energy,
+            scene=self._scene,
+            wrenched=settings.wrenches,
+            engine=settings.engine,
+        )
+
+    def _every_command(self) -> FloatArray:
+        """The command of every muscle, in the order of f; 0 for passive ones."""
+        if not self._modelled:
+            return self._commands
+        self._all_commands[self._commanded] = self._commands
+        return self._all_commands.copy()
+
+    def _write_outputs(self) -> None:
+        plant = self._plant
+        self._q[:] = plant.q
+        self._qd[:] = plant.qd
+        self._lengths[:] = plant.lengths_view
+        if self._tasks.size:
+            self._tasks[:] = plant.task_position
+        if self._modelled:
+            self._tensions[:] = plant.tensions[self._modelled]
+            self._states[:] = plant.muscle_states[self._state_order]
+        if self._far.size:
+            self._far[:] = plant.far_tensions[self._rubbing]
+        if self._energies.size:
+            (linear, angular) = plant.momentum
+            self._energies[:] = [*plant.energy, *linear, *angular]
+        if self._world.size:
+            world = plant.world
+            bodies = *world.contact_forces().flat, *world.object_poses().flat
+            self._world[:] = [*bodies, *world.take_friction_error()]

@@ -1,0 +1,1 @@
+"""Models in C: their library, files and variables."""

@@ -1,0 +1,50 @@
+"""The binding of opened_model.h and native_loop.h."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from typing import Any
+
+from cardsflow_fmu.runtime.library import library_path
+
+
+@cache
+def native_library() -> ctypes.CDLL:
+    """The library of the FMUs, whose calls release Python's lock.
+
+    Raises:
+        InputError: There is no library.
+    """
+    library = ctypes.CDLL(str(library_path()))
+    pointer, count, size = ctypes.c_void_p, ctypes.c_int32, ctypes.c_size_t
+    double, text, long = ctypes.c_double, ctypes.c_char_p, ctypes.c_int64
+    table: list[Any] = [count, pointer]
+    functions: dict[str, tuple[list[Any], Any]] = {
+        "native_model_layout": ([count], text),
+        "native_model_layout_hash": ([count], ctypes.c_uint32),
+        "native_model_open": ([text, size, text, size, pointer, text, size], pointer),
+        "native_model_close": ([pointer], None),
+        "native_model_initialize": ([pointer, double], count),
+        "native_model_step": ([pointer, double, double], count),
+        "native_model_get_state": ([pointer, pointer, pointer], count),
+        "native_model_set_state": ([pointer, text, size], count),
+        "native_model_derivative": (
+            [pointer, double, double, size, pointer, size, *[pointer] * 3],
+            count,
+        ),
+        "native_model_message": ([pointer], text),
+        "native_loop_open": ([count, pointer], pointer),
+        "native_loop_close": ([pointer], None),
+        "native_loop_plan": (
+            [pointer, *table, *table, pointer, *table, count, pointer],
+            count,
+        ),
+        "native_loop_initialize": ([pointer], count),
+        "native_loop_run": ([pointer, double, long, long, pointer, pointer, pointer], count),
+        "native_loop_record": ([pointer, double, pointer], None),
+    }
+    for name, (arguments, result) in functions.items():
+        function = getattr(library, name)
+        function.argtypes, function.restype = arguments, result
+    return library

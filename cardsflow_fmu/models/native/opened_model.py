@@ -1,0 +1,114 @@
+"""A model in C, opened on an array of Python's."""
+
+from __future__ import annotations
+
+import ctypes
+import weakref
+from collections.abc import Sequence
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, SimulationError
+from cardsflow_fmu.runtime.derivatives import Indices
+from cardsflow_fmu.runtime.port_table import encode_port_table
+from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.signals.variables import scalar_variables
+from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.version import __version__
+
+from .binding import native_library
+
+_MESSAGE = 512  # bytes of a message of what cannot be opened
+_STEP = 1.0  # of a table of variables, for an FMU's host; the model does not use it
+
+
+class OpenedModel:
+    """A model in C; see `runtime/csrc/loop/opened_model.h`.
+
+    Args:
+        file: The contents of its `native.bin`; see `fields.encode`.
+        ports: Its variables.
+        values: Their values, shape (len(ports),), which the model reads and writes.
+
+    Attributes:
+        handle: Of the C library.
+
+    Raises:
+        InputError: The library refuses the file.
+    """
+
+    def __init__(self, file: bytes, ports: Sequence[Port], values: FloatArray) -> None:
+        library = native_library()
+        table = encode_port_table(
+            scalar_variables(ports), guid="", model_name="", package=__version__, step=_STEP
+        )
+        message = ctypes.create_string_buffer(_MESSAGE)
+        handle = library.native_model_open(
+            *(file, len(file), table, len(table), values.ctypes.data, message, len(message))
+        )
+        if not handle:
+            raise InputError(message.value.decode("utf-8", "replace"))
+        self.handle = ctypes.c_void_p(handle)
+        self._values = values  # must outlive the model
+        self._library = library
+        self._step = library.native_model_step
+        weakref.finalize(self, library.native_model_close, self.handle)
+
+    def initialize(self, t: float) -> None:
+        """Go to the start state.
+
+        Raises:
+            InputError: A parameter or an input is wrong.
+        """
+        if self._library.native_model_initialize(self.handle, t):
+            raise InputError(self.message)
+
+    def step(self, t: float, h: float) -> None:
+        """Advance from t to t + h.
+
+        Raises:
+            SimulationError: It cannot.
+        """
+        if self._step(self.handle, t, h):
+            raise SimulationError(self.message)
+
+    def get_state(self) -> bytes:
+        """All that the model remembers beyond its values."""
+        data, size = ctypes.c_void_p(), ctypes.c_size_t()
+        places = ctypes.byref(data), ctypes.byref(size)
+        if self._library.native_model_get_state(self.handle, *places):
+            raise SimulationError(self.message)
+        return ctypes.string_at(data, size.value)
+
+    def set_state(self, state: bytes) -> None:
+        """Go back to a state from `get_state`.
+
+        Raises:
+            InputError: The bytes are not a state of this model.
+        """
+        if self._library.native_model_set_state(self.handle, state, len(state)):
+            raise InputError(self.message)
+
+    def directional_derivative(
+        self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
+    ) -> FloatArray:
+        """The derivative of outputs along a direction; see `FmuModel.directional_derivative`.
+
+        Raises:
+            InputError: There is none.
+        """
+        of, by = unknowns.astype(np.uint32), knowns.astype(np.uint32)
+        along, answers = np.ascontiguousarray(seeds, dtype=np.float64), np.empty(len(of))
+        failed = self._library.native_model_derivative(
+            *(self.handle, t, h, len(of), of.ctypes.data, len(by), by.ctypes.data),
+            *(along.ctypes.data, answers.ctypes.data),
+        )
+        if failed:
+            raise InputError(self.message)
+        return answers
+
+    @property
+    def message(self) -> str:
+        """What was wrong last."""
+        text: bytes = self._library.native_model_message(self.handle)
+        return text.decode("utf-8", "replace")

@@ -1,1 +1,0 @@
-"""Native models: their files, library and loop."""
