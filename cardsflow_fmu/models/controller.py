@@ -21,10 +21,10 @@ from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.plant.settings import python_laws
 
 from .c_model import CModel, Opened
-from .muscle_control import late_periods
 from .native.fields import Counts, Fields, encode
 from .plant import motors
-from .python_controller import PythonController
+from .python.muscle_control import late_periods
+from .python.python_controller import PythonController
 from .start_commands import start
 
 _LAWS = ("joint_space", "operational_space")

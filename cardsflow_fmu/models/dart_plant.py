@@ -89,15 +89,6 @@ class DartPlant:
         self._plant.hold(self._every_command())
         self._write_outputs()
 
-    def set_states(self, states: FloatArray) -> None:
-        """Go to other q and qd, and states of muscles."""
-        state, n = self._plant.get_state(), len(self._q)
-        state[1 : 1 + 2 * n] = states[: 2 * n]
-        state[1 + 2 * n + np.array(self._state_order, dtype=np.intp)] = states[2 * n :]
-        self._plant.set_state(state)
-        self._plant.hold(self._every_command())
-        self._write_outputs()
-
     def _make(self, step: float) -> Plant:
         settings = self._settings
         return Plant(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.runtime.derivatives import Indices
@@ -47,6 +49,7 @@ class PlantModel(CModel):
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
         self.states = self.indices("q", "qd", "states")
+        self._state_order = np.array(state_order(experiment.plant_robot), dtype=np.intp)
 
     def _open(self, experiment: Experiment) -> OpenedModel | DartPlant:
         if self.missing(experiment) is None:
@@ -94,9 +97,11 @@ class PlantModel(CModel):
         return encode("plant", compile_blob(robot), cls.groups(experiment), *settings)
 
     def set_states(self, states: FloatArray) -> None:
-        """Go to other q and qd, and states of muscles, in DART."""
-        assert isinstance(self.opened, DartPlant)
-        self.opened.set_states(states)
+        """Go to other q and qd, and states of muscles."""
+        numbers, rates = np.frombuffer(self.get_state()).copy(), 1 + 2 * self.views["q"].size
+        numbers[1:rates] = states[: rates - 1]
+        numbers[rates + self._state_order] = states[rates - 1 :]
+        self.set_state(numbers.tobytes())
 
     def directional_derivative(
         self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray

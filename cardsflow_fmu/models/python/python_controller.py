@@ -23,10 +23,10 @@ from controllers.validation import resting
 from sim_dart import CoreDynamics, DartDynamics, IndependentDynamics
 from sim_dart.muscles.cable_slip import CableSlip
 
+from ..start_commands import start
 from .command_ramp import CommandRamp
 from .muscle_control import MuscleControl
 from .own_law import Law, own_law
-from .start_commands import start
 
 CONTROL_DYNAMICS: dict[str, type[CoreDynamics] | type[DartDynamics]] = {
     "auto": CoreDynamics,
