@@ -27,10 +27,10 @@ STEP = 1024 * MIB
 XML = 16 * MIB
 XML_ELEMENTS = 100_000
 """Elements of a robot's files together; a large robot has some thousand."""
-DEFAULTS = 200
-"""Elements of defaults that count for one element of MJCF."""
-MUSCLES_WITHOUT_FORCE = 30_000_000
-"""Operations by which forces are found that an MJCF does not give."""
+MJCF_MEMORY = 1024 * MIB
+"""Bytes that MuJoCo's compiler may take for an MJCF, in a process of its own."""
+MJCF_SECONDS = 10.0
+"""Processor time that it may take, in [s]."""
 MUSCLES_WITHOUT_RANGE = 500_000
 """Places of links by which ranges of lengths are found that an MJCF does not give."""
 MATRIX = 2**22

@@ -19,6 +19,7 @@ from ..formats.caspr.read_trajectories import (
     trajectories_file,
     trajectory_names,
 )
+from ..formats.mjcf.read import read_mjcf
 from ..formats.opensim.read import read_osim
 from ..formats.reading.xml import ABSOLUTE, Notes, shortened
 from ..formats.sdf.read import read_sdf
@@ -26,7 +27,6 @@ from ..formats.urdf.read import read_urdf
 from ..mesh_files import lies_in
 from ..model.robot import Robot
 from .kinds import WHAT, Kind, holds_robot, kind_of, robot_file
-from .mjcf.model import read_mjcf
 
 __all__ = [
     "ABSOLUTE",

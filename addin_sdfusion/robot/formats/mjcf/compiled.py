@@ -1,0 +1,170 @@
+"""A model as MuJoCo compiles it, in a process of its own.
+
+MuJoCo is C++, and the files are a stranger's: what crashes it, or takes too much, ends that
+process alone. It gets one text without includes and the meshes by their paths, all of which are
+checked here before; see `document.py`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ...errors import InputError
+from ...limits import MIB, MJCF_MEMORY, MJCF_SECONDS, MUSCLES_WITHOUT_RANGE
+from ...model.pose import Vector3
+from ...model.rotations import Matrix3
+from ...model.transform import IDENTITY, Transform
+from .document import Document
+
+NEEDED = "MuJoCo compiles MJCF, and is not installed: pip install 'cardsflow[mujoco]'"
+WAITING = 60.0
+"""How long the compiler may take on a busy machine, in [s]; its processor time is limited."""
+
+Row = dict[str, Any]
+"""An element of the compiled model: its `name`, its `line`, and fields of mjModel."""
+
+_PROGRAM = Path(__file__).with_name("compiler.py")
+_QUIET = {"MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+_LINE = re.compile(r"line (\d+)\s*$")
+_ELEMENT = re.compile(r"\nElement .*$", re.DOTALL)
+_LONGEST = 300
+_OUT_OF_TIME = [-getattr(signal, name) for name in ("SIGXCPU", "SIGKILL") if hasattr(signal, name)]
+"""Exit codes: the system ends what is over its processor time by one of these signals."""
+
+
+class Compiled:
+    """A compiled model.
+
+    Attributes:
+        bodies, joints, geoms, sites, tendons, equalities, actuators: Their rows, in MuJoCo's order.
+        dofs, wraps: Rows without names.
+        meshes: Rows of the meshes that were compiled, by name.
+        scales: By what all meshes are scaled, by name.
+        read: The keys of the mesh files that it opened.
+        qpos0, qpos_spring: MuJoCo's reference pose, and that of the springs.
+        initial: The values of the keyframe `initial`; None without.
+        option: Gravity, the fluid, what is disabled.
+    """
+
+    def __init__(self, answer: Mapping[str, Any]) -> None:
+        tables: dict[str, list[Row]] = answer["tables"]
+        self.bodies, self.joints, self.dofs = tables["body"], tables["jnt"], tables["dof"]
+        self.geoms, self.sites = tables["geom"], tables["site"]
+        self.tendons, self.wraps = tables["tendon"], tables["wrap"]
+        self.equalities, self.actuators = tables["eq"], tables["actuator"]
+        self.meshes = {row["name"]: row for row in tables["mesh"]}
+        self.scales: dict[str, list[float]] = answer["scales"]
+        self.read: list[str] = answer["read"]
+        self.qpos0: list[float] = answer["qpos0"]
+        self.qpos_spring: list[float] = answer["qpos_spring"]
+        self.initial: list[float] | None = answer["initial"]
+        self.option: Row = answer["option"]
+        for row in self.actuators:
+            first = row["ctrladr"]
+            limited = row["ctrlnum"] and answer["ctrllimited"][first]
+            row["ctrlrange"] = tuple(answer["ctrlrange"][first]) if limited else None
+
+
+def compile_document(document: Document) -> Compiled | None:
+    """The compiled model; None, with an error noted, where MuJoCo refuses it.
+
+    Raises:
+        InputError: MuJoCo is not installed, or crashes on the file.
+    """
+    if find_spec("mujoco") is None:
+        raise InputError(NEEDED, file=document.root.file)
+    text = document.text()
+    files = {key: os.fspath(file) for key, file in document.mesh_files.items()}
+    request = {
+        "xml": text,
+        "meshes": files,
+        "places": MUSCLES_WITHOUT_RANGE,
+        "memory": MJCF_MEMORY,
+        "seconds": MJCF_SECONDS,
+    }
+    answer = run_compiler(request, document.root.file)
+    if "error" in answer:
+        _refuse(document, answer["error"])
+        return None
+    for warning in answer["warnings"]:
+        document.root.warning("mujoco-warns", f"MuJoCo: {_in_one_line(warning)}")
+    return Compiled(answer)
+
+
+def run_compiler(request: Mapping[str, Any], file: Path) -> dict[str, Any]:
+    """The answer of MuJoCo's compiler to a request; see `compiler.answer`.
+
+    Raises:
+        InputError: It crashes, takes too long or too much memory.
+    """
+    command = [sys.executable, "-P", str(_PROGRAM)]
+    data, surroundings = json.dumps(request).encode(), os.environ | _QUIET
+    try:
+        done = subprocess.run(
+            command, input=data, capture_output=True, timeout=WAITING, env=surroundings
+        )
+    except subprocess.TimeoutExpired:
+        raise InputError(f"takes MuJoCo longer than {WAITING:g} s", file=file) from None
+    except OSError as error:
+        what = f"MuJoCo's compiler cannot be started: {error.strerror or error}"
+        raise InputError(what, file=file) from error
+    if done.returncode == 0:
+        answer: dict[str, Any] = json.loads(done.stdout)
+        return answer
+    raise InputError(_crash(done.returncode, done.stderr.decode(errors="replace")), file=file)
+
+
+def _crash(code: int, said: str) -> str:
+    """What is wrong where the compiler ends without an answer."""
+    if code in _OUT_OF_TIME:
+        return f"takes MuJoCo longer than {MJCF_SECONDS:g} s of processor time"
+    if "MemoryError" in said or "bad_alloc" in said or "allocate" in said:
+        return f"MuJoCo needs more than {MJCF_MEMORY // MIB} MiB for it"
+    last = (said.strip().splitlines() or [""])[-1]
+    return f"MuJoCo crashes on it: {_in_one_line(last) or f'exit code {code}'}"
+
+
+def _refuse(document: Document, error: str) -> None:
+    """Note what MuJoCo refuses, at the element that it names by a line of the text."""
+    line = _LINE.search(error)
+    problem = _ELEMENT.sub("", error).removeprefix("XML ").removeprefix("Error: ")
+    node = document.node_at(int(line[1])) if line else document.root
+    named = node.element.get("name")
+    which = f"<{node.tag}>" + (f" {named[:40]!r}" if named else "")
+    node.error("mujoco-refuses", f"MuJoCo refuses {which}: {_in_one_line(problem)}")
+
+
+def _in_one_line(text: str) -> str:
+    return " ".join(text.split())[:_LONGEST]
+
+
+def transform(row: Row, position: str = "pos", quaternion: str = "quat") -> Transform:
+    """The place of an element."""
+    return Transform(rotation_of(row[quaternion]), vector(row[position]))
+
+
+def vector(values: list[float]) -> Vector3:
+    """Three numbers of a row."""
+    x, y, z = values[:3]
+    return x, y, z
+
+
+def rotation_of(q: list[float]) -> Matrix3:
+    """The rotation of a unit quaternion w, x, y, z."""
+    w, x, y, z = q
+    if (x, y, z) == (0.0, 0.0, 0.0):
+        return IDENTITY.R
+    return (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )

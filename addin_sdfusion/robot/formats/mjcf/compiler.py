@@ -1,0 +1,389 @@
+"""MuJoCo's compiler as a program of its own: a request on stdin, the compiled model on stdout.
+
+Started by its path, so that it imports nothing of this package and this package never imports
+MuJoCo. It limits its own memory and time, opens no file after the meshes that it needs, and writes
+none. Request and answer are JSON; `compiled.py` starts it and reads the answer.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+
+try:
+    import resource
+except ImportError:  # Windows: the parent's limit of time remains
+    resource = None  # type: ignore[assignment]
+
+Request = Mapping[str, Any]
+Answer = dict[str, Any]
+
+POINT = 1e-3
+"""Radius in [m] of the sphere without mass that stands for a geom that MuJoCo need not compile."""
+GRID, SWEEPS = 6, 2
+"""Lengths are searched at so many values of a joint; coarse and fine sweeps over the joints."""
+
+FIELDS = {
+    "body": "parentid pos quat mass ipos iquat inertia gravcomp mocapid",
+    "jnt": "type bodyid pos axis limited range stiffness stiffnesspoly springyield "
+    "actfrclimited actfrcrange qposadr dofadr",
+    "dof": "damping dampingpoly armature frictionloss",
+    "geom": "type bodyid pos quat size group dataid",
+    "site": "bodyid pos quat",
+    "mesh": "pos quat",
+    "tendon": "adr num stiffness stiffnesspoly damping dampingpoly frictionloss armature "
+    "limited lengthspring springyield actfrclimited",
+    "wrap": "type objid prm",
+    "eq": "type obj1id obj2id objtype active0 data",
+    "actuator": "trntype trnid gear gaintype gainprm biastype biasprm dyntype dynprm ctrladr "
+    "ctrlnum forcelimited forcerange lengthrange acc0 armature damping delay",
+}
+"""What is answered of each kind of element: fields of mjModel without the kind's prefix."""
+ENUMERATIONS = {
+    "jnt_type": mujoco.mjtJoint,
+    "geom_type": mujoco.mjtGeom,
+    "wrap_type": mujoco.mjtWrap,
+    "eq_type": mujoco.mjtEq,
+    "eq_objtype": mujoco.mjtObj,
+    "actuator_trntype": mujoco.mjtTrn,
+    "actuator_gaintype": mujoco.mjtGain,
+    "actuator_biastype": mujoco.mjtBias,
+    "actuator_dyntype": mujoco.mjtDyn,
+}
+"""Fields whose values are answered as words, such as `hinge` of mjJNT_HINGE."""
+
+
+def limit_resources(memory: int, seconds: float) -> None:
+    """Let the system end this process where it takes more memory or processor time.
+
+    Args:
+        memory: Bytes of address space.
+        seconds: Processor time.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it within MuJoCo, too
+    if resource is not None:
+        _limit(resource.RLIMIT_AS, memory)
+        _limit(resource.RLIMIT_CPU, math.ceil(seconds))
+        _limit(resource.RLIMIT_CORE, 0)
+        _limit(resource.RLIMIT_FSIZE, 0)
+
+
+def close_files() -> None:
+    """Let no further file be opened."""
+    if resource is not None:
+        _limit(resource.RLIMIT_NOFILE, 0)
+
+
+def _limit(kind: int, value: int) -> None:
+    hard = resource.getrlimit(kind)[1]
+    value = value if hard == resource.RLIM_INFINITY else min(value, hard)
+    with suppress(ValueError, OSError):  # where the system has no such limit
+        resource.setrlimit(kind, (value, value))
+
+
+def answer(request: Request, opened: Callable[[], None] = lambda: None) -> Answer:
+    """The compiled model, or what MuJoCo refuses.
+
+    Args:
+        request: `xml`, the model in one text; `meshes`, the path of each mesh file named in it;
+            `places`, how many placements of bodies the search for lengths may take.
+        opened: Called when all files that are needed are read.
+    """
+    said: list[str] = []
+    mujoco.set_mju_user_warning(said.append)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found = _compiled(request, opened)
+    except (ValueError, mujoco.FatalError) as error:
+        return {"error": str(error)}
+    except MemoryError:
+        return {"error": "it needs too much memory"}
+    return found | {"warnings": [*said, *(str(each.message) for each in caught)]}
+
+
+def _compiled(request: Request, opened: Callable[[], None]) -> Answer:
+    spec = mujoco.MjSpec.from_string(request["xml"])
+    spec.compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE  # a simulation, not reproducible
+    spec.compiler.fusestatic = spec.compiler.discardvisual = spec.compiler.usethread = False
+    replaced = _replaced_geoms(spec, request["meshes"])
+    needed = {g.meshname for g in [*spec.geoms, *spec.sites] if g.meshname}
+    scales = {mesh.name: mesh.scale.tolist() for mesh in spec.meshes}
+    for mesh in [mesh for mesh in spec.meshes if mesh.file]:
+        if mesh.name in needed and mesh.file in request["meshes"]:
+            spec.assets[mesh.file] = Path(request["meshes"][mesh.file]).read_bytes()
+        elif mesh.name not in needed:
+            spec.delete(mesh)
+    opened()
+    read = list(spec.assets)
+    model = spec.compile()
+    tables = {
+        kind: _table(model, kind, fields.split(), elements)
+        for (kind, fields), elements in zip(FIELDS.items(), _elements(spec), strict=True)
+    }
+    for geom, mesh, is_missing in replaced:
+        tables["geom"][geom.id] |= {"type": "mesh", "mesh": mesh, "missing": is_missing}
+    lengths = _found_lengths(model, request["places"])
+    for row, found in zip(tables["actuator"], lengths, strict=True):
+        row["foundrange"] = found
+    keys = [key for key in range(model.nkey) if model.key(key).name == "initial"]
+    return {
+        "tables": tables,
+        "scales": scales,
+        "read": read,
+        "qpos0": model.qpos0.tolist(),
+        "qpos_spring": model.qpos_spring.tolist(),
+        "initial": model.key_qpos[keys[0]].tolist() if keys else None,
+        "ctrlrange": model.actuator_ctrlrange.tolist(),
+        "ctrllimited": model.actuator_ctrllimited.tolist(),
+        "option": _option(model.opt),
+    }
+
+
+class Replaced(NamedTuple):
+    """A geom with a mesh that is compiled as a point: its mesh is only drawn, or missing."""
+
+    geom: Any
+    mesh: str
+    is_missing: bool
+
+
+def _replaced_geoms(spec: Any, files: Mapping[str, str]) -> list[Replaced]:
+    """Make points of all geoms with meshes that MuJoCo does not need or cannot have."""
+    of_files = {mesh.name: mesh.file for mesh in spec.meshes if mesh.file}
+    replaced = []
+    for geom in spec.geoms:
+        counts, mesh = _counts(spec, geom), geom.meshname
+        geom.contype = geom.conaffinity = 0  # no convex hulls for contacts
+        is_drawn = geom.type == mujoco.mjtGeom.mjGEOM_MESH and not counts
+        is_missing = mesh in of_files and of_files[mesh] not in files
+        if mesh in of_files and (is_drawn or is_missing):
+            replaced.append(Replaced(geom, mesh, is_missing and counts))
+        elif geom.type != mujoco.mjtGeom.mjGEOM_HFIELD:
+            continue
+        geom.type, geom.meshname, geom.hfieldname = mujoco.mjtGeom.mjGEOM_SPHERE, "", ""
+        geom.size, geom.mass, geom.fromto = [POINT, 0.0, 0.0], 0.0, [math.nan] * 6
+    return replaced
+
+
+def _counts(spec: Any, geom: Any) -> bool:
+    """Whether a body has mass of a geom."""
+    first, last = spec.compiler.inertiagrouprange
+    from_geoms, body = spec.compiler.inertiafromgeom, geom.parent
+    if from_geoms == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO:
+        is_asked = not body.explicitinertial
+    else:
+        is_asked = from_geoms == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    is_heavy = geom.density != 0.0 if math.isnan(geom.mass) else geom.mass != 0.0
+    return is_asked and is_heavy and first <= geom.group <= last and body.name != "world"
+
+
+def _elements(spec: Any) -> Iterator[Sequence[Any]]:
+    """The elements of each kind in `FIELDS`, in the order of mjModel; none where they have none."""
+    kinds = (spec.bodies, spec.joints, (), spec.geoms, spec.sites, spec.meshes, spec.tendons, (),
+             spec.equalities, spec.actuators)  # fmt: skip
+    for elements in kinds:
+        yield sorted(elements, key=lambda each: each.id)
+
+
+def _table(model: Any, kind: str, fields: Sequence[str], elements: Sequence[Any]) -> list[Answer]:
+    """A row for each element: its fields, and its name and line where it has them."""
+    columns = {}
+    for field in fields:
+        name = f"{kind}_{field}"
+        values = getattr(model, name).tolist()
+        words = ENUMERATIONS.get(name)
+        columns[field] = values if words is None else [_word(words(v).name) for v in values]
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    for row, element in zip(rows, elements, strict=False):
+        row |= {"name": element.name, "line": _line(element.info)}
+    for row in rows if kind == "geom" else ():
+        is_mesh = row["type"] == "mesh" and row["dataid"] >= 0
+        row["mesh"] = model.mesh(row["dataid"]).name if is_mesh else ""
+    return rows
+
+
+def _word(name: str) -> str:
+    """`hinge` of mjJNT_HINGE."""
+    return name.partition("_")[2].lower()
+
+
+def _line(info: str) -> int:
+    """The line of an element in the request's text; 0 where there is none."""
+    number = info.rpartition("line ")[2]
+    return int(number) if number.isdigit() else 0
+
+
+def _option(option: Any) -> Answer:
+    disabled = [
+        _word(name)
+        for name, bit in mujoco.mjtDisableBit.__members__.items()
+        if name != "mjNDISABLE" and option.disableflags & bit.value
+    ]
+    return {
+        "gravity": option.gravity.tolist(),
+        "density": option.density,
+        "viscosity": option.viscosity,
+        "wind": option.wind.tolist(),
+        "disabled": disabled,
+        "disabled_groups": option.disableactuator,
+    }
+
+
+def _found_lengths(model: Any, places: int) -> list[list[float] | None]:
+    """The least and the largest length of each muscle without a range, in [m] or [rad].
+
+    None for all others, and where joints without ranges or too many placements are in the way.
+    """
+    found: list[list[float] | None] = [None] * len(model.actuator_trntype)
+    search: _LengthSearch | None = None
+    for k in range(len(found)):
+        low, high = model.actuator_lengthrange[k]
+        is_muscle = model.actuator_gaintype[k] == mujoco.mjtGain.mjGAIN_MUSCLE
+        if is_muscle and not low < high and model.actuator_gear[k][0] > 0.0:
+            search = search or _LengthSearch(model)
+            due = search.placements(k)
+            if due <= places:
+                places -= due
+                found[k] = search.range_of(k)
+    return found
+
+
+class _LengthSearch:
+    """Finds lengths over the ranges of joints; those that equalities couple follow."""
+
+    def __init__(self, model: Any) -> None:
+        self._model, self._data = model, mujoco.MjData(model)
+        self._followers = self._coupled()
+
+    def placements(self, actuator: int) -> int:
+        """How many bodies `range_of` places."""
+        count = max(len(self._movers(actuator)), 1)
+        return int(2 * 2 * SWEEPS * count * GRID * self._model.nbody)
+
+    def range_of(self, actuator: int) -> list[float] | None:
+        """The least and the largest length; None where a joint that changes it has no range."""
+        movers = self._movers(actuator)
+        on_path = self._is_spatial(actuator)
+        ranges = [self._ends(joint, on_path) for joint in movers]
+        if not np.isfinite(ranges).all():
+            return None
+        address = self._model.jnt_qposadr[movers]
+        ends = []
+        for sign in (1.0, -1.0):
+            best_q = self._model.qpos0.copy()
+            best = sign * self._length(actuator, best_q)
+            for sweep in range(2 * SWEEPS):
+                for k, (lower, upper) in enumerate(ranges):
+                    width = (upper - lower) / (GRID - 1) / (1.0 if sweep < SWEEPS else GRID)
+                    middle = 0.5 * (lower + upper) if sweep < SWEEPS else best_q[address[k]]
+                    for j in range(GRID):
+                        at = middle + (j - (GRID - 1) / 2.0) * width
+                        q = best_q.copy()
+                        q[address[k]] = min(max(at, lower), upper)
+                        value = sign * self._length(actuator, q)
+                        if value < best:
+                            best, best_q = value, q
+            ends.append(sign * best)
+        return ends if ends[0] < ends[1] else None
+
+    def _length(self, actuator: int, q: Any) -> float:
+        """Length of the target of an actuator; gear not counted."""
+        for first, second, powers in self._followers:
+            x = 0.0 if second < 0 else q[second] - self._model.qpos0[second]
+            moved = sum(c * x**k for k, c in enumerate(powers))
+            q[first] = self._model.qpos0[first] + moved
+        self._data.qpos[:] = q
+        for step in (
+            mujoco.mj_kinematics,
+            mujoco.mj_comPos,
+            mujoco.mj_tendon,
+            mujoco.mj_transmission,
+        ):
+            step(self._model, self._data)
+        return float(self._data.actuator_length[actuator] / self._model.actuator_gear[actuator][0])
+
+    def _movers(self, actuator: int) -> list[int]:
+        """The free hinges and slides that change the length of an actuator's target."""
+        model, target = self._model, self._model.actuator_trnid[actuator][0]
+        if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON:
+            start = model.ten_J_rowadr[target]
+            dofs = model.ten_J_colind[start : start + model.ten_J_rownnz[target]]
+            joints = {int(model.dof_jntid[dof]) for dof in dofs}
+        else:
+            joints = {int(target)}
+        leaders = {first: second for first, second, _ in self._followers}
+        address = {int(model.jnt_qposadr[j]): j for j in range(model.njnt)}
+        free = set()
+        for joint in joints:
+            at = int(model.jnt_qposadr[joint])
+            for _ in range(len(leaders) + 1):
+                at = leaders.get(at, at)
+            if at >= 0 and at not in leaders:
+                free.add(address[at])
+        return sorted(free)
+
+    def _ends(self, joint: int, on_path: bool) -> tuple[float, float]:
+        """The range of a joint; a hinge without one goes round once where lengths repeat."""
+        model = self._model
+        low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-math.inf, math.inf)
+        is_open, kind = math.isinf(low) and math.isinf(high), model.jnt_type[joint]
+        if is_open and on_path and kind == mujoco.mjtJoint.mjJNT_HINGE:
+            start = model.qpos0[model.jnt_qposadr[joint]]
+            return start - math.pi, start + math.pi
+        if kind in (mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL):
+            return -math.inf, math.inf
+        return low, high
+
+    def _is_spatial(self, actuator: int) -> bool:
+        model = self._model
+        if model.actuator_trntype[actuator] != mujoco.mjtTrn.mjTRN_TENDON:
+            return False
+        first = model.wrap_type[model.tendon_adr[model.actuator_trnid[actuator][0]]]
+        return bool(first != mujoco.mjtWrap.mjWRAP_JOINT)
+
+    def _coupled(self) -> list[tuple[int, int, Any]]:
+        """Coupled joints after those that they follow: addresses in qpos, -1 of none; powers."""
+        model, coupled = self._model, []
+        for k in range(model.neq):
+            if model.eq_type[k] == mujoco.mjtEq.mjEQ_JOINT and model.eq_active0[k]:
+                first, second = model.eq_obj1id[k], model.eq_obj2id[k]
+                leader = int(model.jnt_qposadr[second]) if second >= 0 else -1
+                powers = model.eq_data[k][: 5 if second >= 0 else 1].copy()
+                coupled.append((int(model.jnt_qposadr[first]), leader, powers))
+        leaders = {first: leader for first, leader, _ in coupled}
+
+        def depth(at: int) -> int:
+            for count in range(len(leaders)):
+                if at not in leaders:
+                    return count
+                at = leaders[at]
+            return len(leaders)
+
+        return sorted(coupled, key=lambda each: depth(each[0]))
+
+
+def main() -> None:
+    """Answer the request on stdin; what MuJoCo prints goes to stderr."""
+    stdout = os.dup(1)
+    os.dup2(2, 1)
+    request = json.load(sys.stdin.buffer)
+    limit_resources(request["memory"], request["seconds"])
+    found = json.dumps(answer(request, close_files)).encode()
+    with os.fdopen(stdout, "wb") as stream:
+        stream.write(found)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,265 @@
+"""Reader of MuJoCo's MJCF, which MuJoCo compiles.
+
+Bodies are links with their own frames, the joints of a body the motions of one joint. Spatial and
+fixed tendons with an actuator are muscles, equalities of joints exact couplings, those of bodies
+loop joints. What acts otherwise than in MuJoCo, or is left out, is a finding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from ...checks.check import check
+from ...errors import UnknownNameError
+from ...finding import Subject
+from ...model.coupling import all_values
+from ...model.joint import Coordinate, Joint
+from ...model.muscle import CableSet, Muscle, WrapSurface
+from ...model.pose import Vector3
+from ...model.robot import (
+    MARKERS,
+    SHAPE_SIZES,
+    WORLD,
+    Inertia,
+    Link,
+    Mesh,
+    Robot,
+    Shape,
+    TaskFrame,
+    TaskSet,
+)
+from ...model.rotations import rotate_inertia
+from ...model.transform import IDENTITY
+from ...transforms.joint_chains import Names
+from ..cardsflow.beside import DEFAULT_SET
+from ..reading.meshes import note_missing_meshes
+from ..reading.xml import Notes
+from .compiled import Compiled, Row, compile_document, rotation_of, transform, vector
+from .document import Document
+from .read_equalities import with_couplings, with_loops
+from .read_joints import read_joints
+from .read_muscles import MuscleReader
+
+COLLISION_GROUP = 4
+"""What our own files put collision meshes in."""
+ACTING = ("constraint", "equality", "frictionloss", "limit", "spring", "damper", "clampctrl",
+          "actuation")  # fmt: skip
+"""What a model may disable, and acts here."""
+
+
+def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
+    """The robot in an MJCF file, with all files that it includes; None where MuJoCo refuses it.
+
+    Args:
+        file: The file.
+        cable_set: The cable set to make active: there is one, `cardsflow`.
+        notes: Where findings, places and files go.
+
+    Raises:
+        InputError: A file is not readable XML, or not MJCF; MuJoCo is not there, or crashes.
+        UnknownNameError: There is no such cable set.
+    """
+    if cable_set not in (None, DEFAULT_SET):
+        raise UnknownNameError("cable set", str(cable_set), [DEFAULT_SET], file=file)
+    document = Document(file, notes)
+    if any(finding.is_error for finding in notes.findings):
+        return None
+    compiled = compile_document(document)
+    if compiled is None:
+        return None
+    for key in compiled.read:
+        document.note_read(key)
+    _name(compiled)
+    return _robot(document, compiled)
+
+
+def _robot(document: Document, compiled: Compiled) -> Robot:
+    joints = with_couplings(read_joints(document, compiled), document, compiled)
+    reader = MuscleReader(document, compiled, joints)
+    muscles, known = reader.read()
+    joints = [replace(j, coordinates=tuple(known[c.name] for c in j.coordinates)) for j in joints]
+    links = [_link(document, compiled, number) for number in range(1, len(compiled.bodies))]
+    _note_missing_masses(document, compiled, joints)
+    _note_left_out(document, compiled)
+    note_missing_meshes(document.root, links)
+    robot = Robot(
+        document.root.subject.name,
+        tuple(links),
+        tuple(joints),
+        (CableSet(DEFAULT_SET, muscles),) if muscles else (),
+        DEFAULT_SET if muscles else "",
+        tuple(_markers(compiled, reader.used_sites)),
+        gravity=_gravity(document, compiled),
+        wrap_surfaces=_wrapped(reader, muscles),
+    )
+    robot = with_loops(robot, document, compiled)
+    return _with_followers(_started(robot, document, compiled))
+
+
+def _name(compiled: Compiled) -> None:
+    """Give names to what has none."""
+    for rows, word in (
+        (compiled.bodies, "body_"),
+        (compiled.joints, "joint_"),
+        (compiled.tendons, "tendon_"),
+    ):
+        first = 0 if rows is compiled.bodies else 1  # body 0 is the world
+        names = Names(row["name"] for row in rows if row["name"])
+        for k, row in enumerate(rows, start=first):
+            row["name"] = row["name"] or names.give(f"{word}{k}")
+
+
+def _link(document: Document, compiled: Compiled, number: int) -> Link:
+    body = compiled.bodies[number]
+    document.node_at(body["line"]).about(Subject("link", body["name"]))
+    geoms = [row for row in compiled.geoms if row["bodyid"] == number]
+    meshes = [mesh for row in geoms for mesh in _meshes(document, compiled, row)]
+    shapes = [_shape(row) for row in geoms if _is_shape(row)]
+    return Link(body["name"], _inertia(body), meshes=tuple(meshes), shapes=tuple(shapes))
+
+
+def _inertia(body: Row) -> Inertia:
+    com, R = vector(body["ipos"]), rotation_of(body["iquat"])
+    xx, yy, zz = body["inertia"]
+    if not any((body["mass"], xx, yy, zz)):
+        return Inertia(0.0)
+    diagonal = Inertia(body["mass"], com, xx, yy, zz)
+    if R == IDENTITY.R:
+        return diagonal
+    return Inertia.of(body["mass"], com, rotate_inertia(R, diagonal.matrix))
+
+
+def _meshes(document: Document, compiled: Compiled, row: Row) -> Iterator[Mesh]:
+    """The mesh of a geom; MuJoCo moves those that it compiles into their inertia's frame."""
+    name = row.get("mesh", "")
+    if row["type"] == "mesh" and name in document.uris:
+        T = transform(row)
+        if row["dataid"] >= 0:
+            T = T.compose(transform(compiled.meshes[name]).inverse())
+        role = "collision" if row["group"] == COLLISION_GROUP else "visual"
+        scale = vector(compiled.scales[name])
+        yield Mesh(role, document.uris[name], T.pose(), scale, name)  # type: ignore[arg-type]
+
+
+def _is_shape(row: Row) -> bool:
+    """Whether a geom is what our own files say a link collides with."""
+    return row["group"] == COLLISION_GROUP and row["type"] in SHAPE_SIZES
+
+
+def _shape(row: Row) -> Shape:
+    """MJCF has half the edges and lengths."""
+    kind, (first, *others) = row["type"], row["size"]
+    sizes = [first if kind != "box" else 2.0 * first, *(2.0 * size for size in others)]
+    return Shape(kind, tuple(sizes[: SHAPE_SIZES[kind]]), transform(row).pose())
+
+
+def _wrapped(reader: MuscleReader, muscles: Sequence[Muscle]) -> tuple[WrapSurface, ...]:
+    names = {wrap.surface for muscle in muscles for wrap in muscle.wraps}
+    return tuple(surface for name, surface in reader.surfaces.items() if name in names)
+
+
+def _gravity(document: Document, compiled: Compiled) -> Vector3:
+    option, node = compiled.option, document.first("option")
+    for word in ("density", "viscosity", "wind"):
+        values = option[word] if word == "wind" else [option[word]]
+        if any(values):
+            node.warning("fluid-left-out", f"the {word} of the surrounding fluid is left out")
+    disabled = [word for word in option["disabled"] if word in ACTING]
+    if disabled:
+        problem = f"MuJoCo is told to disable: {', '.join(disabled)}; here it acts"
+        node.warning("option-left-out", problem)
+    if option["disabled_groups"]:
+        node.warning("option-left-out", "groups of actuators are disabled; here they act")
+    return (0.0, 0.0, 0.0) if "gravity" in option["disabled"] else vector(option["gravity"])
+
+
+def _started(robot: Robot, document: Document, compiled: Compiled) -> Robot:
+    """The robot with the initial values of our own files' keyframe."""
+    values, names = compiled.initial, [c.name for c in robot.all_coordinates]
+    if values is None:
+        return robot
+    if len(values) != len(names):
+        problem = "the keyframe 'initial' has quaternions; left out"
+        document.first("key").warning("part-left-out", problem)
+        return robot
+    at = dict(zip(names, values, strict=True))
+    return _with_initials(robot, {name: at[name] for name in names})
+
+
+def _with_followers(robot: Robot) -> Robot:
+    """The robot with coordinates that follow others where these have them."""
+    coupled = [c.name for c in robot.all_coordinates if c.coupling]
+    if not coupled or any(finding.is_error for finding in check(robot)):
+        return robot
+    at = all_values(robot, {c.name: c.initial for c in robot.coordinates})
+    return _with_initials(robot, {name: at[name] for name in coupled})
+
+
+def _with_initials(robot: Robot, at: Mapping[str, float]) -> Robot:
+    def moved(c: Coordinate) -> Coordinate:
+        return replace(c, initial=at.get(c.name, c.initial))
+
+    joints = (replace(j, coordinates=tuple(map(moved, j.coordinates))) for j in robot.joints)
+    return replace(robot, joints=tuple(joints))
+
+
+def _markers(compiled: Compiled, on_tendons: set[int]) -> Iterator[TaskSet]:
+    """The sites that no tendon and no equality uses, as points that are only looked at."""
+    used = on_tendons | {
+        row[end]
+        for row in compiled.equalities
+        for end in ("obj1id", "obj2id")
+        if row["objtype"] == "site"
+    }
+    frames = [
+        TaskFrame(row["name"], compiled.bodies[row["bodyid"]]["name"], vector(row["pos"]))
+        for number, row in enumerate(compiled.sites)
+        if row["name"] and number not in used and row["bodyid"]
+    ]
+    if frames:
+        yield TaskSet(MARKERS, tuple(frames))
+
+
+def _note_missing_masses(document: Document, compiled: Compiled, joints: Sequence[Joint]) -> None:
+    """Bodies whose mass would come from meshes that are not there: refused where they move."""
+    moving = {WORLD: False}
+    for joint in joints:
+        moving[joint.child] = bool(joint.motions) or moving[joint.parent]
+    for number, body in enumerate(compiled.bodies):
+        files = [
+            document.uris[row["mesh"]]
+            for row in compiled.geoms
+            if row["bodyid"] == number and row.get("missing")
+        ]
+        if not files:
+            continue
+        node = document.node_at(body["line"]).about(Subject("link", body["name"]))
+        listed = ", ".join(map(repr, dict.fromkeys(files[:5])))
+        problem = f"its mass comes from meshes that are not there, or not read: {listed}"
+        if moving[body["name"]]:
+            more = "put them there, or give it an <inertial>"
+            node.error("mass-from-mesh", f"{problem}; {more}")
+        else:
+            node.warning("mass-from-mesh", f"{problem}; it does not move")
+
+
+def _note_left_out(document: Document, compiled: Compiled) -> None:
+    seen = [row for row in compiled.geoms if row["type"] != "mesh" and not _is_shape(row)]
+    if seen:
+        problem = (
+            f"{len(seen)} geoms count for masses and wraps only: they are neither seen, nor do "
+            "they touch anything"
+        )
+        document.node_at(seen[0]["line"]).warning("geometry-left-out", problem)
+    lifted = [row for row in compiled.bodies if row["gravcomp"]]
+    if lifted:
+        names = ", ".join(repr(row["name"]) for row in lifted[:10])
+        node = document.node_at(lifted[0]["line"])
+        node.warning("gravity-not-off", f"gravity acts in full on {names}")
+    held = [row for row in compiled.bodies if row["mocapid"] >= 0]
+    if held:
+        names = ", ".join(repr(row["name"]) for row in held[:10])
+        node = document.node_at(held[0]["line"])
+        node.warning("mocap-left-out", f"what motion capture moves stands still: {names}")

@@ -1,0 +1,129 @@
+"""Equalities of MJCF: exact couplings of joints, and loop joints between bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Literal
+
+from ...checks.loops import rigid_bodies
+from ...finding import Subject
+from ...finding_builders import unknown
+from ...model.function import Polynomial, taylor
+from ...model.joint import Coordinate, Joint, Term
+from ...model.loop import LoopJoint
+from ...model.pose import Pose
+from ...model.robot import Robot
+from ...model.transform import Transform
+from ...transforms.joint_chains import Names
+from ..reading.loops import End, hold_together
+from ..reading.xml import Node
+from .compiled import Compiled, Row, rotation_of, transform, vector
+from .document import Document, note_equality
+
+CONNECT, WELD = "connect", "weld"
+"""The equalities of bodies."""
+
+
+def with_couplings(joints: Sequence[Joint], document: Document, compiled: Compiled) -> list[Joint]:
+    """The joints with the coordinates that equalities make follow others, or hold."""
+    known = {c.name: c for joint in joints for c in joint.coordinates}
+    coupled: list[Node] = []
+    for row in compiled.equalities:
+        node = document.node_at(row["line"])
+        if not row["active0"] or row["type"] in (CONNECT, WELD):
+            continue
+        if row["type"] != "joint":
+            note_equality(node)
+        elif _couple(row, node, compiled, known):
+            coupled.append(node)
+    _note_exact(coupled, "joints")
+    return [
+        replace(joint, coordinates=tuple(known[c.name] for c in joint.coordinates))
+        for joint in joints
+    ]
+
+
+def _couple(row: Row, node: Node, compiled: Compiled, known: dict[str, Coordinate]) -> bool:
+    """Make joint 1 follow joint 2, or hold it; whether that was done.
+
+    q1 - ref1 = c0 + c1 (q2 - ref2) + ... + c4 (q2 - ref2)⁴, or c0 without a joint 2.
+    """
+    first = compiled.joints[row["obj1id"]]["name"]
+    second = compiled.joints[row["obj2id"]]["name"] if row["obj2id"] >= 0 else ""
+    for name in (first, second) if second else (first,):
+        if name not in known:
+            node.error("unknown-coordinate", unknown("joint of one coordinate", name, list(known)))
+            return False
+    c, powers = known[first], row["data"][:5]
+    if c.coupling or c.locked:
+        problem = f"{first!r} follows another joint, or is held, already; left out"
+        node.warning("equality-left-out", problem)
+        return False
+    if not second:
+        known[first] = replace(c, locked=True, initial=c.initial + powers[0])
+        return True
+    shifted = list(taylor(powers, -known[second].initial))
+    while len(shifted) > 1 and shifted[-1] == 0.0:
+        shifted.pop()
+    function = Polynomial((shifted[0] + c.initial, *shifted[1:]))
+    open_ = replace(c, lower=-math.inf, upper=math.inf, actuated=False)
+    known[first] = replace(open_, coupling=(Term(second, function),))
+    return True
+
+
+def with_loops(robot: Robot, document: Document, compiled: Compiled) -> Robot:
+    """The robot with the loop joints of equalities, which hold exactly here."""
+    bodies, names = rigid_bodies(robot.joints), Names(joint.name for joint in robot.joints)
+    loops, nodes = [], []
+    for row in compiled.equalities:
+        if row["type"] in (CONNECT, WELD) and row["active0"]:
+            name = names.give(row["name"] or row["type"])
+            node = document.node_at(row["line"]).about(Subject("joint", name))
+            loop = _loop(row, node, name, compiled, bodies)
+            if loop is not None:
+                loops.append(loop)
+                nodes.append(document.node_at(row["line"]))
+    _note_exact(nodes, "loops")
+    return replace(robot, loops=tuple(loops))
+
+
+def _loop(
+    row: Row, node: Node, name: str, compiled: Compiled, bodies: Mapping[str, str]
+) -> LoopJoint | None:
+    first, second = row["obj1id"], row["obj2id"]
+    is_point = row["type"] == CONNECT
+    if row["objtype"] == "site":
+        ends = _site(compiled, first, is_point), _site(compiled, second, is_point)
+    else:
+        here, there = _ends(row["data"], is_point)
+        names = [compiled.bodies[k]["name"] for k in (first, second)]
+        ends = (names[0], here), (names[1], there)
+    type_: Literal["ball", "fixed"] = "ball" if is_point else "fixed"
+    return hold_together(node, name, type_, ends, bodies)
+
+
+def _site(compiled: Compiled, number: int, is_point: bool) -> End:
+    row = compiled.sites[number]
+    pose = Pose(vector(row["pos"])) if is_point else transform(row).pose()
+    return compiled.bodies[row["bodyid"]]["name"], pose
+
+
+def _ends(data: Sequence[float], is_point: bool) -> tuple[Pose, Pose]:
+    """The frames of two bodies that coincide: anchors, or the place of a weld's second body."""
+    if is_point:
+        return Pose(vector([*data[:3]])), Pose(vector([*data[3:6]]))
+    anchor = vector([*data[:3]])
+    T_first_second = Transform(rotation_of([*data[6:10]]), vector([*data[3:6]]))
+    return T_first_second.pose(), Pose(anchor)
+
+
+def _note_exact(nodes: Sequence[Node], what: str) -> None:
+    """Note equalities that give way in MuJoCo."""
+    if nodes:
+        problem = (
+            f"{len(nodes)} equalities of {what} hold exactly here; those of MuJoCo are springs "
+            "with a time constant, which give way"
+        )
+        nodes[0].warning("exact-equality", problem)

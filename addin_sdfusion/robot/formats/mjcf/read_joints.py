@@ -1,0 +1,170 @@
+"""Joints of MJCF: those of one body are the motions of one joint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ...finding import Subject
+from ...model.function import ITSELF, constant, linear
+from ...model.joint import Coordinate, Joint, Motion
+from ...model.pose import Vector3
+from ...model.rotations import axis_rotation, normalized, subtract
+from ...model.transform import IDENTITY, Transform
+from ...transforms.joint_chains import Names
+from ..reading.xml import ZERO, Node
+from .compiled import Compiled, Row, transform, vector
+from .document import Document
+
+AXES: tuple[Vector3, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+ANGLES = {"ball": 3, "free": 6}
+"""Coordinates of joints that MuJoCo gives a quaternion."""
+
+
+def read_joints(document: Document, compiled: Compiled) -> list[Joint]:
+    """The joint that carries each body but the world; a fixed one where it has none."""
+    names = Names()
+    return [
+        _joint(document, compiled, body, number, names)
+        for number, body in enumerate(compiled.bodies)
+        if number
+    ]
+
+
+def _joint(document: Document, compiled: Compiled, body: Row, number: int, names: Names) -> Joint:
+    rows = [row for row in compiled.joints if row["bodyid"] == number]
+    motions: list[Motion] = []
+    coordinates: list[Coordinate] = []
+    at_start, first, here = Transform(IDENTITY.R, ZERO), IDENTITY, None
+    for k, row in enumerate(rows):
+        place = vector(row["pos"])
+        if row["type"] in ("slide", "free"):
+            place = here if here is not None else _next_place(rows[k + 1 :])
+        if here is None:
+            at_start = Transform(IDENTITY.R, place)
+        elif place != here:
+            motions += _shift(subtract(place, here))
+        here = place
+        made, of = _motions(document, compiled, row, len(coordinates))
+        if not motions and len(made) == 1 and made[0].function != ITSELF:
+            first, made = _turned_back(made[0])
+        motions += made
+        coordinates += of
+    name = coordinates[0].name if len(coordinates) == 1 else f"{body['name']}_joint"
+    return Joint(
+        names.give(name),
+        compiled.bodies[body["parentid"]]["name"],
+        body["name"],
+        tuple(motions),
+        tuple(coordinates),
+        transform(body).compose(at_start).compose(first).pose(),
+        Transform(IDENTITY.R, here or ZERO).pose(),
+    )
+
+
+def _motions(
+    document: Document, compiled: Compiled, row: Row, start: int
+) -> tuple[list[Motion], list[Coordinate]]:
+    """The motions of one of MuJoCo's joints; its coordinates are numbered from a start."""
+    node = document.node_at(row["line"])
+    if row["type"] in ANGLES:
+        return _several(compiled, row, node, start)
+    node = node.about(Subject("coordinate", row["name"]))
+    coordinate = _coordinate(compiled, row, node)
+    ref = coordinate.initial
+    function = linear(1.0, -ref) if ref else ITSELF
+    axis = vector(row["axis"])
+    if row["type"] == "slide":
+        return [Motion("translation", axis, start, function)], [coordinate]
+    return [Motion("rotation", axis, start, function)], [coordinate]
+
+
+def _coordinate(compiled: Compiled, row: Row, node: Node) -> Coordinate:
+    dof = compiled.dofs[row["dofadr"]]
+    _note_polynomial(node, "stiffness", row["stiffness"], row["stiffnesspoly"])
+    _note_polynomial(node, "damping", dof["damping"], dof["dampingpoly"])
+    if row["springyield"]:
+        node.warning("plasticity-left-out", "its spring yields in MuJoCo; here it is elastic")
+    lower, upper = row["range"] if row["limited"] else (-math.inf, math.inf)
+    weakest, strongest = row["actfrcrange"] if row["actfrclimited"] else (-math.inf, math.inf)
+    return Coordinate(
+        row["name"],
+        lower,
+        upper,
+        compiled.qpos0[row["qposadr"]],
+        dof["damping"],
+        "m" if row["type"] == "slide" else "rad",
+        stiffness=row["stiffness"],
+        rest=compiled.qpos_spring[row["qposadr"]],
+        friction=dof["frictionloss"],
+        tau_min=weakest,
+        tau_max=strongest,
+        armature=dof["armature"],
+    )
+
+
+def _note_polynomial(node: Node, what: str, first: float, others: Sequence[float]) -> None:
+    if any(others):
+        problem = f"its {what} is a polynomial; only its first coefficient {first:g} is kept"
+        node.warning("polynomial-left-out", problem)
+
+
+def _next_place(behind: Sequence[Row]) -> Vector3:
+    """The place of the first hinge behind a slide, whose own place counts for nothing."""
+    turning = (vector(row["pos"]) for row in behind if row["type"] in ("hinge", "ball"))
+    return next(turning, ZERO)
+
+
+def _shift(by: Vector3) -> list[Motion]:
+    """A translation that stands still, between hinges at different places."""
+    length = math.hypot(*by)
+    return [Motion("translation", normalized(by), 0, constant(length))] if length else []
+
+
+def _turned_back(motion: Motion) -> tuple[Transform, list[Motion]]:
+    """A first motion that counts from another zero, as one that does not, and a place."""
+    way = motion.way(0.0)
+    if motion.kind == "rotation":
+        T = Transform(axis_rotation(motion.axis, way), ZERO)
+    else:
+        x, y, z = (way * w for w in motion.axis)
+        T = Transform(IDENTITY.R, (x, y, z))
+    return T, [replace(motion, function=ITSELF)]
+
+
+def _several(
+    compiled: Compiled, row: Row, node: Node, start: int
+) -> tuple[list[Motion], list[Coordinate]]:
+    """A ball turns by three angles, a free joint moves along three axes before."""
+    name, count = row["name"], ANGLES[row["type"]]
+    words = ("x", "y", "z", "alpha", "beta", "gamma")[-count:]
+    motions, coordinates = [], []
+    for k, word in enumerate(words):
+        dof = compiled.dofs[row["dofadr"] + k]
+        kind = "rotation" if k >= count - 3 else "translation"
+        motion = Motion(kind, AXES[k % 3], start + k)  # type: ignore[arg-type]
+        each = f"{name}_{word}"
+        node.about(Subject("coordinate", each))
+        motions.append(motion)
+        coordinates.append(
+            Coordinate(
+                each,
+                unit=motion.unit,
+                damping=dof["damping"],
+                friction=dof["frictionloss"],
+                armature=dof["armature"],
+            )
+        )
+    about = node.about(Subject("joint", name))
+    about.warning(
+        "angles-for-quaternion",
+        f"a {row['type']} joint turns by Rx(alpha) Ry(beta) Rz(gamma) here, from where it is at "
+        "first",
+    )
+    _note_polynomial(about, "damping", dof["damping"], dof["dampingpoly"])
+    if row["limited"] or row["stiffness"]:
+        about.warning("ball-range", "its range and spring are left out")
+    if any(c.armature or c.damping or c.friction for c in coordinates):
+        about.warning("ball-resistance", "armature, damping and friction act on its angles here")
+    return motions, coordinates
