@@ -146,25 +146,6 @@ def test_files_of_a_robot_are_counted_together(
         read_robot(tmp_path / "main.xml")
 
 
-def test_more_defaults_than_can_be_looked_through_are_refused(tmp_path: Path) -> None:
-    defaults = '<geom size=".1"/>' * (limits.DEFAULTS + 1)
-    file = _written(tmp_path / "robot.xml", 1, f"<default>{defaults}</default>")
-    with pytest.raises(InputError, match=f"more than {limits.DEFAULTS} elements of defaults"):
-        read_robot(file)
-
-
-def test_forces_of_too_many_muscles_are_not_searched(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made = "".join(f'<muscle name="a{k}" tendon="t{k}"/>' for k in range(3))
-    extra = f"<tendon>{_muscles(3)}</tendon><actuator>{made}</actuator>"
-    file = _written(tmp_path / "robot.xml", 3, extra)
-    assert len(read_robot(file).muscles) == 3
-    monkeypatch.setattr("addin_sdfusion.robot.readers.mjcf.found.MUSCLES_WITHOUT_FORCE", 9)
-    with pytest.raises(InputError, match=r"'a0': no force, and too many .* give it"):
-        read_robot(file)
-
-
 def test_matrices_beyond_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(limits, "MATRIX", 7)
     with pytest.raises(InputError, match="2 coordinates and 4 muscles are too many"):

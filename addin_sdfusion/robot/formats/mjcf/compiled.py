@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
+from ...json_text import json_text
 from ...limits import MIB, MJCF_MEMORY, MJCF_SECONDS, MUSCLES_WITHOUT_RANGE
 from ...model.pose import Vector3
 from ...model.rotations import Matrix3
@@ -107,7 +108,7 @@ def run_compiler(request: Mapping[str, Any], file: Path) -> dict[str, Any]:
         InputError: It crashes, takes too long or too much memory.
     """
     command = [sys.executable, "-P", str(_PROGRAM)]
-    data, surroundings = json.dumps(request).encode(), os.environ | _QUIET
+    data, surroundings = json_text(request).encode(), os.environ | _QUIET
     try:
         done = subprocess.run(
             command, input=data, capture_output=True, timeout=WAITING, env=surroundings
