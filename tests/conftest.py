@@ -42,8 +42,6 @@ EXTRAS = {
     "pinocchio": "pinocchio",
     "rerun": "rerun",
     "ros2": "rosbags",
-    "ros2-zenoh": "zenoh",
-    "ros2-dds": "cyclonedds",
     "sweep": "distributed",
 }
 """The module that tells whether an extra is installed."""

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from cardsflow_fmu.hardware.device.device import Device
     from cardsflow_fmu.hardware.device.server import DeviceServer
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
-    from cardsflow_fmu.middleware.address import NodeAddress
     from cardsflow_fmu.ros.device_node import DeviceNode
     from cardsflow_fmu.ros.scene_topics import Shown
+    from cardsflow_fmu.ros_interface.address import NodeAddress
 
 DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
 
@@ -57,13 +57,15 @@ def add_device(commands: Commands) -> None:
     group.add_argument(
         "--publish",
         metavar="URI",
-        help="publish what the device measures: ros2://localhost:7447, or ros2://?rmw=dds",
+        help="publish what the device measures: ros2://NAMESPACE?domain=N&node=NAME",
     )
     group.add_argument(
         "--ros2",
         metavar="URI",
-        help="publish it, and take commands from the topic device_commands while no other run is "
-        "under way; without a command for the timeout forces are ramped down: ros2://?timeout=0.1",
+        help="publish it, and take commands from the topic device_commands, or with "
+        "controller=NAME from NAME/commands as a forward_command_controller does, while no other "
+        "run is under way; without a command for the timeout forces are ramped down: "
+        "ros2://?timeout=0.1",
     )
     _add_imperfections(parser)
     _add_serving(parser)
@@ -185,7 +187,7 @@ def _node_address(options: argparse.Namespace) -> NodeAddress | None:
     Raises:
         InputError: It is none, or commands are to be taken and no timeout is stated.
     """
-    from cardsflow_fmu.middleware.address import node_address
+    from cardsflow_fmu.ros_interface.address import node_address
 
     if options.ros2 is None:
         return None if options.publish is None else node_address(options.publish)

@@ -78,9 +78,8 @@ def add_run(commands: Commands) -> None:
     parser.add_argument(
         "--publish",
         metavar="URI",
-        help="publish the run as topics of ROS 2 while it goes on, in real time, through the "
-        "router of rmw_zenoh: ros2://localhost:7447, or over DDS: ros2://?rmw=dds, with /NAMESPACE "
-        "and domain=N, node=NAME",
+        help="publish the run as topics of ROS 2 while it goes on, in real time: "
+        "ros2://NAMESPACE?domain=N&node=NAME",
     )
 
 

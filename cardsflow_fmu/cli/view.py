@@ -125,12 +125,10 @@ def watched(
 
 @contextlib.contextmanager
 def _published(experiment: Experiment, uri: str) -> Iterator[Watch]:
-    from cardsflow_fmu.middleware.address import node_address
     from cardsflow_fmu.ros.publisher import published
+    from cardsflow_fmu.ros_interface.address import node_address
 
-    address = node_address(uri)
-    with published(experiment, address) as watch:
-        _print_line(f"published as node {address}")
+    with published(experiment, node_address(uri), _print_line) as watch:
         yield watch
 
 

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.middleware.joint_state import JointState, JointStateReader
+from cardsflow_fmu.ros_interface.joint_state import JointState
+from cardsflow_fmu.ros_interface.message_types import require_ros, type_store
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .recorded_messages import TYPE, Budget, messages
@@ -67,17 +68,16 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
         joints: Names of joints; the first publisher counts when empty.
 
     Raises:
-        InputError: There are none, a file is damaged, or its compression needs the extra `ros2`.
+        InputError: There are none, a file is damaged, or a package of the extra `ros2` is missing.
     """
     files = [path] if path.is_file() else _files_of(path)
     found: dict[tuple[str, tuple[str, ...]], _Publisher] = defaultdict(_Publisher)
-    budget, reader = Budget(), JointStateReader()
+    require_ros()
+    budget, store = Budget(), type_store()
     for file in files:
         try:
             for message in messages(file, budget):
-                state = reader.read(message.content)
-                if state is None:
-                    raise ValueError(f"a message of {message.topic} cannot be read")
+                state = JointState.of(store.deserialize_cdr(message.content, TYPE))
                 found[message.topic, state.names].add(message.time_ns, state)
                 if len(found) > _MOST_PUBLISHERS:
                     raise InputError(f"holds more than {_MOST_PUBLISHERS} sets of joints")

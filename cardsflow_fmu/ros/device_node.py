@@ -13,15 +13,15 @@ import numpy as np
 from cardsflow_fmu.cosim.pacing import real_time_priority
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.hardware.device.device import Device
-from cardsflow_fmu.hardware.protocol.device_topics import COMMANDS, DeviceTopics
+from cardsflow_fmu.hardware.protocol.device_topics import DeviceTopics
 from cardsflow_fmu.hardware.protocol.signals import hardware_signals
 from cardsflow_fmu.hardware.session.connect import handshake_of
 from cardsflow_fmu.hardware.session.open_link import open_link
 from cardsflow_fmu.hardware.session.session import HardwareSession
 from cardsflow_fmu.hardware.session.topic_commands import TopicCommands
-from cardsflow_fmu.middleware.address import NodeAddress
-from cardsflow_fmu.middleware.node import Node
-from cardsflow_fmu.middleware.open_node import open_node
+from cardsflow_fmu.ros_interface.address import NodeAddress
+from cardsflow_fmu.ros_interface.node import Node
+from cardsflow_fmu.ros_interface.rclpy_node import open_node
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .publisher import RunPublisher, quick_switches
@@ -45,7 +45,7 @@ class DeviceNode:
         takes_commands: Whether commands are taken from the topic; the address has a timeout then.
 
     Raises:
-        InputError: A package is missing, the middleware cannot be reached, or the robot has no
+        InputError: This Python has no rclpy, its middleware cannot be started, or the robot has no
             bounds to keep commands in.
     """
 
@@ -68,9 +68,10 @@ class DeviceNode:
         self._switches = contextlib.ExitStack()
         self._next = 0.0
         self._state: FloatArray = device.robot.state()
-        topics = DeviceTopics(shown.robot, settings) if takes_commands else None
+        topics = DeviceTopics(shown.robot, settings, address) if takes_commands else None
         self._node: Node = open_node(address)
-        self._publisher = RunPublisher(shown, self._node, has_clock=False)
+        without = () if topics is None else (topics.states_topic.name,)
+        self._publisher = RunPublisher(shown, self._node, has_clock=False, without=without)
         self._tasks = [threading.Thread(target=self._publish, name="ros2", daemon=True)]
         self._commands: TopicCommands | None = None
         if topics is not None and address.timeout is not None:
@@ -89,10 +90,10 @@ class DeviceNode:
     @property
     def description(self) -> str:
         """One line about the node."""
-        address, line = self._address, f"published as node {self._address}"
+        address, line = self._address, f"published as node {self._address}{self._publisher.remark}"
         if self._commands is None:
             return line
-        topic = address.absolute(COMMANDS.name)
+        topic = address.absolute(self._commands.topic.name)
         return f"{line}; commands from {topic}, ramped down after {address.timeout:g} s without"
 
     @property

@@ -6,12 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cardsflow_fmu.middleware import types
-from cardsflow_fmu.middleware.cdr import header, message_rows
-from cardsflow_fmu.middleware.node import Topic
 from cardsflow_fmu.results.run_data import RunData
+from cardsflow_fmu.ros_interface import message_types as types
+from cardsflow_fmu.ros_interface.node import Topic, header
 
-from .topics import Batch, nanoseconds
+from .topics import Sample, nanoseconds
 
 TOPIC = Topic("/diagnostics", types.DIAGNOSTICS)
 
@@ -23,11 +22,11 @@ _FAULTS = {
 }
 
 
-def run_diagnostics(run: RunData) -> Iterator[Batch]:
+def run_diagnostics(run: RunData) -> Iterator[Sample]:
     """A message of the run's warnings at its beginning, and one wherever a fault comes or goes."""
     if not len(run.rows):
         return
-    time_ns = nanoseconds(run["time"])
+    time_ns = nanoseconds(run["time"]).tolist()
     lines = [str(line) for line in run.summary.get("warnings") or ()]
     if run.summary.get("status") == "incomplete":
         lines.append(f"incomplete run: {run.summary.get('error')}")
@@ -51,7 +50,5 @@ def _status(name: str, level: int, text: str, values: dict[str, str]) -> dict[st
     return {"level": level, "name": f"cardsflow: {name}", "message": text, "values": rows}
 
 
-def _message(time_ns: np.int64, status: list[dict[str, object]]) -> Batch:
-    when = np.array([time_ns])
-    values = {"header": header(when), "status": status}
-    return Batch(TOPIC, when, message_rows(types.DIAGNOSTICS, values, 1))
+def _message(time_ns: int, status: list[dict[str, object]]) -> Sample:
+    return Sample(TOPIC, time_ns, {"header": header(time_ns), "status": status})

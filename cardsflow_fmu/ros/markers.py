@@ -2,35 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Robot
-from cardsflow_fmu.middleware.cdr import header
+from cardsflow_fmu.ros_interface.node import Values, header
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.viewer.scene import colours
 from cardsflow_fmu.viewer.scene import shapes as s
-from cardsflow_fmu.viewer.scene.link_poses import link_poses, moved_point
+from cardsflow_fmu.viewer.scene.link_poses import link_poses
 from cardsflow_fmu.viewer.scene.meshes import LinkMeshes
-from cardsflow_fmu.viewer.scene.motion import Motion, task_points
-from cardsflow_fmu.viewer.scene.muscle_paths import MusclePath
 from cardsflow_fmu.viewer.scene.stage import Stage
 
-from .robot_frames import pose_values, position_values, urdf_frames
-
-Values = Mapping[str, Any]
+from .robot_frames import point_values, pose_values, urdf_frames
 
 _SPHERE, _CYLINDER, _LINE_STRIP, _TRIANGLES = 2, 3, 4, 11
 _LINE_WIDTH, _POINT_SIZE = 0.006, 0.03  # as parts of the robot's reach
 
 
 def cable_markers(
-    time_ns: NDArray[np.int64],
+    time_ns: int,
     robot: Robot,
-    paths: list[MusclePath],
+    points: Sequence[FloatArray],
     tensions: FloatArray | None,
     highest: float,
     reach: float,
@@ -38,52 +33,54 @@ def cable_markers(
     """A line strip for every muscle, coloured by its tension.
 
     Args:
-        time_ns: Of K frames, in [ns].
+        time_ns: Time of the frame, in [ns].
         robot: The robot.
-        paths: Of its muscles.
-        tensions: Shape (K, m), in [N]; None where they are not known.
+        points: Corners of every muscle's path, shape (p, 3) each, in [m].
+        tensions: Shape (m,), in [N]; None where they are not known.
         highest: The largest tension of the whole motion, in [N].
         reach: Of the robot, in [m].
     """
-    for k, (muscle, path) in enumerate(zip(robot.muscles, paths, strict=True)):
-        pull = np.full(len(time_ns), np.nan) if tensions is None else tensions[:, k]
+    for k, (muscle, corners) in enumerate(zip(robot.muscles, points, strict=True)):
+        pull = np.array([np.nan if tensions is None else tensions[k]])
         top = min(muscle.f_max, max(highest, muscle.f_min))
-        red_green_blue = colours.tension_colours(pull, muscle.f_min, top).T
         yield {
             **_marker(header(time_ns, WORLD), "cables", k, _LINE_STRIP),
             "scale": {"x": _LINE_WIDTH * reach},
-            "color": _colour(red_green_blue),
-            "points": path.points,
+            "color": _colour(colours.tension_colours(pull, muscle.f_min, top)[0]),
+            "points": corners,
         }
 
 
-def point_markers(
-    time_ns: NDArray[np.int64], robot: Robot, motion: Motion, reach: float
+def task_markers(
+    time_ns: int, tasks: Mapping[str, FloatArray], desired: Mapping[str, FloatArray], reach: float
 ) -> Iterator[Values]:
-    """A sphere for every task point, and one where it is to be."""
-    poses = link_poses(robot, motion.q)
-    for k, point in enumerate(task_points(robot)):
-        at = moved_point(poses[point.link], point.position)
+    """A sphere for every task point, and one at its reference.
+
+    Args:
+        time_ns: Time of the frame, in [ns].
+        tasks: Positions by name, shape (3,) each, in [m].
+        desired: Desired positions by name; NaN for axes without a reference.
+        reach: Of the robot, in [m].
+    """
+    for k, (name, at) in enumerate(tasks.items()):
         places = {"task points": (at, colours.TRAIL)}
-        if point.name in motion.y_d:
-            desired = motion.y_d[point.name]
-            places["desired"] = np.where(np.isnan(desired), at, desired), colours.REFERENCE
-        for kind, (place, colour) in places.items():
+        if name in desired:
+            place = np.where(np.isnan(desired[name]), at, desired[name])
+            places["desired"] = place, colours.REFERENCE
+        for group, (place, colour) in places.items():
             yield {
-                **_marker(header(time_ns, WORLD), kind, k, _SPHERE),
-                "pose": {"position": position_values(place), "orientation": {"w": 1.0}},
+                **_marker(header(time_ns, WORLD), group, k, _SPHERE),
+                "pose": {"position": point_values(place), "orientation": {"w": 1.0}},
                 "scale": dict.fromkeys("xyz", _POINT_SIZE * reach),
                 "color": _colour(colour),
             }
 
 
-def body_markers(
-    time_ns: NDArray[np.int64], robot: Robot, stage: Stage, meshes: LinkMeshes
-) -> Iterator[Values]:
+def body_markers(time_ns: int, robot: Robot, stage: Stage, meshes: LinkMeshes) -> Iterator[Values]:
     """The bodies of links, each in its URDF frame: triangles of meshes and hulls, or cylinders.
 
     Args:
-        time_ns: When, a single time, in [ns].
+        time_ns: Time of the markers, in [ns].
         robot: The robot.
         stage: The robot at any joint positions.
         meshes: Surfaces of its links.
@@ -102,9 +99,9 @@ def body_markers(
             "color": _colour(shape.colour),
         }
         if isinstance(shape, s.MeshShape):
-            corners = shape.triangles.vertices[shape.triangles.faces].reshape(1, -1, 3)
+            corners = shape.triangles.vertices[shape.triangles.faces].reshape(-1, 3)
             yield values | {
-                "pose": pose_values(T_frame_link[np.newaxis]),
+                "pose": pose_values(T_frame_link),
                 "scale": dict.fromkeys("xyz", 1.0),
                 "points": corners,
             }
@@ -114,7 +111,7 @@ def body_markers(
             width = 2.0 * shape.radius
             yield values | {
                 "type": _CYLINDER,
-                "pose": pose_values(T[np.newaxis]),
+                "pose": pose_values(T),
                 "scale": {"x": width, "y": width, "z": length},
             }
 
@@ -147,5 +144,5 @@ def _marker(head: Values, group: str, number: int, kind: int) -> dict[str, Any]:
 
 
 def _colour(rgb: Any) -> dict[str, Any]:
-    """Red, green and blue from 0 to 255, each a number or an array, as a `ColorRGBA`."""
-    return {name: value / 255.0 for name, value in zip("rgb", rgb, strict=True)} | {"a": 1.0}
+    """Red, green and blue from 0 to 255 as a `ColorRGBA`."""
+    return {name: float(value) / 255.0 for name, value in zip("rgb", rgb, strict=True)} | {"a": 1.0}

@@ -6,31 +6,32 @@ import contextlib
 import math
 import sys
 import threading
-from collections.abc import Iterator
-
-import numpy as np
+from collections.abc import Callable, Collection, Iterable, Iterator
 
 from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.cosim.recording import Watch
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.middleware.address import NodeAddress
-from cardsflow_fmu.middleware.cdr import message_rows, stamp
-from cardsflow_fmu.middleware.node import Node, Topic
-from cardsflow_fmu.middleware.open_node import open_node
 from cardsflow_fmu.results.run_data import RunData
+from cardsflow_fmu.ros_interface import message_types as types
+from cardsflow_fmu.ros_interface.address import NodeAddress
+from cardsflow_fmu.ros_interface.node import Node, Topic, stamp
+from cardsflow_fmu.ros_interface.rclpy_node import Parameter, open_node
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .scene_topics import RATE, SceneTopics, Shown
-from .topics import Batch, RowTopics, nanoseconds
+from .topics import SIGNALS, RowTopics, Sample, nanoseconds
 
-CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock")
+CLOCK = Topic("/clock", types.CLOCK)
 
+_PARAMETERS = {bool, int, float, str}
 _SWITCH_INTERVAL = 1e-4
 """Longest time that the run waits for the publisher to let Python go, in [s]."""
 
 
 @contextlib.contextmanager
-def published(experiment: Experiment, address: NodeAddress) -> Iterator[Watch]:
+def published(
+    experiment: Experiment, address: NodeAddress, report: Callable[[str], object]
+) -> Iterator[Watch]:
     """A function that publishes a run in progress, for `run(..., watch=...)`.
 
     A thread sends the newest row 50 times a second; what no subscriber takes is gone.
@@ -38,13 +39,15 @@ def published(experiment: Experiment, address: NodeAddress) -> Iterator[Watch]:
     Args:
         experiment: The experiment of the run.
         address: The node.
+        report: Takes a line for people.
 
     Raises:
-        InputError: A package of its extra is missing, or its middleware cannot be reached.
+        InputError: This Python has no rclpy, or its middleware cannot be started.
         SimulationError: At the end: publishing ended before the run.
     """
-    with open_node(address) as node, quick_switches():
+    with open_node(address, parameters_of(experiment)) as node, quick_switches():
         publisher = RunPublisher(Shown.of(experiment), node)
+        report(f"published as node {address}{publisher.remark}")
         thread = threading.Thread(target=publisher.run, name="ros2", daemon=True)
         thread.start()
         try:
@@ -55,6 +58,25 @@ def published(experiment: Experiment, address: NodeAddress) -> Iterator[Watch]:
     if publisher.failure is not None:
         reason = " ".join(str(publisher.failure).split()) or type(publisher.failure).__name__
         raise SimulationError(f"publishing ended early, the run did not: {reason}")
+
+
+def parameters_of(experiment: Experiment) -> dict[str, Parameter]:
+    """Settings of controller and run as parameters of a node, such as `controller.kp`."""
+    tables = {"controller": experiment.controller.data(), "run": experiment.run.data()}
+    return {
+        f"{table}.{key}": value
+        for table, values in tables.items()
+        for key, value in values.items()
+        if _is_parameter(value)
+    }
+
+
+def _is_parameter(value: object) -> bool:
+    """Whether ROS has parameters of such a value: one of them, or a list of one kind."""
+    if isinstance(value, list):
+        kinds = {type(element) for element in value}
+        return len(kinds) == 1 and kinds <= _PARAMETERS
+    return type(value) in _PARAMETERS
 
 
 @contextlib.contextmanager
@@ -75,12 +97,16 @@ class RunPublisher:
         shown: The robot of the run.
         node: The node.
         has_clock: Whether the time of the run is published as that of ROS.
+        without: Topics that another publishes.
 
     Attributes:
         failure: What ended publishing; None while all is well.
+        remark: Which topics are left out because this ROS lacks their messages, to end a line.
     """
 
-    def __init__(self, shown: Shown, node: Node, *, has_clock: bool = True) -> None:
+    def __init__(
+        self, shown: Shown, node: Node, *, has_clock: bool = True, without: Collection[str] = ()
+    ) -> None:
         self.failure: Exception | None = None
         self._node, self._scene = node, SceneTopics(shown)
         self._robot, self._has_clock = shown.robot, has_clock
@@ -89,8 +115,12 @@ class RunPublisher:
         self._highest = 0.0
         self._rows: RowTopics | None = None
         self._stop = threading.Event()
-        for topic in (*([CLOCK] if has_clock else []), *self._scene.topics):
-            node.advertise(topic)
+        topics = (*([CLOCK] if has_clock else []), *self._scene.topics)
+        missing = [topic for topic in (*topics, SIGNALS) if not node.knows(topic.type)]
+        self._left_out = {topic.name for topic in missing} | set(without)
+        packages = ", ".join(f"{t.name} ({t.type.partition('/')[0]})" for t in missing)
+        self.remark = f", without {packages}: not in this ROS 2" if missing else ""
+        self._advertise(topics)
         self._send(self._scene.first(0))
 
     def watch(self, names: tuple[str, ...], rows: FloatArray) -> None:
@@ -121,19 +151,22 @@ class RunPublisher:
         self._sent = last["time"][0]
         if self._rows is None:
             self._rows = RowTopics(last, self._robot)
-            for topic in self._rows.topics:
-                self._node.advertise(topic)
-        time_ns = nanoseconds(last["time"])
+            self._advertise(self._rows.topics)
         if self._has_clock:
-            clock = message_rows(CLOCK.type, {"clock": stamp(time_ns)}, 1)
-            self._send([Batch(CLOCK, time_ns, clock)])
+            time_ns = int(nanoseconds(last["time"])[0])
+            self._send([Sample(CLOCK, time_ns, {"clock": stamp(time_ns)})])
         self._rows.replace(last)
-        self._send(self._rows.batches(0, 1))
+        self._send(self._rows.samples(0, 1))
         frame = self._scene.frame_rows(last)
         self._highest = max(self._highest, self._scene.highest(last, frame))
-        self._send(self._scene.batches(last, frame, self._highest))
+        self._send(self._scene.samples(last, frame, self._highest))
 
-    def _send(self, batches: Iterator[Batch] | list[Batch]) -> None:
-        for batch in batches:
-            for row in np.asarray(batch.rows):
-                self._node.publish(batch.topic, row.tobytes())
+    def _advertise(self, topics: Iterable[Topic]) -> None:
+        for topic in topics:
+            if topic.name not in self._left_out:
+                self._node.advertise(topic)
+
+    def _send(self, samples: Iterable[Sample]) -> None:
+        for sample in samples:
+            if sample.topic.name not in self._left_out:
+                self._node.publish(sample.topic, sample.values)

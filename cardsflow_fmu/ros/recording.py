@@ -13,10 +13,10 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import replaced_file
 from cardsflow_fmu.hardware.protocol.recording import HardwareRecording, read_recording
-from cardsflow_fmu.middleware.types import require_ros
 from cardsflow_fmu.results.files import EXPERIMENT
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import opened_run, read_any
+from cardsflow_fmu.ros_interface.message_types import require_ros
 from cardsflow_fmu.utils.overwrite import own_place
 
 from .diagnostics import TOPIC as DIAGNOSTICS
@@ -94,10 +94,10 @@ def write_recording(run: RunData, file: Path) -> Recorded:
         for first in range(0, len(run.rows), _BLOCK):
             end = min(first + _BLOCK, len(run.rows))
             last = int(nanoseconds(run["time"][end - 1 : end])[0])
-            due = sum(batch.time_ns[0] <= last for batch in diagnostics)
+            due = sum(sample.time_ns <= last for sample in diagnostics)
             here = frames[slice(*np.searchsorted(frames, [first, end]))]
-            seen = scene.batches(run, here, highest) if scene else ()
-            writer.write(chain(diagnostics[:due], rows.batches(first, end), seen))
+            seen = scene.samples(run, here, highest) if scene else ()
+            writer.write(chain(diagnostics[:due], rows.samples(first, end), seen))
             del diagnostics[:due]
     notes = [str(finding) for finding in scene.findings] if scene else [_NO_ROBOT]
     return Recorded(file, tuple(topic.name for topic in topics), tuple(notes))

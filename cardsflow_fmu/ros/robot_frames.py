@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from addin_sdfusion.robot import WORLD, Robot
 from addin_sdfusion.robot.model.pose import IDENTITY
 from addin_sdfusion.robot.transforms.joint_chains import single_joints
+from cardsflow_fmu.ros_interface.node import Values, header
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.viewer.scene.link_poses import link_poses, motion_transforms
 from sim_dart.core.frames import transform
@@ -49,26 +50,24 @@ def frame_transforms(robot: Robot, q: FloatArray) -> Iterator[tuple[str, str, Fl
         yield joint.parent, joint.child, moved
 
 
-def position_values(position: FloatArray) -> Mapping[str, Any]:
-    """Positions, shape (K, 3), as a `Point` or a `Vector3`."""
-    return dict(zip("xyz", position.T, strict=True))
+def point_values(position: FloatArray) -> Values:
+    """A position, shape (3,), as a `Point` or a `Vector3`."""
+    return dict(zip("xyz", position.tolist(), strict=True))
 
 
-def quaternion_values(T: FloatArray) -> Mapping[str, Any]:
-    """Orientations of poses, shape (K, 4, 4), as a `Quaternion`; NaN where a pose is."""
-    R, quaternions = T[:, :3, :3], np.full((len(T), 4), np.nan)
-    sound = np.isfinite(R).all(axis=(1, 2))
-    if sound.any():
-        quaternions[sound] = Rotation.from_matrix(R[sound]).as_quat()
-    return dict(zip("xyzw", quaternions.T, strict=True))
+def quaternion_values(R: FloatArray) -> Values:
+    """A rotation matrix as a `Quaternion`; NaN where it is."""
+    if not np.isfinite(R).all():
+        return dict.fromkeys("xyzw", math.nan)
+    return dict(zip("xyzw", Rotation.from_matrix(R).as_quat().tolist(), strict=True))
 
 
-def pose_values(T: FloatArray) -> Mapping[str, Any]:
-    """Poses, shape (K, 4, 4), as a `Pose`."""
-    return {"position": position_values(T[:, :3, 3]), "orientation": quaternion_values(T)}
+def pose_values(T: FloatArray) -> Values:
+    """A pose, shape (4, 4), as a `Pose`."""
+    return {"position": point_values(T[:3, 3]), "orientation": quaternion_values(T[:3, :3])}
 
 
-def transform_values(header: Mapping[str, Any], child: str, T: FloatArray) -> Mapping[str, Any]:
-    """Transforms to a child, shape (K, 4, 4), as a `TransformStamped`."""
-    moved = {"translation": position_values(T[:, :3, 3]), "rotation": quaternion_values(T)}
-    return {"header": header, "child_frame_id": child, "transform": moved}
+def transform_values(time_ns: int, parent: str, child: str, T: FloatArray) -> Values:
+    """T_parent_child, shape (4, 4), as a `TransformStamped`."""
+    moved = {"translation": point_values(T[:3, 3]), "rotation": quaternion_values(T[:3, :3])}
+    return {"header": header(time_ns, parent), "child_frame_id": child, "transform": moved}

@@ -15,12 +15,12 @@ from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.json_text import finite
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
 from cardsflow_fmu.hardware.session.paced_run import Pace
-from cardsflow_fmu.middleware.types import require_ros
 from cardsflow_fmu.results.files import MCAP, TABLE, Contents, metadata_files, table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
 from cardsflow_fmu.results.parquet import require_parquet
 from cardsflow_fmu.results.summary import Speed
+from cardsflow_fmu.ros_interface.message_types import require_ros
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
 from cardsflow_fmu.utils.temporary import temporary_folder
 

@@ -17,11 +17,9 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.protocol.clock import Clock
 from cardsflow_fmu.hardware.protocol.device_topics import (
-    COMMANDS,
     READY,
     RUNNING,
     SAFE,
-    STATES,
     DeviceTopics,
 )
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
@@ -29,9 +27,9 @@ from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import Flag
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.protocol.topic_reader import REASONS, TopicReader
-from cardsflow_fmu.middleware.address import node_address
-from cardsflow_fmu.middleware.node import Inbox, Node
-from cardsflow_fmu.middleware.open_node import open_node
+from cardsflow_fmu.ros_interface.address import NodeAddress
+from cardsflow_fmu.ros_interface.node import End, Inbox, Node, Topic
+from cardsflow_fmu.ros_interface.rclpy_node import open_node
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _LOOK_EVERY = 0.05
@@ -49,20 +47,22 @@ class RosLink:
 
     Args:
         uri: ros2://...?timeout=S
+        address: The same, read.
         topics: The messages of the robot.
         timeout: How long `open` waits, in [s].
 
     Raises:
-        InputError: It is no such address, or states no timeout.
+        InputError: The address states no timeout.
 
     Attributes:
         silence: The stated timeout, in [s].
     """
 
-    def __init__(self, uri: str, topics: DeviceTopics, *, timeout: float = 5.0) -> None:
-        self.uri, self._topics, self._waits = uri, topics, timeout
-        self._address = node_address(uri)
-        silence = self._address.timeout
+    def __init__(
+        self, uri: str, address: NodeAddress, topics: DeviceTopics, *, timeout: float = 5.0
+    ) -> None:
+        self.uri, self._address, self._topics, self._waits = uri, address, topics, timeout
+        silence = address.timeout
         if silence is None:
             raise InputError(_NO_TIMEOUT, key="hardware.link")
         self.silence = silence
@@ -95,8 +95,8 @@ class RosLink:
             raise HardwareError(f"no link to {self.uri}: {what}")
         self._node = node = open_node(self._address)
         try:
-            self._inbox = node.subscribe(STATES)
-            node.advertise(COMMANDS)
+            self._inbox = node.subscribe(self._topics.states_topic)
+            node.advertise(self._topics.commands_topic)
             self._reader.start()
             self._wait_for_robot(node, self._inbox)
         except BaseException:
@@ -109,12 +109,12 @@ class RosLink:
     def _wait_for_robot(self, node: Node, inbox: Inbox) -> None:
         """Wait for a state, and for one node that takes commands; refuse other commanders."""
         end = time.monotonic() + self._waits
-        state = None
+        state, commands = None, self._topics.commands_topic
         while time.monotonic() < end:
             state = self._next(inbox, min(time.monotonic() + _LOOK_EVERY, end)) or state
-            takers = node.types(COMMANDS, "subscriber").count(COMMANDS.type)
+            takers = node.types(commands, "subscriber").count(commands.type)
             if state is not None and takers:
-                if node.types(COMMANDS, "publisher"):
+                if node.types(commands, "publisher"):
                     what = "another node publishes commands; end that one first"
                     raise HardwareError(f"no link to {self.uri}: {what}")
                 self.start_state = state[1]
@@ -123,18 +123,21 @@ class RosLink:
 
     def _what(self, node: Node) -> str:
         """What is missing."""
-        for topic, end in ((STATES, "publisher"), (COMMANDS, "subscriber")):
+        states = self._topics.states_topic
+        ends: list[tuple[Topic, End]] = [(states, "publisher")]
+        ends += [(self._topics.commands_topic, "subscriber")]
+        for topic, end in ends:
             name = self._address.absolute(topic.name)
-            types = node.types(topic, end)  # type: ignore[arg-type]
+            types = node.types(topic, end)
             if not types:
                 return f"{name} has no {end}; is the robot running, in this domain and namespace?"
             if topic.type not in types:
                 return f"{name} has the type {types[0]}, and is to have {topic.type}"
         dropped = [reason for reason in REASONS if self._reader.counters[reason]]
         if not dropped:
-            return f"no messages come on {self._address.absolute(STATES.name)}"
+            return f"no messages come on {self._address.absolute(states.name)}"
         names = ", ".join(self._topics.states)
-        return f"{self._address.absolute(STATES.name)}: {REASONS[dropped[0]]}; needed are {names}"
+        return f"{self._address.absolute(states.name)}: {REASONS[dropped[0]]}; needed are {names}"
 
     def _next(self, inbox: Inbox, until: float) -> tuple[float, FloatArray] | None:
         """The next state that counts, and when it came; None if there is none until then."""
@@ -162,9 +165,9 @@ class RosLink:
             if came is None:
                 break
             newest = came
-        content = self._topics.command_message(time.time_ns(), command)
+        values = self._topics.command_values(time.time_ns(), command)
         sent = time.monotonic()
-        self._node.publish(COMMANDS, content)
+        self._node.publish(self._topics.commands_topic, values)
         self._counters["sent"] += 1
         self._seq += 1
         if self._begun_at is None:

@@ -1,25 +1,24 @@
 """The topics of ROS 2 that stand for a device: its commands, and its states.
 
-Both are `sensor_msgs/JointState`, so that nobody needs to build other messages. Commands have the
-forces of muscles and the torques of motors at joints as effort. States have, of joints, position,
-velocity and the measured torque of a motor, and of muscles length, its rate and tension.
+States are `sensor_msgs/JointState`: of joints position, velocity and the measured torque of motors,
+of muscles length, its rate and tension. Commands are of the same type, with the forces of muscles
+and the torques of motors at joints as effort, by name; or those of ros2_control: the same numbers
+in this order as `std_msgs/Float64MultiArray`, for a forward_command_controller.
 """
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
-from cardsflow_fmu.middleware.joint_state import JointState, JointStateWriter
-from cardsflow_fmu.middleware.node import Topic
-from cardsflow_fmu.middleware.types import JOINT_STATE
+from cardsflow_fmu.ros_interface import message_types as types
+from cardsflow_fmu.ros_interface.address import NodeAddress
+from cardsflow_fmu.ros_interface.joint_state import JointState
+from cardsflow_fmu.ros_interface.node import Received, Topic, Values
 from cardsflow_fmu.utils.arrays import FloatArray
-
-COMMANDS = Topic("/device_commands", JOINT_STATE)
-STATES = Topic("/device_states", JOINT_STATE)
 
 Status = Literal["ready", "running", "safe"]
 READY: Status = "ready"
@@ -42,16 +41,20 @@ class DeviceTopics:
     Args:
         robot: The robot.
         settings: Of its hardware.
+        address: Of the node; its `controller` makes them those of ros2_control.
 
     Raises:
         InputError: Its motors take something else than forces, or a muscle has a joint's name.
 
     Attributes:
+        commands_topic, states_topic: The topics.
         commands: Names in the order of a command: muscles, then motors at joints.
         states: Names in the order of a state's message: joints, then muscles.
     """
 
-    def __init__(self, robot: Robot, settings: HardwareSettings) -> None:
+    def __init__(
+        self, robot: Robot, settings: HardwareSettings, address: NodeAddress | None = None
+    ) -> None:
         if settings.motors.command != "force" or settings.scale != 1.0:
             what = "commands by ROS are forces in N: leave out [hardware.motors] and the scale"
             raise InputError(what, key="hardware.motors")
@@ -73,11 +76,12 @@ class DeviceTopics:
             _Part(field, names, [self.states.index(name) for name in names])
             for field, names in parts
         ]
-        self._command_writer = JointStateWriter(self.commands, effort=True)
-        self._state_writers = {
-            status: JointStateWriter(self.states, status, position=True, velocity=True, effort=True)
-            for status in get_args(Status)
-        }
+        controller = "" if address is None else address.controller
+        self.states_topic = Topic("/device_states", types.JOINT_STATE)
+        self.commands_topic = Topic("/device_commands", types.JOINT_STATE)
+        if controller:
+            self.states_topic = Topic("/joint_states", types.JOINT_STATE)
+            self.commands_topic = Topic(f"/{controller}/commands", types.COMMANDS)
         self._row = {field: np.full(len(self.states), np.nan) for field in JointState._fields[3:]}
 
     @property
@@ -88,14 +92,23 @@ class DeviceTopics:
             for field in self._row
         }
 
-    def command_message(self, time_ns: int, command: FloatArray) -> bytes:
-        """The bytes of a command, shape (commands,), in [N] and [N·m]."""
-        return self._command_writer.write(time_ns, command)
+    def command_values(self, time_ns: int, command: FloatArray) -> Values:
+        """The message of a command, shape (commands,), in [N] and [N·m]."""
+        if self.commands_topic.type == types.COMMANDS:
+            return {"data": command}
+        return JointState(time_ns, "", self.commands, effort=command).values
 
-    def state_message(
+    def command_state(self, received: Received) -> JointState:
+        """A command that was received, as the efforts of joints; without names by their order."""
+        if self.commands_topic.type != types.COMMANDS:
+            return JointState.of(received.message)
+        effort = np.asarray(received.message.data, dtype=np.float64)
+        return JointState(received.sent_ns, "", self.commands, effort=effort)
+
+    def state_values(
         self, time_ns: int, state: FloatArray, rates: FloatArray, status: str
-    ) -> bytes:
-        """The bytes of a state.
+    ) -> Values:
+        """The message of a state.
 
         Args:
             time_ns: When it was measured, in [ns] since 1970.
@@ -109,7 +122,7 @@ class DeviceTopics:
             first += len(names)
         if rates.size:
             self._row["velocity"][-len(rates) :] = rates
-        return self._state_writers[status].write(time_ns, *self._row.values())
+        return JointState(time_ns, status, self.states, **self._row).values
 
     def state(self, values: dict[str, FloatArray]) -> FloatArray:
         """The state vector of what `TopicReader` has read by `needed`, shape (states,)."""

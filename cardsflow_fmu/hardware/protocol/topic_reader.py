@@ -1,30 +1,31 @@
 """Checks of what comes on a topic, which has neither handshake nor signature.
 
 A message counts if it has all names and no others, a finite number for each, a newer stamp than the
-one before, is not older than allowed, and is from the publisher of the first.
+one before, is not older than allowed, and is from the publisher of the first, which is the topic's
+only one.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 
 import numpy as np
 
-from cardsflow_fmu.middleware.joint_state import JointState, JointStateReader
-from cardsflow_fmu.middleware.node import Message
+from cardsflow_fmu.ros_interface.joint_state import JointState
+from cardsflow_fmu.ros_interface.node import Received
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _DRIFT = 1e-3
 """How much faster one clock may run than the other: more is taken for a growing delay."""
 
 REASONS = {
-    "damaged": "messages cannot be read",
     "names": "messages have other names",
     "count": "messages have numbers for some names only",
     "not finite": "messages have numbers that are not finite",
-    "publisher": "another node publishes, too: its messages are dropped",
+    "several": "several nodes publish: none of their messages counts",
+    "publisher": "another node publishes now: its messages are dropped",
     "stale": "messages have no newer stamps than those before",
     "old": "messages come late",
     "ended": "messages come from a node whose commands were ended: it has to begin anew",
@@ -41,6 +42,7 @@ class TopicReader:
             `effort`.
         longest: Largest delay, in [s].
         only: Whether other names than these are refused.
+        parse: The joint states in a message.
 
     Attributes:
         counters: Messages received, and messages dropped by reason.
@@ -49,11 +51,16 @@ class TopicReader:
     """
 
     def __init__(
-        self, needed: Mapping[str, tuple[str, ...]], longest: float, *, only: bool = True
+        self,
+        needed: Mapping[str, tuple[str, ...]],
+        longest: float,
+        *,
+        only: bool = True,
+        parse: Callable[[Received], JointState] = lambda received: JointState.of(received.message),
     ) -> None:
         self._needed, self._longest, self._only = dict(needed), longest, only
         self._all = {name for names in needed.values() for name in names}
-        self._reader = JointStateReader()
+        self._parse = parse
         self._names: tuple[str, ...] | None = None
         self._places: dict[str, list[int]] = {}
         self.counters: Counter[str] = Counter()
@@ -74,7 +81,7 @@ class TopicReader:
         self._stamp = -1
         self._offset, self._at = math.inf, 0.0
 
-    def read(self, message: Message, now: float) -> dict[str, FloatArray] | None:
+    def read(self, message: Received, now: float) -> dict[str, FloatArray] | None:
         """The numbers of a message by fields, in the order of `needed`; None if it does not count.
 
         Args:
@@ -88,11 +95,11 @@ class TopicReader:
             return None
         return found
 
-    def _checked(self, message: Message, now: float) -> dict[str, FloatArray] | str:
+    def _checked(self, message: Received, now: float) -> dict[str, FloatArray] | str:
         """The numbers of a message, or the reason to drop it."""
-        found = self._reader.read(message.content)
-        if found is None:
-            return "damaged"
+        found = self._parse(message)
+        if message.publisher is None:
+            return "several"
         if message.publisher == self._ended:
             return "ended"
         if self.publisher is not None and message.publisher != self.publisher:

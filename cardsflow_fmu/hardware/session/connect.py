@@ -115,7 +115,7 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
         bind=settings.bind,
         make_device=lambda: emulated_device(experiment, settings, key),
         faults=settings.emulator.faults,
-        make_topics=lambda: DeviceTopics(robot, settings),
+        make_topics=lambda address: DeviceTopics(robot, settings, address),
     )
     if isinstance(link, RosLink):  # the time that it states counts, not a number of steps
         most = math.ceil(link.silence / handshake.step)

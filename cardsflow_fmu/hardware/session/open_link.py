@@ -14,7 +14,8 @@ from cardsflow_fmu.hardware.links.ros_link import RosLink
 from cardsflow_fmu.hardware.links.serial import SerialLink
 from cardsflow_fmu.hardware.links.udp import UdpLink
 from cardsflow_fmu.hardware.protocol.device_topics import DeviceTopics
-from cardsflow_fmu.middleware.address import SCHEME as ROS
+from cardsflow_fmu.ros_interface.address import SCHEME as ROS
+from cardsflow_fmu.ros_interface.address import NodeAddress, node_address
 
 ADDRESSES = (
     "udp://HOST:PORT, serial:///dev/ttyACM0?baud=2000000, ros2://...?timeout=S, loopback:, "
@@ -29,7 +30,7 @@ def open_link(
     bind: str = "",
     make_device: Callable[[], Device] | None = None,
     faults: Faults | None = None,
-    make_topics: Callable[[], DeviceTopics] | None = None,
+    make_topics: Callable[[NodeAddress], DeviceTopics] | None = None,
 ) -> HardwareLink:
     """Make the link of an address; its `open` is the first to send anything.
 
@@ -55,7 +56,8 @@ def open_link(
         if key is not None:
             what = "messages of ROS are not signed: leave out the key, or use our protocol"
             raise InputError(what, key="hardware.key_file")
-        return RosLink(uri, make_topics())
+        address = node_address(uri)
+        return RosLink(uri, address, make_topics(address))
     if uri not in ("loopback:", "emulated:"):
         raise InputError(f"no hardware at {uri!r}: an address is one of {ADDRESSES}")
     if make_device is None:

@@ -16,17 +16,15 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.hardware.protocol.device_topics import (
-    COMMANDS,
     READY,
     RUNNING,
     SAFE,
-    STATES,
     DeviceTopics,
     Status,
 )
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.topic_reader import REASONS, TopicReader
-from cardsflow_fmu.middleware.node import Node
+from cardsflow_fmu.ros_interface.node import Node, Topic
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import MusclePaths
 
@@ -70,14 +68,20 @@ class TopicCommands:
         self._make_session, self._idle_state, self._report = make_session, idle_state, report
         self._paths = MusclePaths(robot)
         self._n = len(robot.coordinates)
-        self._reader = TopicReader({"effort": topics.commands}, timeout)
+        needed = {"effort": topics.commands}
+        self._reader = TopicReader(needed, timeout, parse=topics.command_state)
         self._reported: set[str] = set()
         self.status: Status = READY
-        node.advertise(STATES)
-        self._inbox = node.subscribe(COMMANDS)
+        node.advertise(topics.states_topic)
+        self._inbox = node.subscribe(topics.commands_topic)
         self._session: HardwareSession | None = None
         self._begun = self._commanded = self._exchanged = 0.0
         self._command: FloatArray = np.zeros(0)
+
+    @property
+    def topic(self) -> Topic:
+        """The topic of commands."""
+        return self._topics.commands_topic
 
     @property
     def counters(self) -> dict[str, int]:
@@ -163,6 +167,5 @@ class TopicCommands:
     def _publish(self, state: FloatArray) -> None:
         q, qd = state[: self._n], state[self._n : 2 * self._n]
         rates = self._paths.evaluate(q).jacobian @ qd
-        self._node.publish(
-            STATES, self._topics.state_message(time.time_ns(), state, rates, self.status)
-        )
+        values = self._topics.state_values(time.time_ns(), state, rates, self.status)
+        self._node.publish(self._topics.states_topic, values)

@@ -22,22 +22,23 @@ from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
 from cardsflow_fmu.hardware.emulator.loopback_link import LoopbackLink
 from cardsflow_fmu.hardware.links import ros_link
 from cardsflow_fmu.hardware.links.ros_link import RosLink
-from cardsflow_fmu.hardware.protocol.device_topics import COMMANDS, SAFE, STATES, DeviceTopics
+from cardsflow_fmu.hardware.protocol.device_topics import SAFE, DeviceTopics
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.topic_reader import TopicReader
 from cardsflow_fmu.hardware.session.connect import handshake_of
 from cardsflow_fmu.hardware.session.open_link import open_link
 from cardsflow_fmu.hardware.session.session import HardwareSession
 from cardsflow_fmu.hardware.session.topic_commands import TopicCommands
-from cardsflow_fmu.middleware.joint_state import JointStateWriter
-from cardsflow_fmu.middleware.node import Topic
-
-pytestmark = pytest.mark.extra("ros2")
+from cardsflow_fmu.ros_interface.address import NodeAddress
+from cardsflow_fmu.ros_interface.joint_state import JointState
+from cardsflow_fmu.ros_interface.node import Topic
 
 ROBOT = Experiment.load(PLANAR_2R).robot
 NAMES = tuple(muscle.name for muscle in ROBOT.muscles)
 SETTINGS = HardwareSettings(watchdog=5.0, ramp_in=0.0, ramp_down=0.1, max_missed=1000)
 TIMEOUT = 0.4
+TOPICS = DeviceTopics(ROBOT, SETTINGS)
+COMMANDS, STATES = TOPICS.commands_topic, TOPICS.states_topic
 FORCES = np.array([30.0, 31.0, 32.0, 33.0])
 LONGEST = 20.0
 """Time to wait for a condition, in [s]."""
@@ -63,10 +64,10 @@ class Followed(EmulatedRobot):
 class Served:
     """A device whose commands come from a bus."""
 
-    def __init__(self, bus: Bus) -> None:
+    def __init__(self, bus: Bus, topics: DeviceTopics = TOPICS) -> None:
         self.robot, self.lines = Followed(), list[str]()
         self.device: Device = device_of(self.robot, SETTINGS)
-        self.topics = DeviceTopics(ROBOT, SETTINGS)
+        self.topics = topics
         self.commands = TopicCommands(
             ROBOT,
             self.topics,
@@ -92,8 +93,8 @@ def bus() -> Bus:
 
 
 @contextmanager
-def serving(bus: Bus) -> Iterator[Served]:
-    served, stop = Served(bus), threading.Event()
+def serving(bus: Bus, topics: DeviceTopics = TOPICS) -> Iterator[Served]:
+    served, stop = Served(bus, topics), threading.Event()
     thread = threading.Thread(target=lambda: served.commands.run(stop.is_set))
     thread.start()
     try:
@@ -111,7 +112,7 @@ def until(condition: Callable[[], object]) -> None:
 
 
 def send(node: BusNode, forces: np.ndarray = FORCES, names: tuple[str, ...] = NAMES) -> None:
-    node.publish(COMMANDS, JointStateWriter(names, effort=True).write(time.time_ns(), forces))
+    node.publish(COMMANDS, JointState(time.time_ns(), "", names, effort=forces).values)
 
 
 def commanding(node: BusNode, condition: Callable[[], object]) -> None:
@@ -160,28 +161,48 @@ def test_nothing_moves_by_what_does_not_count(bus: Bus) -> None:
             send(node, np.array([1.0, 2.0, np.nan, 4.0]))
             send(node, FORCES[:3], NAMES[:3])
             send(node, FORCES, ("no", "such", "muscles", "here"))
-            node.publish(COMMANDS, b"no message")
             time.sleep(0.01)
-        until(lambda: served.commands.counters.get("damaged"))
+        until(lambda: served.commands.counters.get("names", 0) >= 6)
         assert served.robot.given == []
         assert served.device.state == "idle"
-    for what in ("not finite", "other names", "cannot be read"):
+    for what in ("not finite", "other names"):
         assert served.has_said(what)
 
 
-def test_a_second_commander_is_dropped_and_told(bus: Bus) -> None:
+def test_while_several_nodes_command_no_message_counts(bus: Bus) -> None:
     first, second = bus.node(), bus.node()
+    first.advertise(COMMANDS)
     with serving(bus) as served:
         commanding(first, lambda: served.robot.given)
+        second.advertise(COMMANDS)
 
         def both() -> object:
             send(first)
             send(second, 2 * FORCES)
-            return served.commands.counters.get("publisher", 0) > 3
+            return served.commands.counters.get("several", 0) > 6
 
         until(both)
-        assert served.has_said("another node publishes")
+        assert served.has_said("several nodes publish")
+        until(lambda: served.device.state == "safe")
     assert max(row[0] for row in served.robot.given) <= FORCES[0]
+
+
+def test_a_forward_command_controller_commands_by_order(bus: Bus) -> None:
+    topics = DeviceTopics(ROBOT, SETTINGS, NodeAddress(controller="tendons"))
+    assert topics.commands_topic == Topic("/tendons/commands", "std_msgs/msg/Float64MultiArray")
+    states, node = bus.node().subscribe(Topic("/joint_states", STATES.type)), bus.node()
+    with serving(bus, topics) as served:
+
+        def sent() -> object:
+            node.publish(topics.commands_topic, {"data": FORCES[:3]})
+            node.publish(topics.commands_topic, {"data": FORCES})
+            return served.robot.given and (served.robot.given[-1] == FORCES).all()
+
+        until(sent)
+        assert served.has_said("numbers for some names only")
+        message = states.receive(time.monotonic() + LONGEST)
+    assert message is not None
+    assert message.message.name == (*(c.name for c in ROBOT.coordinates), *NAMES)
 
 
 def test_a_device_that_another_drives_refuses(bus: Bus) -> None:
@@ -200,7 +221,7 @@ def test_a_device_that_another_drives_refuses(bus: Bus) -> None:
 def make_link(bus: Bus, monkeypatch: pytest.MonkeyPatch) -> Callable[..., RosLink]:
     monkeypatch.setattr(ros_link, "open_node", bus.node)
     return lambda timeout=LONGEST, silence=2.0: RosLink(
-        f"ros2://?timeout={silence}", DeviceTopics(ROBOT, SETTINGS), timeout=timeout
+        f"ros2://?timeout={silence}", NodeAddress(timeout=silence), TOPICS, timeout=timeout
     )
 
 
@@ -258,11 +279,10 @@ def test_what_a_link_waits_for_is_said(bus: Bus, make_link: Callable[..., RosLin
 
 
 def test_what_is_refused_before_anything_is_opened() -> None:
-    topics = DeviceTopics(ROBOT, SETTINGS)
     with pytest.raises(InputError, match="a topic has no watchdog: state how long"):
-        RosLink("ros2://", topics)
+        open_link("ros2://", make_topics=lambda _: TOPICS)
     with pytest.raises(InputError, match="not signed"):
-        open_link("ros2://?timeout=1", key=bytes(32), make_topics=lambda: topics)
+        open_link("ros2://?timeout=1", key=bytes(32), make_topics=lambda _: TOPICS)
     with pytest.raises(InputError, match="forces in N"):
         motors = MotorSettings(command="length", stiffness=(1e3,) * 4)
         DeviceTopics(ROBOT, HardwareSettings(motors=motors))

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from support.ros.bus import as_message
 
 from cardsflow_fmu.hardware.protocol.topic_reader import TopicReader
-from cardsflow_fmu.middleware.joint_state import JointStateWriter
-from cardsflow_fmu.middleware.node import Message
+from cardsflow_fmu.ros_interface.joint_state import JointState
+from cardsflow_fmu.ros_interface.node import Received
 
 NAMES = ("biceps", "triceps", "elbow")
 OFFSET = 1.7e9
@@ -17,13 +18,14 @@ OFFSET = 1.7e9
 
 
 def message(
-    t: float, values: Sequence[float] = (1, 2, 3), names: Sequence[str] = NAMES, by: int = 1
-) -> Message:
-    writer = JointStateWriter(names, effort=len(values) > 0)
-    content = writer.write(
-        round((t + OFFSET) * 1e9), *([np.array(values, float)] if values else [])
-    )
-    return Message(content, by)
+    t: float,
+    values: Sequence[float] = (1, 2, 3),
+    names: Sequence[str] = NAMES,
+    by: int | None = 1,
+) -> Received:
+    time_ns = round((t + OFFSET) * 1e9)
+    state = JointState(time_ns, "", tuple(names), effort=np.array(values, float))
+    return Received(as_message(state.values), by, time_ns)
 
 
 def reader(longest: float = 0.1) -> TopicReader:
@@ -50,11 +52,10 @@ def test_numbers_are_found_by_their_names() -> None:
         (message(1, [1, 2, float("inf")]), "not finite"),
         (message(0), "stale"),
         (message(1, by=2), "publisher"),
-        (Message(b"\0\1\0\0 and so on", 1), "damaged"),
-        (Message(b"", 1), "damaged"),
+        (message(1, by=None), "several"),
     ],
 )
-def test_what_does_not_count(given: Message, reason: str) -> None:
+def test_what_does_not_count(given: Received, reason: str) -> None:
     taken = reader()
     assert taken.read(message(0), 0.001) is not None
     assert taken.read(given, 1.001) is None

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cardsflow_fmu.middleware.address import node_address
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
 from support.ros.bus import Bus
@@ -19,7 +20,6 @@ from support.ros.router import router_on_loopback
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
-from cardsflow_fmu.middleware.address import node_address
 from cardsflow_fmu.results.saved_run import load_run
 from cardsflow_fmu.ros import device_node
 from cardsflow_fmu.ros.scene_topics import Shown

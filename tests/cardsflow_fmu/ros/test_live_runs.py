@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cardsflow_fmu.middleware.address import node_address
 from support.command_line import CommandLine
 from support.recorded import waving, with_columns
 from support.robots.robots import PLANAR_2R
@@ -18,7 +19,6 @@ from support.ros.router import router_on_loopback
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.middleware.address import node_address
 from cardsflow_fmu.ros.publisher import RunPublisher, published
 from cardsflow_fmu.ros.scene_topics import Shown
 from cardsflow_fmu.signals.ports import coordinate_signals

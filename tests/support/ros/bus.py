@@ -6,25 +6,34 @@ import itertools
 import threading
 import time
 from collections import defaultdict, deque
+from collections.abc import Mapping
+from types import SimpleNamespace
 from typing import Self
 
-from cardsflow_fmu.middleware.address import NodeAddress
-from cardsflow_fmu.middleware.node import End, Message, Topic
+from cardsflow_fmu.ros_interface.address import NodeAddress
+from cardsflow_fmu.ros_interface.node import End, Received, Topic, Values
+
+
+def as_message(values: object) -> object:
+    """A message with its fields as attributes, as rclpy has them."""
+    if not isinstance(values, Mapping):
+        return values
+    return SimpleNamespace(**{field: as_message(value) for field, value in values.items()})
 
 
 class BusInbox:
     """The messages of a topic."""
 
     def __init__(self) -> None:
-        self.messages: deque[Message] = deque(maxlen=10)
+        self.messages: deque[Received] = deque(maxlen=10)
         self.there = threading.Condition()
 
-    def put(self, message: Message) -> None:
+    def put(self, message: Received) -> None:
         with self.there:
             self.messages.append(message)
             self.there.notify()
 
-    def receive(self, until: float) -> Message | None:
+    def receive(self, until: float) -> Received | None:
         with self.there:
             while not self.messages:
                 left = until - time.monotonic()
@@ -36,7 +45,8 @@ class BusInbox:
 class Bus:
     """What the nodes are connected by."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, unknown: tuple[str, ...] = ()) -> None:
+        self.unknown = unknown
         self.inboxes: dict[str, list[BusInbox]] = defaultdict(list)
         self.ends: list[tuple[BusNode, str, Topic]] = []
         self.numbers = itertools.count(1)
@@ -52,12 +62,20 @@ class BusNode:
     def __init__(self, bus: Bus) -> None:
         self._bus, self.identity = bus, next(bus.numbers)
 
+    def knows(self, message_type: str) -> bool:
+        return message_type not in self._bus.unknown
+
     def advertise(self, topic: Topic) -> None:
         self._bus.ends.append((self, "publisher", topic))
 
-    def publish(self, topic: Topic, content: bytes) -> None:
+    def publish(self, topic: Topic, values: Values) -> None:
+        publishers = {
+            node for node, end, there in self._bus.ends if (end, there) == ("publisher", topic)
+        }
+        sole = self.identity if publishers <= {self} else None
+        received = Received(as_message(values), sole, time.time_ns())
         for inbox in self._bus.inboxes[topic.name]:
-            inbox.put(Message(content, self.identity))
+            inbox.put(received)
 
     def subscribe(self, topic: Topic) -> BusInbox:
         self._bus.ends.append((self, "subscriber", topic))

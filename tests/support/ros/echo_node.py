@@ -12,13 +12,13 @@ import time
 from typing import NoReturn
 
 import numpy as np
+from cardsflow_fmu.middleware.address import node_address
+from cardsflow_fmu.middleware.open_node import open_node
 from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.protocol.device_topics import COMMANDS, RUNNING, STATES, DeviceTopics
 from cardsflow_fmu.hardware.protocol.topic_reader import TopicReader
-from cardsflow_fmu.middleware.address import node_address
-from cardsflow_fmu.middleware.open_node import open_node
 
 
 def echo(uri: str) -> NoReturn:

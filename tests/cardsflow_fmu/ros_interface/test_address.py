@@ -1,0 +1,43 @@
+"""Addresses of nodes of ROS 2."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from addin_sdfusion.robot import CardsflowError
+from cardsflow_fmu.ros_interface.address import NodeAddress, node_address
+
+
+def test_defaults_and_all_parts() -> None:
+    assert node_address("ros2://") == NodeAddress()
+    given = node_address("ros2://Arm/left?domain=3&node=n&timeout=0.1&controller=tendons")
+    assert given == NodeAddress("/Arm/left", "n", 3, 0.1, "tendons")
+    assert str(given) == "/Arm/left/n in domain 3"
+    assert str(NodeAddress()) == "/cardsflow"
+    assert given.absolute("/x") == "/Arm/left/x"
+    assert given.absolute("/clock") == "/clock"
+
+
+@pytest.mark.parametrize(
+    ("uri", "what"),
+    [
+        ("ros1://a", "not an address of ROS 2"),
+        ("ros2://[a", "not an address"),
+        ("ros2://a?domain=233", "domain must be 0 to 232"),
+        ("ros2://a?quality=1", "no option 'quality'"),
+        ("ros2://a?timeout=nan", "number of seconds above 0"),
+        ("ros2://a/b-c", "not a name of ROS"),
+        ("ros2://127.0.0.1", "not a name of ROS"),
+        ("ros2://?controller=", "not a name of ROS"),
+        ("ros2://localhost:7447", "leave out 'localhost:7447', give ros2://NAMESPACE"),
+        ("ros2://localhost/left", "leave out 'localhost'"),
+        ("ros2://?rmw=dds", "leave out rmw: the middleware is chosen by the environment variable"),
+        ("ros2://?reliability=best_effort", "leave out reliability"),
+        ("ros2://?depth=1", "leave out depth"),
+    ],
+)
+def test_what_is_no_address(uri: str, what: str) -> None:
+    with pytest.raises(CardsflowError, match=re.escape(what)):
+        node_address(uri)
