@@ -1,54 +1,28 @@
-"""Live topics as independent peers over zenoh see them: the graph, the messages, late comers."""
+"""What a run publishes, as plain data on a bus of one process; real nodes: `test_real_ros`."""
 
 from __future__ import annotations
 
-import json
-import struct
+import sys
 import time
-from collections import defaultdict
-from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from cardsflow_fmu.middleware.address import node_address
 from support.command_line import CommandLine
 from support.recorded import waving, with_columns
 from support.robots.robots import PLANAR_2R
-from support.ros.router import router_on_loopback
+from support.ros.bus import Bus
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.ros.publisher import RunPublisher, published
-from cardsflow_fmu.ros.scene_topics import Shown
+from cardsflow_fmu.ros.publisher import RunPublisher, parameters_of
+from cardsflow_fmu.ros.scene_topics import DESCRIPTION, Shown
+from cardsflow_fmu.ros.topics import JOINT_STATES, TENDON_STATES
+from cardsflow_fmu.ros_interface.joint_state import JointState
 from cardsflow_fmu.signals.ports import coordinate_signals
 
-pytestmark = pytest.mark.extra("ros2-zenoh")
-
-JOINT_STATE = "sensor_msgs/msg/JointState"
-LONGEST = 20.0
-"""Time to wait for a condition, in [s]."""
-
-
-def until(condition: Callable[[], Any]) -> Any:
-    """The first result that is true."""
-    end = time.monotonic() + LONGEST
-    while not (found := condition()):
-        assert time.monotonic() < end, "in vain"
-        time.sleep(0.01)
-    return found
-
-
-@pytest.fixture(scope="module")
-def router() -> Iterator[tuple[Any, int]]:
-    """A router as rmw_zenoh's, and its port."""
-    with router_on_loopback() as there:
-        yield there
-
-
-def experiment() -> Experiment:
-    """The paper's two-link arm."""
-    return Experiment.load(PLANAR_2R)
+EXPERIMENT = Experiment.load(PLANAR_2R)
 
 
 def rows_of(run: Experiment) -> Any:
@@ -58,116 +32,77 @@ def rows_of(run: Experiment) -> Any:
     return with_columns(plain, {name: np.cos(plain["time"]) for name in names})
 
 
-class Peer:
-    """What a peer without our code receives, by the topic's name; decoded by rosbags alone."""
-
-    def __init__(self, session: Any, domain: int) -> None:
-        self.received: dict[str, list[tuple[str, bytes, bytes]]] = defaultdict(list)
-        self.session, self._domain = session, domain
-        self._subscriber = session.declare_subscriber(f"{domain}/**", self._take)
-
-    def _take(self, sample: Any) -> None:
-        _, *topic, kind, hashed = str(sample.key_expr).split("/")
-        content = (f"{kind}/{hashed}", bytes(sample.payload), bytes(sample.attachment))
-        self.received["/" + "/".join(topic)].append(content)
-
-    def graph(self) -> list[str]:
-        """The liveliness tokens of the domain."""
-        answers = self.session.liveliness().get(f"@ros2_lv/{self._domain}/**")
-        return [str(answer.ok.key_expr) for answer in answers]
-
-
-def test_a_peer_sees_the_graph_and_every_message(router: tuple[Any, int]) -> None:
-    from rosbags.typesys import Stores, get_typestore
-
-    store, (session, port) = get_typestore(Stores.ROS2_JAZZY), router
-    address = node_address(f"ros2://127.0.0.1:{port}/arm/left?domain=7&node=shown")
-    watched, run = experiment(), rows_of(experiment())
-    peer_ = Peer(session, 7)
-    with published(watched, address) as watch:
-        watch(run.names, run.rows[:30])
-        until(lambda: "/arm/left/cables" in peer_.received)
-        watch(run.names, run.rows[:50])
-        until(lambda: len(peer_.received["/arm/left/joint_states"]) > 1)
-        tokens = peer_.graph()
-    until(lambda: not peer_.graph())
-    nodes = [token.split("/") for token in tokens if "/NN/" in token]
-    assert [node[-2:] for node in nodes] == [["%arm%left", "shown"]]
-    topics = {token.split("/")[9].replace("%", "/"): token for token in tokens if "/MP/" in token}
-    assert set(peer_.received) <= set(topics)
-    assert {"/clock", "/tf", "/arm/left/robot_description"} <= set(topics)
-    assert topics["/arm/left/robot_description"].endswith("/:1:,1:,:,:,,")
-    assert topics["/clock"].endswith("/::,10:,:,:,,")
-    for row, (key, content, attachment) in zip(
-        (29, 49), peer_.received["/arm/left/joint_states"], strict=True
-    ):
-        hashed = store.hash_rihs01(JOINT_STATE)
-        assert key == f"sensor_msgs::msg::dds_::JointState_/{hashed}"
-        message = store.deserialize_cdr(content, JOINT_STATE)
-        np.testing.assert_array_equal(message.position, run.rows[row, 1:3])
-        assert message.name == [c.name for c in watched.robot.coordinates]
-        number, when, length, identity = struct.unpack("<qqB16s", attachment)
-        assert (number, length) == (1 if row == 29 else 2, 16)
-        assert abs(time.time_ns() - when) < LONGEST * 1e9
-    import xxhash
-
-    text = topics["/arm/left/joint_states"].encode()
-    assert identity == xxhash.xxh3_128_digest(text)[::-1]
-    clock = store.deserialize_cdr(peer_.received["/clock"][-1][1], "rosgraph_msgs/msg/Clock").clock
-    assert clock.sec + clock.nanosec * 1e-9 == pytest.approx(run["time"][49])
-
-
-def test_who_comes_late_gets_the_description(router: tuple[Any, int]) -> None:
-    import zenoh
-
-    session, port = router
-    got: list[Any] = []
-    with published(experiment(), node_address(f"ros2://127.0.0.1:{port}?domain=8")):
-        zenoh.ext.declare_advanced_subscriber(
-            session,
-            "8/robot_description/**",
-            got.append,
-            history=zenoh.ext.HistoryConfig(detect_late_publishers=True),
-        )
-        until(lambda: got)
-    assert b"<robot name" in bytes(got[0].payload)
-
-
-def test_a_run_is_published_in_real_time(
-    router: tuple[Any, int], cardsflow: CommandLine, tmp_path: Any
-) -> None:
-    session, port = router
-    peer_ = Peer(session, 9)
-    words = ("--set", "run.duration=0.5", "--direct", "--json", "-o", tmp_path / "out")
-    code, out, err = cardsflow(
-        "run", PLANAR_2R, "--publish", f"ros2://127.0.0.1:{port}?domain=9", *words
+def test_the_newest_row_is_published_once() -> None:
+    bus, run = Bus(), rows_of(EXPERIMENT)
+    joints, tendons, description = (
+        bus.node().subscribe(topic) for topic in (JOINT_STATES, TENDON_STATES, DESCRIPTION)
     )
-    assert code == 0, err
-    assert f"published as node /cardsflow in domain 9, over the router tcp/127.0.0.1:{port}" in err
-    assert json.loads(out)["status"] == "complete"
-    until(lambda: len(peer_.received["/clock"]) >= 3)
-    assert json.loads(out)["real_time_factor"] < 1.1
+    publisher = RunPublisher(Shown.of(EXPERIMENT), bus.node())
+    for count in (30, 50, 50):
+        publisher.watch(run.names, run.rows[:count])
+        publisher.send_newest()
+    for row in (29, 49):
+        came = joints.receive(time.monotonic())
+        assert came is not None
+        state = JointState.of(came.message)
+        assert state.names == tuple(c.name for c in EXPERIMENT.robot.coordinates)
+        np.testing.assert_array_equal(state.position, run.rows[row, 1:3])
+        assert state.time_ns == round(1e9 * run["time"][row])
+        came = tendons.receive(time.monotonic())
+        assert came is not None
+        np.testing.assert_array_equal(came.message.effort, run.rows[row, 3:7])
+    assert joints.receive(time.monotonic()) is None
+    came = description.receive(time.monotonic())
+    assert came is not None
+    assert "<robot name" in came.message.data
+    assert all(topic.latched == (topic.name[:7] == "/robot_") for _, _, topic in bus.ends[3:])
 
 
-def test_without_a_router_nothing_runs(cardsflow: CommandLine, tmp_path: Any) -> None:
-    uri = "ros2://127.0.0.1:1"
-    line = cardsflow.refused("run", PLANAR_2R, "--publish", uri, "-o", tmp_path / "out")
-    assert "no router answers at tcp/127.0.0.1:1" in line
-    assert not (tmp_path / "out").exists()
+def test_topics_whose_messages_this_ros_lacks_are_left_out_and_named() -> None:
+    bus, run = Bus(unknown=("tf2_msgs/msg/TFMessage", "cardsflow_msgs/msg/Signals")), rows_of
+    publisher = RunPublisher(Shown.of(EXPERIMENT), bus.node())
+    made = run(EXPERIMENT)
+    publisher.watch((*made.names, "energy"), np.column_stack([made.rows, made["time"]]))
+    publisher.send_newest()
+    assert "without /tf (tf2_msgs), /signals (cardsflow_msgs)" in publisher.remark
+    names = {topic.name for _, _, topic in bus.ends}
+    assert "/joint_states" in names
+    assert not names & {"/tf", "/signals"}
+
+
+def test_parameters_are_the_settings_of_controller_and_run() -> None:
+    found = parameters_of(EXPERIMENT)
+    assert found["controller.kp"] == [2000.0, 2000.0]
+    assert found["controller.type"] == "joint_space"
+    assert found["run.step"] == 1e-3
+    assert "controller.motor_weights" not in found  # an empty list has no type
 
 
 def test_what_goes_wrong_in_publishing_ends_no_run() -> None:
     class Broken:
+        def knows(self, message_type: str) -> bool:
+            return True
+
         def advertise(self, topic: Any) -> None:
             """Take note."""
 
-        def publish(self, topic: Any, content: bytes) -> None:
+        def publish(self, topic: Any, values: Any) -> None:
             if topic.name == "/joint_states":
                 raise InputError("gone")
 
-    run = rows_of(experiment())
-    publisher = RunPublisher(Shown.of(experiment()), Broken())
+    run = rows_of(EXPERIMENT)
+    publisher = RunPublisher(Shown.of(EXPERIMENT), Broken())  # type: ignore[arg-type]
     publisher.watch(run.names, run.rows)
     publisher.stop()
     publisher.run()
     assert str(publisher.failure) == "gone"
+
+
+def test_without_rclpy_one_line_says_how_to_get_it(
+    cardsflow: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "rclpy", None)
+    line = cardsflow.refused("run", PLANAR_2R, "--publish", "ros2://", "-o", tmp_path / "out")
+    for what in ("topics of ROS 2 need rclpy", "source the setup.bash", "ros-jazzy-rclpy", "3.11"):
+        assert what in line
+    assert not (tmp_path / "out").exists()

@@ -12,13 +12,13 @@ import time
 from typing import NoReturn
 
 import numpy as np
-from cardsflow_fmu.middleware.address import node_address
-from cardsflow_fmu.middleware.open_node import open_node
 from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.hardware.protocol.device_topics import COMMANDS, RUNNING, STATES, DeviceTopics
+from cardsflow_fmu.hardware.protocol.device_topics import RUNNING, DeviceTopics
 from cardsflow_fmu.hardware.protocol.topic_reader import TopicReader
+from cardsflow_fmu.ros_interface.address import node_address
+from cardsflow_fmu.ros_interface.rclpy_node import open_node
 
 
 def echo(uri: str) -> NoReturn:
@@ -27,8 +27,8 @@ def echo(uri: str) -> NoReturn:
     reader = TopicReader({"effort": topics.commands}, 10.0)
     state, rates = np.zeros(experiment.hardware.states(2, 4)), np.zeros(4)
     with open_node(node_address(uri)) as node:
-        inbox = node.subscribe(COMMANDS)
-        node.advertise(STATES)
+        inbox = node.subscribe(topics.commands_topic)
+        node.advertise(topics.states_topic)
         print("up", flush=True)
         while True:
             message = inbox.receive(time.monotonic() + 0.05)
@@ -38,7 +38,8 @@ def echo(uri: str) -> NoReturn:
                     reader.start()  # of the next block, which is another publisher
                 else:
                     state[:4] = values["effort"]
-            node.publish(STATES, topics.state_message(time.time_ns(), state, rates, RUNNING))
+            values = topics.state_values(time.time_ns(), state, rates, RUNNING)
+            node.publish(topics.states_topic, values)
 
 
 if __name__ == "__main__":
