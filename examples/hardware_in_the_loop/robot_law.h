@@ -3,7 +3,7 @@
 #ifndef ROBOT_LAW_H
 #define ROBOT_LAW_H
 
-#include "../../controllers/csrc/computed_torque/control_loop.h"
+#include "../../controllers/csrc/loop/control_loop.h"
 #include "../../sim_dart/csrc/core.h"
 #include "robot.h"
 
@@ -59,7 +59,7 @@ static real *setting(const char *name)
 
 static int open_law(void)
 {
-    const control_robot asked = {NULL, terms, tasks, NULL, NULL};
+    const control_robot asked = {NULL, terms, tasks, NULL, NULL, NULL};
     if (core_size(BLOB, sizeof BLOB, NULL, 0) > sizeof robot_memory ||
         control_loop_size(COORDINATES, MUSCLES, TASKS) > sizeof loop_memory)
         return 0;

@@ -3,7 +3,7 @@
 #ifndef EXAMPLE_LOOP_H
 #define EXAMPLE_LOOP_H
 
-#include "controllers/csrc/computed_torque/control_loop.h"
+#include "controllers/csrc/loop/control_loop.h"
 #include "sim_dart/csrc/core.h"
 
 extern core *robot;

@@ -116,7 +116,7 @@ static void visit(const real *q, const real *qd, const real *f)
 static void open_loop(const real *rows, uint64_t count)
 {
     static robot_and_rows own;
-    const control_robot asked = {&own, terms, tasks, NULL, NULL};
+    const control_robot asked = {&own, terms, tasks, NULL, NULL, NULL};
     k = (size_t)count;
     own = (robot_and_rows){robot, rows, k};
     loop = control_loop_open(&asked, (int)n, (int)m, (int)k, room(control_loop_size((int)n, (int)m, (int)k)));

@@ -2,7 +2,7 @@
 #ifndef ROBOT_TERMS_H
 #define ROBOT_TERMS_H
 
-#include "controllers/csrc/computed_torque/control_loop.h"
+#include "controllers/csrc/loop/control_loop.h"
 #include "sim_dart/csrc/core.h"
 
 #include <string.h>

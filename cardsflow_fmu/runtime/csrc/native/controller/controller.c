@@ -344,8 +344,8 @@ static const struct model_functions FUNCTIONS = {
 static int open_loop(struct native_model *native, struct controller *c)
 {
     const struct native_robot *robot = &native->robot;
-    const control_robot without = {&native->robot, terms, tasks, NULL, NULL};
-    const control_robot with_loops = {&native->robot, terms, tasks, complete, c->settings.dependent};
+    const control_robot without = {&native->robot, terms, tasks, NULL, NULL, NULL};
+    const control_robot with_loops = {&native->robot, terms, tasks, complete, c->settings.dependent, NULL};
     const control_robot asked = c->room ? with_loops : without;
     const int n = (int)robot->n, a = (int)c->a, k = (int)c->k;
     const size_t size = control_loop_size(n, a, k);

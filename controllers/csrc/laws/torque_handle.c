@@ -1,14 +1,21 @@
-/* The handle of the computed-torque laws: its memory, and its arrays. */
-#include "joint_space.h"
+/* The handle of the laws: its memory, its arrays, and which law is solved. */
+#include "distribution.h"
+#include "joint_laws.h"
 #include "operational_space.h"
-#include "state.h"
+#include "torque_state.h"
 
+#include <math.h>
 #include <string.h>
 
 /* The law in operational space has the motion equation beside the tasks, and qdd beside f. */
 static int variables_of(int n, int m, int k)
 {
     return k ? n + m : m;
+}
+
+static int most_variables(int n, int m, int k)
+{
+    return k ? n + m : 2 * m;
 }
 
 static size_t padded(size_t size)
@@ -24,11 +31,12 @@ size_t computed_torque_size(int coordinates, int muscles, int tasks)
     const size_t n = (size_t)coordinates, m = (size_t)muscles, k = (size_t)tasks;
     const size_t r = k ? k : n, rows = n + k;
     const size_t program = dual_newton_size(variables_of(coordinates, muscles, tasks), coordinates + tasks);
+    const size_t second = dual_newton_size(most_variables(coordinates, muscles, tasks), coordinates + tasks);
     size_t doubles = 0;
 #define ADD_LENGTH(name, length) doubles += length;
     TORQUE_ARRAYS(ADD_LENGTH)
 #undef ADD_LENGTH
-    return padded(sizeof(computed_torque)) + 2 * padded(program) + doubles * sizeof(real);
+    return padded(sizeof(computed_torque)) + padded(program) + padded(second) + doubles * sizeof(real);
 }
 
 computed_torque *computed_torque_open(int coordinates, int muscles, int tasks, void *memory)
@@ -41,14 +49,19 @@ computed_torque *computed_torque_open(int coordinates, int muscles, int tasks, v
     const size_t r = s->r = k ? k : n, rows = s->rows = n + k;
     const int variables = variables_of(coordinates, muscles, tasks);
     char *at = (char *)memory + padded(sizeof *s);
-    s->hard = dual_newton_open(variables, (int)rows, at);
+    s->hard = s->built = dual_newton_open(variables, (int)rows, at);
     at += padded(dual_newton_size(variables, (int)rows));
-    s->soft = dual_newton_open(variables, (int)rows, at);
-    at += padded(dual_newton_size(variables, (int)rows));
+    s->second = at;
+    at += padded(dual_newton_size(most_variables(coordinates, muscles, tasks), (int)rows));
 #define PLACE(name, length) s->name = (real *)(void *)at, at += (length) * sizeof(real);
     TORQUE_ARRAYS(PLACE)
 #undef PLACE
     return s;
+}
+
+dual_newton *second_program(computed_torque *s, size_t variables)
+{
+    return dual_newton_open((int)variables, (int)s->rows, s->second);
 }
 
 real *computed_torque_array(computed_torque *s, const char *name, size_t *length)
@@ -73,9 +86,41 @@ void computed_torque_reset(computed_torque *s)
     for (size_t i = 0; i < s->m; i++) s->memory[i] = s->forces[i] = smallest(s->f_min[i], s->f_max[i]);
 }
 
-int computed_torque_solve(computed_torque *s)
+/* The forces of a solution are those of the call before for the next. */
+static int remember(computed_torque *s, int status)
 {
-    const int status = s->k ? operational_space_solve(s) : joint_space_solve(s);
     if (status < COMPUTED_TORQUE_FAILED) memcpy(s->memory, s->forces, s->m * sizeof(real));
     return status;
+}
+
+int computed_torque_solve(computed_torque *s)
+{
+    return remember(s, s->k ? operational_space_solve(s) : distribution_solve(s));
+}
+
+void computed_torque_require(computed_torque *s)
+{
+    joint_law_torque(s);
+}
+
+int computed_torque_build(computed_torque *s)
+{
+    return s->k ? operational_space_build(s) : distribution_build(s);
+}
+
+int computed_torque_build_soft(computed_torque *s)
+{
+    return s->k ? operational_space_build_soft(s) : distribution_build_soft(s);
+}
+
+dual_newton *computed_torque_program(computed_torque *s)
+{
+    return s->built;
+}
+
+int computed_torque_finish(computed_torque *s, const real *x)
+{
+    for (size_t i = 0; i < s->built->n; i++)
+        if (!isfinite(x[i])) return COMPUTED_TORQUE_FAILED;
+    return remember(s, s->k ? operational_space_finish(s, x) : distribution_finish(s, x));
 }

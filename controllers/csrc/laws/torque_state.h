@@ -2,21 +2,26 @@
 #ifndef CARDSFLOW_COMPUTED_TORQUE_STATE_H
 #define CARDSFLOW_COMPUTED_TORQUE_STATE_H
 
-#include "../dual_newton/state.h"
+#include "../qp/state.h"
 #include "computed_torque.h"
 
-/* ARRAY(name, number of doubles): those of computed_torque_array first. */
+/* ARRAY(name, number of elements): those of computed_torque_array first. */
 #define TORQUE_ARRAYS(ARRAY)                                                                           \
     ARRAY(M, n *n)                                                                                     \
     ARRAY(h, n)                                                                                        \
+    ARRAY(G, n)                                                                                        \
+    ARRAY(load, n)                                                                                     \
     ARRAY(L, m *n)                                                                                     \
     ARRAY(error, r)                                                                                    \
     ARRAY(rate_error, r)                                                                               \
     ARRAY(acceleration, r)                                                                             \
+    ARRAY(correction, r)                                                                               \
     ARRAY(q, n)                                                                                        \
     ARRAY(qd, n)                                                                                       \
     ARRAY(J, k *n)                                                                                     \
     ARRAY(bias, k)                                                                                     \
+    ARRAY(tau, n)                                                                                      \
+    ARRAY(law, 1)                                                                                      \
     ARRAY(kp, r)                                                                                       \
     ARRAY(kd, r)                                                                                       \
     ARRAY(f_min, m)                                                                                    \
@@ -24,10 +29,12 @@
     ARRAY(H_f, m)                                                                                      \
     ARRAY(norm, 1)                                                                                     \
     ARRAY(passive, n)                                                                                  \
+    ARRAY(tolerance, 1)                                                                                \
     ARRAY(H_q, n)                                                                                      \
     ARRAY(H_r, m)                                                                                      \
     ARRAY(f_p, m)                                                                                      \
     ARRAY(W, k)                                                                                        \
+    ARRAY(priority, k)                                                                                 \
     ARRAY(posture_kp, n)                                                                               \
     ARRAY(posture_kd, n)                                                                               \
     ARRAY(q0, n)                                                                                       \
@@ -36,21 +43,32 @@
     ARRAY(limit_bandwidth, 1)                                                                          \
     ARRAY(forces, m)                                                                                   \
     ARRAY(slack, r)                                                                                    \
+    ARRAY(qdd, n)                                                                                      \
     ARRAY(limits_dropped, 1)                                                                           \
     ARRAY(memory, m + 2 * rows) /* last forces, and where both programs start */                       \
-    ARRAY(desired, r)           /* torque or task acceleration */                                      \
+    ARRAY(desired, r)           /* acceleration of joints or tasks */                                  \
+    ARRAY(active_tau, n)        /* tau, without passive coordinates */                                 \
+    ARRAY(target, k)            /* J qdd of each task: desired, or what a priority has reached */      \
     ARRAY(squares, m)           /* forces of least squares, before another norm */                     \
     ARRAY(apart, m)             /* from f_p, and which way a step goes */                              \
     ARRAY(way, m)                                                                                      \
-    ARRAY(factor, n *n)                                                                                \
-    ARRAY(column, n)
+    ARRAY(factor, n *n)
 
 #define TORQUE_MEMBER(name, length) real *name;
 struct computed_torque {
     size_t n, m, k, r, rows;
-    dual_newton *hard, *soft; /* the program with hard rows, and that in which some give way */
+    dual_newton *hard;  /* the program with hard rows */
+    void *second;       /* memory of another, see second_program */
+    dual_newton *built; /* the last program that was built */
+    real rank;          /* the priority that it is for */
+    int limited;        /* whether joint limits bound its qdd */
+    int worst;          /* status of the priorities so far */
     TORQUE_ARRAYS(TORQUE_MEMBER)
 };
 #undef TORQUE_MEMBER
+
+/* The program in the second memory, made anew: that in which rows give way; or in joint space, of twice the
+   variables, that of forces in two parts for the norm 1.                                              */
+dual_newton *second_program(computed_torque *s, size_t variables);
 
 #endif

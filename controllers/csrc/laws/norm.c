@@ -1,6 +1,8 @@
 /* min sum |H^1/2 (f - f_p)|^p by Newton's method: a program takes each step, which goes on to where the power is
-   least on its way, as in controllers/force_distribution/norms.py.                                    */
+   least on its way. The norms 1 and infinity are linear programs, see ../qp/linear.h.                  */
 #include "norm.h"
+
+#include "../qp/linear.h"
 
 #include <math.h>
 #include <string.h>
@@ -55,8 +57,22 @@ static real model_at(computed_torque *s, int p, real size)
     return sum;
 }
 
+/* From the forces of least squares to those of least 1-norm, or infinity norm. */
+static int least_linear(computed_torque *s)
+{
+    real *counts = s->apart;
+    for (size_t i = 0; i < s->m; i++) counts[i] = sqrt(s->H_f[i]);
+    const box bounds = {s->f_min, s->f_max};
+    const int status = isfinite(s->norm[0])
+                           ? least_sum(s->hard, second_program(s, 2 * s->m), bounds, counts, s->f_p, s->forces)
+                           : least_largest(s->hard, bounds, counts, s->f_p, s->forces);
+    if (status == DUAL_NEWTON_SOLVED) memcpy(s->forces, s->hard->x, s->m * sizeof(real));
+    return status;
+}
+
 int norm_least(computed_torque *s)
 {
+    if (s->norm[0] == 1 || s->norm[0] == INFINITY) return least_linear(s);
     const int p = (int)s->norm[0];
     dual_newton *program = s->hard;
     real size = 0;

@@ -1,0 +1,167 @@
+/* The forces that make the torque of a law, eq. (3):
+
+     min 1/2 (f - f_p)'H (f - f_p)   s.t.   tau = -L'f,   f_min <= f <= f_max
+
+   or another norm of H^1/2 (f - f_p), and where no force fits, the forces whose acceleration errs least: |M^-1 (tau + L'f)|.
+
+   Passive coordinates follow nothing: their accelerations are whatever the others make of them. They are
+   eliminated by their own rows, so that the rest is exact: M, tau and L of the others become their Schur
+   complements.                                                                                         */
+#include "distribution.h"
+
+#include "../../../sim_dart/csrc/math/cholesky.h"
+#include "joint_laws.h"
+#include "norm.h"
+#include "program.h"
+
+#include <math.h>
+#include <string.h>
+
+static const real TOLERANCE = PRECISE(1e-6, 1e-4); /* of a torque, relative to 1 + the largest */
+static const real SOFTNESS[2] = {PRECISE(1e-8, 1e-6), PRECISE(1e-6, 1e-4)}; /* relative to the rows' size */
+
+/* The smallest softness that is a normal number. */
+static const real LEAST_SOFTNESS = PRECISE(2.3e-308, 1.2e-38);
+
+static void fill(const computed_torque *s, dual_newton *program)
+{
+    real mean = 0;
+    for (size_t i = 0; i < s->m; i++) mean += s->H_f[i] / (real)s->m;
+    for (size_t i = 0; i < s->m; i++) {
+        program->H_diagonal[i] = s->H_f[i] / mean; /* only ratios matter */
+        program->g[i] = program->H_diagonal[i] * (0 - s->f_p[i]);
+        program->lb[i] = s->f_min[i];
+        program->ub[i] = s->f_max[i];
+    }
+}
+
+static real allowed(const computed_torque *s)
+{
+    real most = 0;
+    for (size_t j = 0; j < s->n; j++) most = larger(most, fabs(s->active_tau[j]));
+    return (s->tolerance[0] > 0 ? s->tolerance[0] : TOLERANCE) * (1 + most);
+}
+
+/* slack = tau + L'f; its largest entry. */
+static real missing(computed_torque *s)
+{
+    real most = 0;
+    memcpy(s->slack, s->active_tau, s->n * sizeof(real));
+    for (size_t i = 0; i < s->m; i++) add(s->n, s->slack, s->forces[i], s->L + i * s->n);
+    for (size_t j = 0; j < s->n; j++) most = larger(most, fabs(s->slack[j]));
+    return most;
+}
+
+/* Forces and slack of an answer; the largest slack. */
+static real take(computed_torque *s, const real *forces)
+{
+    for (size_t i = 0; i < s->m; i++) s->forces[i] = clip(forces[i], s->f_min[i], s->f_max[i]);
+    return missing(s);
+}
+
+/* Take a passive coordinate out of all other rows; its own become those of a unit mass at rest. */
+static void eliminate(computed_torque *s, size_t p, real *tau)
+{
+    const size_t n = s->n, m = s->m;
+    const real pivot = s->M[p * n + p];
+    for (size_t j = 0; j < n; j++) {
+        if (j == p) continue;
+        const real factor = s->M[j * n + p] / pivot;
+        for (size_t k = 0; k < n; k++)
+            if (k != p) s->M[j * n + k] -= factor * s->M[p * n + k];
+        for (size_t i = 0; i < m; i++) s->L[i * n + j] -= factor * s->L[i * n + p];
+        tau[j] -= factor * tau[p];
+    }
+    for (size_t j = 0; j < n; j++) s->M[j * n + p] = s->M[p * n + j] = j == p;
+    for (size_t i = 0; i < m; i++) s->L[i * n + p] = 0;
+    tau[p] = 0;
+}
+
+/* The torque, without passive coordinates; 0, or COMPUTED_TORQUE_WRONG. */
+static int require(computed_torque *s)
+{
+    joint_law_torque(s);
+    memcpy(s->active_tau, s->tau, s->n * sizeof(real));
+    for (size_t j = 0; j < s->n; j++)
+        if (s->passive[j] != 0) eliminate(s, j, s->active_tau);
+    for (size_t j = 0; j < s->n; j++)
+        if (!isfinite(s->active_tau[j])) return COMPUTED_TORQUE_WRONG;
+    return 0;
+}
+
+static void build_hard(computed_torque *s)
+{
+    fill(s, s->hard);
+    for (size_t k = 0; k < s->m * s->n; k++) s->hard->A[k] = -s->L[k];
+    memcpy(s->hard->b, s->active_tau, s->n * sizeof(real));
+    memset(s->hard->softness, 0, s->n * sizeof(real));
+    s->built = s->hard;
+}
+
+/* 0, or COMPUTED_TORQUE_WRONG. */
+static int build_soft(computed_torque *s, real relative_softness)
+{
+    const size_t n = s->n, m = s->m;
+    dual_newton *program = s->built = second_program(s, m);
+    real size = 0, weights = 0;
+    fill(s, program);
+    if (cholesky_factor(n, s->M, s->factor)) return COMPUTED_TORQUE_WRONG;
+    memcpy(program->b, s->active_tau, n * sizeof(real));
+    cholesky_solve(n, s->factor, program->b);
+    for (size_t i = 0; i < m; i++) {
+        real *column = program->A + i * n;
+        for (size_t j = 0; j < n; j++) column[j] = -s->L[i * n + j];
+        cholesky_solve(n, s->factor, column);
+        size += dot(n, column, column);
+        weights += program->H_diagonal[i];
+    }
+    const real softness = larger(relative_softness * size / weights, LEAST_SOFTNESS);
+    for (size_t j = 0; j < n; j++) program->softness[j] = softness;
+    return 0;
+}
+
+int distribution_build(computed_torque *s)
+{
+    const int wrong = require(s);
+    build_hard(s);
+    return wrong;
+}
+
+int distribution_build_soft(computed_torque *s)
+{
+    const int wrong = require(s);
+    return wrong ? wrong : build_soft(s, SOFTNESS[0]);
+}
+
+/* From forces of least squares that fit. */
+static int finish(computed_torque *s)
+{
+    if (norm_least(s) != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_NOT_CONVERGED;
+    return missing(s) <= allowed(s) ? COMPUTED_TORQUE_SOLVED : COMPUTED_TORQUE_NOT_CONVERGED;
+}
+
+int distribution_finish(computed_torque *s, const real *x)
+{
+    return take(s, x) <= allowed(s) ? finish(s) : COMPUTED_TORQUE_FAILED;
+}
+
+static int solve_soft(computed_torque *s, int is_proven)
+{
+    int status = DUAL_NEWTON_NOT_CONVERGED;
+    for (int attempt = 0; attempt < 2 && status != DUAL_NEWTON_SOLVED; attempt++) {
+        if (build_soft(s, SOFTNESS[attempt])) return COMPUTED_TORQUE_WRONG;
+        status = solve_from(s->built, s->memory + s->m + s->rows);
+    }
+    if (status != DUAL_NEWTON_SOLVED) return COMPUTED_TORQUE_FAILED;
+    if (take(s, s->built->x) <= allowed(s)) return COMPUTED_TORQUE_SOLVED;
+    return is_proven ? COMPUTED_TORQUE_SOFT : COMPUTED_TORQUE_NOT_CONVERGED;
+}
+
+int distribution_solve(computed_torque *s)
+{
+    if (distribution_build(s)) return COMPUTED_TORQUE_WRONG;
+    const int status = solve_from(s->hard, s->memory + s->m);
+    if (status > DUAL_NEWTON_NOT_CONVERGED) return COMPUTED_TORQUE_WRONG;
+    if (status == DUAL_NEWTON_SOLVED && take(s, s->hard->x) <= allowed(s)) return finish(s);
+    return solve_soft(s, status == DUAL_NEWTON_INFEASIBLE);
+}

@@ -1,0 +1,18 @@
+/* Computed torque, the left side of eq. (3) with the joints' damping and the known load:
+
+     tau = M (qdd_d + correction + Kd (qd_d - qd) + Kp (q_d - q)) + C + G + D qd + w_e                    */
+#include "joint_laws.h"
+#include "program.h"
+
+void desired_acceleration(const computed_torque *s, real *desired)
+{
+    for (size_t i = 0; i < s->r; i++)
+        desired[i] = s->acceleration[i] + s->correction[i] + s->kd[i] * s->rate_error[i] + s->kp[i] * s->error[i];
+}
+
+void joint_space_torque(const computed_torque *s, real *tau)
+{
+    desired_acceleration(s, s->desired);
+    for (size_t j = 0; j < s->n; j++)
+        tau[j] = dot(s->n, s->M + j * s->n, s->desired) + (s->h[j] + s->load[j]);
+}

@@ -1,0 +1,233 @@
+/* Computed torque in operational space, eq. (4):
+
+     min  1/2 (qdd - qdd_p)'H_q (qdd - qdd_p) + 1/2 (f - f_p)'H_f (f - f_p) + 1/2 (f - f_last)'H_r (f - f_last)
+          + 1/2 s'W s
+     s.t. M qdd + h = -L'f,   J qdd + J' qd + s = ydd_d + Kd (yd_d - J qd) + Kp (y_d - y),
+          f_min <= f <= f_max,   -2 w qd - w^2 (q - q_min) <= qdd <= -2 w qd + w^2 (q_max - q)
+
+   over qdd, f and s, with qdd_p = kp (q0 - q) - kd qd. Where that has no solution all tasks give way, then
+   the limits of the joints; the motion equation never does.
+
+   Tasks of several priorities make a program each, of these tasks and those before, whose J qdd is kept as the
+   program before has left it.                                                                          */
+#include "operational_space.h"
+
+#include "program.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Of tasks that give way, relative to the program's scale: first that, then much more. */
+static const real SOFTNESS[2] = {1e-4, 1e-2};
+
+/* Of a row of an answer of another solver, relative to its terms; terms below a share of the largest row's
+   are not compared with themselves.                                                                   */
+static const real ACCEPTED = PRECISE(1e-6, 1e-4), SMALLEST_ROW = PRECISE(1e-8, 1e-4);
+
+/* Is the task of the priority of the program, or of one before? Others have empty rows. */
+static int is_now(const computed_torque *s, size_t task)
+{
+    return s->priority[task] == s->rank;
+}
+
+static int is_known(const computed_torque *s, size_t task)
+{
+    return s->priority[task] <= s->rank;
+}
+
+/* The least priority above a number; infinite if there is none. */
+static real rank_above(const computed_torque *s, real rank)
+{
+    real next = INFINITY;
+    for (size_t i = 0; i < s->k; i++)
+        if (s->priority[i] > rank) next = smaller(next, s->priority[i]);
+    return next;
+}
+
+static int has_limits(const computed_torque *s)
+{
+    return s->limit_bandwidth[0] > 0;
+}
+
+/* Costs, bounds of f and rows. Variables are qdd and then f. */
+static void fill(const computed_torque *s, dual_newton *program)
+{
+    const size_t n = s->n, m = s->m, k = s->k, rows = s->rows;
+    const real *f_last = s->memory;
+    for (size_t j = 0; j < n; j++) {
+        const real posture = s->posture_kp[j] * (s->q0[j] - s->q[j]) - s->posture_kd[j] * s->qd[j];
+        real *column = program->A + j * rows;
+        program->H_diagonal[j] = s->H_q[j];
+        program->g[j] = -s->H_q[j] * posture;
+        for (size_t i = 0; i < n; i++) column[i] = s->M[i * n + j];
+        for (size_t i = 0; i < k; i++) column[n + i] = is_known(s, i) ? s->J[i * n + j] : 0;
+        program->b[j] = -(s->h[j] + s->load[j]);
+    }
+    for (size_t i = 0; i < m; i++) {
+        real *column = program->A + (n + i) * rows;
+        program->H_diagonal[n + i] = s->H_f[i] + s->H_r[i];
+        program->g[n + i] = -s->H_f[i] * s->f_p[i] - s->H_r[i] * f_last[i];
+        program->lb[n + i] = s->f_min[i];
+        program->ub[n + i] = s->f_max[i];
+        memcpy(column, s->L + i * n, n * sizeof(real));
+        memset(column + n, 0, k * sizeof(real));
+    }
+    for (size_t i = 0; i < k; i++) program->b[n + i] = is_known(s, i) ? s->target[i] : 0;
+}
+
+static void bound_accelerations(const computed_torque *s, dual_newton *program)
+{
+    const real w = s->limited ? s->limit_bandwidth[0] : 0;
+    for (size_t j = 0; j < s->n; j++) {
+        const real brake = -2 * w * s->qd[j];
+        program->lb[j] = w > 0 ? brake - w * w * (s->q[j] - s->q_min[j]) : -INFINITY;
+        program->ub[j] = w > 0 ? brake + w * w * (s->q_max[j] - s->q[j]) : INFINITY;
+    }
+}
+
+/* Of the rows of the tasks: one of a finite weight may give way. */
+static real own_softness(const computed_torque *s, size_t task)
+{
+    return is_now(s, task) && isfinite(s->W[task]) ? 1 / s->W[task] : 0;
+}
+
+static void build_hard(computed_torque *s)
+{
+    s->built = s->hard;
+    fill(s, s->hard);
+    bound_accelerations(s, s->hard);
+    for (size_t i = 0; i < s->k; i++) s->hard->softness[s->n + i] = own_softness(s, i);
+}
+
+/* All tasks of the priority give way, those of a finite weight at least as much as that says. */
+static void build_soft(computed_torque *s, real softness)
+{
+    dual_newton *program = s->built = second_program(s, s->n + s->m);
+    real scale = 0, count = 0;
+    fill(s, program);
+    bound_accelerations(s, program);
+    for (size_t i = 0; i < s->k; i++) count += is_now(s, i);
+    for (size_t i = 0; i < s->n + s->m; i++)
+        for (size_t j = 0; j < s->k; j++) {
+            const real a = is_now(s, j) ? program->A[i * s->rows + s->n + j] : 0;
+            scale += a * a / program->H_diagonal[i] / count;
+        }
+    if (!(scale > 0)) scale = 1;
+    for (size_t i = 0; i < s->k; i++)
+        program->softness[s->n + i] = is_now(s, i) ? larger(own_softness(s, i), softness * scale) : 0;
+}
+
+static int all_weighted(const computed_torque *s)
+{
+    for (size_t i = 0; i < s->k; i++)
+        if (is_now(s, i) && !isfinite(s->W[i])) return 0;
+    return 1;
+}
+
+/* 0, or COMPUTED_TORQUE_WRONG. */
+static int begin(computed_torque *s)
+{
+    desired_acceleration(s, s->desired);
+    for (size_t i = 0; i < s->k; i++) {
+        s->target[i] = s->desired[i] -= s->bias[i];
+        if (!isfinite(s->desired[i])) return COMPUTED_TORQUE_WRONG;
+    }
+    s->rank = rank_above(s, -INFINITY);
+    s->limited = has_limits(s);
+    s->worst = COMPUTED_TORQUE_SOLVED;
+    return 0;
+}
+
+/* Take qdd and f of a priority, and go on to the next, or finish. */
+static int take(computed_torque *s, const real *x, int status)
+{
+    const size_t n = s->n;
+    const real next = rank_above(s, s->rank);
+    memcpy(s->qdd, x, n * sizeof(real));
+    s->worst = status > s->worst ? status : s->worst;
+    if (isfinite(next)) {
+        for (size_t i = 0; i < s->k; i++)
+            if (is_now(s, i)) s->target[i] = dot(n, s->J + i * n, x);
+        s->rank = next;
+        return COMPUTED_TORQUE_NEXT;
+    }
+    for (size_t i = 0; i < s->m; i++) s->forces[i] = clip(x[n + i], s->f_min[i], s->f_max[i]);
+    for (size_t i = 0; i < s->k; i++) s->slack[i] = s->desired[i] - dot(n, s->J + i * n, x);
+    s->limits_dropped[0] = has_limits(s) && !s->limited;
+    return s->worst;
+}
+
+/* Whether x fulfils the hard rows and the bounds of the program, relative to their terms. */
+static int fits(const dual_newton *program, const real *x, real *rest, real *size)
+{
+    const size_t rows = program->m;
+    real largest = 0;
+    for (size_t j = 0; j < rows; j++) rest[j] = -program->b[j], size[j] = fabs(program->b[j]);
+    for (size_t i = 0; i < program->n; i++) {
+        const real low = program->lb[i], high = program->ub[i], room = ACCEPTED * (1 + fabs(x[i]));
+        if (x[i] < low - room || x[i] > high + room) return 0;
+        for (size_t j = 0; j < rows; j++) {
+            const real term = program->A[i * rows + j] * clip(x[i], low, high);
+            rest[j] += term, size[j] += fabs(term);
+        }
+    }
+    for (size_t j = 0; j < rows; j++) largest = larger(largest, size[j]);
+    for (size_t j = 0; j < rows; j++)
+        if (program->softness[j] == 0 && !(fabs(rest[j]) <= ACCEPTED * (size[j] + SMALLEST_ROW * largest))) return 0;
+    return 1;
+}
+
+/* The program of the priority; where it has no solution the tasks give way, then the limits of the joints. */
+static int solve_priority(computed_torque *s)
+{
+    real *hard = s->memory + s->m, *soft = hard + s->rows;
+    int otherwise = COMPUTED_TORQUE_SOFT; /* while every program before is proven infeasible */
+    const int first = s->limited;
+    for (; s->limited >= 0; s->limited--) {
+        build_hard(s);
+        int status = solve_from(s->hard, hard);
+        if (status > DUAL_NEWTON_NOT_CONVERGED) return COMPUTED_TORQUE_WRONG;
+        if (status == DUAL_NEWTON_SOLVED)
+            return take(s, s->hard->x, s->limited == first ? COMPUTED_TORQUE_SOLVED : otherwise);
+        if (status == DUAL_NEWTON_NOT_CONVERGED) otherwise = COMPUTED_TORQUE_NOT_CONVERGED;
+        if (all_weighted(s) && status == DUAL_NEWTON_INFEASIBLE) continue;
+        for (int attempt = 0; attempt < 2; attempt++) {
+            build_soft(s, SOFTNESS[attempt]);
+            status = solve_from(s->built, soft);
+            if (status == DUAL_NEWTON_SOLVED) return take(s, s->built->x, otherwise);
+            if (status == DUAL_NEWTON_INFEASIBLE) break; /* the motion equation itself, or tasks before */
+        }
+        if (status == DUAL_NEWTON_NOT_CONVERGED) otherwise = COMPUTED_TORQUE_NOT_CONVERGED;
+    }
+    return COMPUTED_TORQUE_FAILED;
+}
+
+int operational_space_build(computed_torque *s)
+{
+    if (begin(s)) return COMPUTED_TORQUE_WRONG;
+    build_hard(s);
+    return COMPUTED_TORQUE_SOLVED;
+}
+
+int operational_space_build_soft(computed_torque *s)
+{
+    if (begin(s)) return COMPUTED_TORQUE_WRONG;
+    build_soft(s, SOFTNESS[0]);
+    return COMPUTED_TORQUE_SOLVED;
+}
+
+int operational_space_finish(computed_torque *s, const real *x)
+{
+    dual_newton *program = s->built;
+    if (!fits(program, x, program->r, program->size)) return COMPUTED_TORQUE_FAILED;
+    const int status = take(s, x, COMPUTED_TORQUE_SOLVED);
+    if (status == COMPUTED_TORQUE_NEXT) build_hard(s);
+    return status;
+}
+
+int operational_space_solve(computed_torque *s)
+{
+    int status = begin(s) ? COMPUTED_TORQUE_WRONG : COMPUTED_TORQUE_NEXT;
+    while (status == COMPUTED_TORQUE_NEXT) status = solve_priority(s);
+    return status;
+}

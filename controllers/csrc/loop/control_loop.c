@@ -1,0 +1,89 @@
+/* A tick of the loop. */
+#include "../laws/joint_laws.h"
+#include "loop_state.h"
+
+#include <string.h>
+
+void loop_terms(control_loop *s, const real *q, const real *qd)
+{
+    s->robot.terms(s->robot.self, q, qd, s->law->M, s->law->h, s->law->L);
+}
+
+/* What is still to go to a position of the reference, at q. */
+static void remaining(control_loop *s, const real *q, const real *qd, const real *position)
+{
+    computed_torque *law = s->law;
+    if (s->custom.error)
+        s->custom.error(s->custom.self, q, position, law->error);
+    else if (law->k)
+        s->robot.tasks(s->robot.self, q, qd, position, law->error, law->J, law->bias);
+    else
+        for (size_t j = 0; j < law->n; j++) law->error[j] = position[j] - q[j];
+}
+
+/* The law in C, with the torque of a custom one where there is one. */
+static int solve(control_loop *s, const real *q, const real *qd, const real *reference)
+{
+    computed_torque *law = s->law;
+    const control_law *custom = &s->custom;
+    const real *velocity = reference + law->r, *acceleration = reference + 2 * law->r;
+    loop_terms(s, q, qd);
+    if (s->robot.gravity && joint_law_needs_gravity(law)) s->robot.gravity(s->robot.self, q, law->G);
+    remaining(s, q, qd, reference);
+    for (size_t j = 0; j < law->n; j++) law->load[j] = s->load[j], law->q[j] = q[j], law->qd[j] = qd[j];
+    for (size_t i = 0; i < law->r; i++) {
+        law->rate_error[i] = velocity[i] - (law->k ? dot(law->n, law->J + i * law->n, qd) : qd[i]);
+        law->acceleration[i] = acceleration[i];
+        law->correction[i] = s->correction[i];
+    }
+    if (custom->torque) {
+        law->law[0] = COMPUTED_TORQUE_GIVEN;
+        if (custom->torque(custom->self, q, qd, reference, s->correction, s->load, law->tau))
+            return COMPUTED_TORQUE_FAILED;
+    }
+    return computed_torque_solve(law);
+}
+
+static int solve_custom(control_loop *s, const real *q, const real *qd, const real *reference)
+{
+    const control_law *custom = &s->custom;
+    return custom->solve(custom->self, q, qd, reference, s->correction, s->load, s->law->forces, s->law->slack);
+}
+
+/* correction += T Ki e, where the law is met. */
+static void integrate(control_loop *s, real T, const real *q, const real *qd, const real *reference)
+{
+    remaining(s, q, qd, reference);
+    for (size_t i = 0; i < s->law->r; i++) s->correction[i] += T * s->ki[i] * s->law->error[i];
+}
+
+/* What the observer compares at the next tick. */
+static void remember(control_loop *s, const real *q, const real *qd, const real *load)
+{
+    const size_t n = s->law->n;
+    s->has_seen[0] = 1;
+    memcpy(s->seen_q, q, n * sizeof(real));
+    memcpy(s->seen_qd, qd, n * sizeof(real));
+    memcpy(s->seen_forces, s->acting, s->law->m * sizeof(real));
+    memcpy(s->seen_load, load, n * sizeof(real));
+}
+
+int control_loop_tick(control_loop *s, real T, const real *q, const real *qd, const real *reference,
+                      const real *load)
+{
+    computed_torque *law = s->law;
+    const size_t n = law->n, m = law->m;
+    const real *at = q, *rate = qd, *desired = reference;
+    if (s->gain[0] > 0) loop_observe(s, T, qd);
+    for (size_t j = 0; j < n; j++) s->load[j] = load[j] + s->disturbance[j];
+    if (s->delay[0] && s->predict[0]) {
+        loop_predict(s, T, q, qd, s->coming, reference);
+        at = s->later, rate = s->faster, desired = s->ahead;
+    }
+    const int status = (s->custom.solve ? solve_custom : solve)(s, at, rate, desired);
+    if (status == COMPUTED_TORQUE_SOLVED) integrate(s, T, q, qd, reference);
+    memcpy(s->acting, s->delay[0] ? s->coming : law->forces, m * sizeof(real));
+    memcpy(s->coming, law->forces, m * sizeof(real));
+    if (s->gain[0] > 0) remember(s, q, qd, load);
+    return status;
+}

@@ -1,0 +1,73 @@
+/* The handle of a control loop: its memory and its arrays. */
+#include "loop_state.h"
+
+#include <string.h>
+
+static size_t padded(size_t size)
+{
+    return (size + 7u) & ~(size_t)7u;
+}
+
+size_t control_loop_size(int coordinates, int muscles, int tasks)
+{
+    const size_t law = computed_torque_size(coordinates, muscles, tasks);
+    if (!law) return 0;
+    const size_t n = (size_t)coordinates, m = (size_t)muscles, r = tasks ? (size_t)tasks : n;
+    size_t doubles = 0;
+#define ADD_LENGTH(name, length) doubles += length;
+    LOOP_ARRAYS(ADD_LENGTH)
+#undef ADD_LENGTH
+    return padded(sizeof(control_loop)) + padded(law) + doubles * sizeof(real);
+}
+
+control_loop *control_loop_open(const control_robot *robot, int coordinates, int muscles, int tasks,
+                                void *memory)
+{
+    const size_t size = control_loop_size(coordinates, muscles, tasks);
+    if (!size || !memory || (uintptr_t)memory % 8) return NULL;
+    memset(memory, 0, size);
+    control_loop *s = memory;
+    s->robot = *robot;
+    char *at = (char *)memory + padded(sizeof *s);
+    s->law = computed_torque_open(coordinates, muscles, tasks, at);
+    at += padded(computed_torque_size(coordinates, muscles, tasks));
+    const size_t n = s->law->n, m = s->law->m, r = s->law->r;
+#define PLACE(name, length) s->name = (real *)(void *)at, at += (length) * sizeof(real);
+    LOOP_ARRAYS(PLACE)
+#undef PLACE
+    return s;
+}
+
+void control_loop_set_law(control_loop *s, const control_law *law)
+{
+    s->custom = *law;
+}
+
+computed_torque *control_loop_law(control_loop *s)
+{
+    return s->law;
+}
+
+static size_t remembered(const control_loop *s)
+{
+    return 3 * s->law->m + s->law->r + 4 * s->law->n + 1;
+}
+
+real *control_loop_array(control_loop *s, const char *name, size_t *length)
+{
+    const size_t n = s->law->n, m = s->law->m, r = s->law->r;
+    if (!strcmp(name, "remembered")) return *length = remembered(s), s->acting;
+#define FIND(name_, length_) \
+    if (!strcmp(name, #name_)) return *length = length_, s->name_;
+    LOOP_ARRAYS(FIND)
+#undef FIND
+    return NULL;
+}
+
+void control_loop_reset(control_loop *s)
+{
+    computed_torque_reset(s->law);
+    memset(s->acting, 0, remembered(s) * sizeof(real));
+    memcpy(s->acting, s->law->forces, s->law->m * sizeof(real));
+    memcpy(s->coming, s->law->forces, s->law->m * sizeof(real));
+}

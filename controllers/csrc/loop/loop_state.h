@@ -1,0 +1,49 @@
+/* The inside of a control loop. */
+#ifndef CARDSFLOW_LOOP_STATE_H
+#define CARDSFLOW_LOOP_STATE_H
+
+#include "../laws/torque_state.h"
+#include "control_loop.h"
+
+/* ARRAY(name, number of elements); those from acting to seen_load are what the loop remembers. */
+#define LOOP_ARRAYS(ARRAY)                                                                             \
+    ARRAY(ki, r)                                                                                       \
+    ARRAY(gain, 1)                                                                                     \
+    ARRAY(delay, 1)                                                                                    \
+    ARRAY(predict, 1)                                                                                  \
+    ARRAY(acting, m)                                                                                   \
+    ARRAY(coming, m)                                                                                   \
+    ARRAY(correction, r)                                                                               \
+    ARRAY(disturbance, n)                                                                              \
+    ARRAY(has_seen, 1)                                                                                 \
+    ARRAY(seen_q, n)                                                                                   \
+    ARRAY(seen_qd, n)                                                                                  \
+    ARRAY(seen_forces, m)                                                                              \
+    ARRAY(seen_load, n)                                                                                \
+    ARRAY(load, n)                                                                                     \
+    ARRAY(later, n)                                                                                    \
+    ARRAY(faster, n)                                                                                   \
+    ARRAY(half_way, n)                                                                                 \
+    ARRAY(qdd, n)                                                                                      \
+    ARRAY(ahead, 3 * r) /* the reference when forces take effect */
+
+#define LOOP_MEMBER(name, length) real *name;
+struct control_loop {
+    control_robot robot;
+    control_law custom;
+    computed_torque *law;
+    LOOP_ARRAYS(LOOP_MEMBER)
+};
+#undef LOOP_MEMBER
+
+/* control_loop.c: M, h and L of the robot at a state, in the law's arrays. */
+void loop_terms(control_loop *s, const real *q, const real *qd);
+
+/* observer.c: the disturbance by the velocity that the last tick's forces have made. */
+void loop_observe(control_loop *s, real period, const real *qd);
+
+/* prediction.c: state and reference one period on, in `later`, `faster` and `ahead`. */
+void loop_predict(control_loop *s, real period, const real *q, const real *qd, const real *forces,
+                  const real *reference);
+
+#endif
