@@ -3,6 +3,7 @@
 #include "norm.h"
 
 #include "../qp/linear.h"
+#include "program.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,12 +1,32 @@
-/* What both laws share: the acceleration that they ask for, and their programs. */
+/* What the laws share: the acceleration that they ask for, and their programs. */
 #ifndef CARDSFLOW_PROGRAM_H
 #define CARDSFLOW_PROGRAM_H
 
 #include "torque_state.h"
 
+#include <string.h>
+
 /* acceleration + correction + Kd rate_error + Kp error */
-void desired_acceleration(const computed_torque *s, real *desired);
+static inline void desired_acceleration(const computed_torque *s, real *desired)
+{
+    for (size_t i = 0; i < s->r; i++)
+        desired[i] = s->acceleration[i] + s->correction[i] + s->kd[i] * s->rate_error[i] + s->kp[i] * s->error[i];
+}
+
 /* Solve a program from where the last of its kind ended, kept in `start`. */
-int solve_from(dual_newton *program, real *start);
+static inline int solve_from(dual_newton *program, real *start)
+{
+    memcpy(program->start, start, program->m * sizeof(real));
+    const int status = dual_newton_solve(program);
+    memcpy(start, program->start, program->m * sizeof(real));
+    return status;
+}
+
+/* The program in the second memory, made anew: that in which rows give way; or in joint space, of twice the
+   variables, that of forces in two parts for the norm 1.                                              */
+static inline dual_newton *second_program(computed_torque *s, size_t variables)
+{
+    return dual_newton_open((int)variables, (int)s->rows, s->second);
+}
 
 #endif

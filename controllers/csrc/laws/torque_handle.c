@@ -1,6 +1,6 @@
 /* The handle of the laws: its memory, its arrays, and which law is solved. */
 #include "distribution.h"
-#include "joint_laws.h"
+#include "joint/law_choice.h"
 #include "operational_space.h"
 #include "torque_state.h"
 
@@ -57,11 +57,6 @@ computed_torque *computed_torque_open(int coordinates, int muscles, int tasks, v
     TORQUE_ARRAYS(PLACE)
 #undef PLACE
     return s;
-}
-
-dual_newton *second_program(computed_torque *s, size_t variables)
-{
-    return dual_newton_open((int)variables, (int)s->rows, s->second);
 }
 
 real *computed_torque_array(computed_torque *s, const char *name, size_t *length)

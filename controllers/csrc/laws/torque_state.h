@@ -58,7 +58,7 @@
 struct computed_torque {
     size_t n, m, k, r, rows;
     dual_newton *hard;  /* the program with hard rows */
-    void *second;       /* memory of another, see second_program */
+    void *second;       /* memory of another, see program.h */
     dual_newton *built; /* the last program that was built */
     real rank;          /* the priority that it is for */
     int limited;        /* whether joint limits bound its qdd */
@@ -66,9 +66,5 @@ struct computed_torque {
     TORQUE_ARRAYS(TORQUE_MEMBER)
 };
 #undef TORQUE_MEMBER
-
-/* The program in the second memory, made anew: that in which rows give way; or in joint space, of twice the
-   variables, that of forces in two parts for the norm 1.                                              */
-dual_newton *second_program(computed_torque *s, size_t variables);
 
 #endif

@@ -36,14 +36,10 @@ struct control_loop {
 };
 #undef LOOP_MEMBER
 
-/* control_loop.c: M, h and L of the robot at a state, in the law's arrays. */
-void loop_terms(control_loop *s, const real *q, const real *qd);
-
-/* observer.c: the disturbance by the velocity that the last tick's forces have made. */
-void loop_observe(control_loop *s, real period, const real *qd);
-
-/* prediction.c: state and reference one period on, in `later`, `faster` and `ahead`. */
-void loop_predict(control_loop *s, real period, const real *q, const real *qd, const real *forces,
-                  const real *reference);
+/* M, h and L of the robot at a state, in the law's arrays. */
+static inline void loop_terms(control_loop *s, const real *q, const real *qd)
+{
+    s->robot.terms(s->robot.self, q, qd, s->law->M, s->law->h, s->law->L);
+}
 
 #endif

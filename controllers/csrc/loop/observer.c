@@ -2,7 +2,7 @@
 
      w += gain (w_seen - w),   gain = 1 - exp(-bandwidth T),
      w_seen = -L'f - h - M (qd - qd_last)/T - w_e,   at the last tick                                      */
-#include "loop_state.h"
+#include "observer.h"
 
 void loop_observe(control_loop *s, real period, const real *qd)
 {

@@ -2,8 +2,9 @@
 
      qdd = -M^-1 (L'f + h + w)
      later = q + T (qd + T/2 qdd(q, qd)),   faster = qd + T qdd(q + T/2 qd, qd + T/2 qdd(q, qd))           */
+#include "prediction.h"
+
 #include "../../../sim_dart/csrc/math/cholesky.h"
-#include "loop_state.h"
 
 static void accelerate(control_loop *s, const real *q, const real *qd, const real *forces)
 {

@@ -1,14 +1,8 @@
 /* Computed torque, the left side of eq. (3) with the joints' damping and the known load:
 
      tau = M (qdd_d + correction + Kd (qd_d - qd) + Kp (q_d - q)) + C + G + D qd + w_e                    */
+#include "../program.h"
 #include "joint_laws.h"
-#include "program.h"
-
-void desired_acceleration(const computed_torque *s, real *desired)
-{
-    for (size_t i = 0; i < s->r; i++)
-        desired[i] = s->acceleration[i] + s->correction[i] + s->kd[i] * s->rate_error[i] + s->kp[i] * s->error[i];
-}
 
 void joint_space_torque(const computed_torque *s, real *tau)
 {

@@ -3,7 +3,7 @@
 #ifndef CARDSFLOW_JOINT_LAWS_H
 #define CARDSFLOW_JOINT_LAWS_H
 
-#include "torque_state.h"
+#include "../torque_state.h"
 
 #define JOINT_LAWS(JOINT_LAW)      \
     JOINT_LAW(joint_space, 0)      \
@@ -15,11 +15,5 @@
 #define DECLARE_JOINT_LAW(name, needs_gravity) void name##_torque(const computed_torque *s, real *tau);
 JOINT_LAWS(DECLARE_JOINT_LAW)
 #undef DECLARE_JOINT_LAW
-
-/* tau of the law chosen, in s->tau. */
-void joint_law_torque(computed_torque *s);
-
-/* Whether the law chosen needs G. */
-int joint_law_needs_gravity(const computed_torque *s);
 
 #endif

@@ -1,4 +1,6 @@
 /* Choice among the laws in joint space. */
+#include "law_choice.h"
+
 #include "joint_laws.h"
 
 #include <string.h>

@@ -1,13 +1,10 @@
 /* A tick of the loop. */
-#include "../laws/joint_laws.h"
+#include "../laws/joint/law_choice.h"
 #include "loop_state.h"
+#include "observer.h"
+#include "prediction.h"
 
 #include <string.h>
-
-void loop_terms(control_loop *s, const real *q, const real *qd)
-{
-    s->robot.terms(s->robot.self, q, qd, s->law->M, s->law->h, s->law->L);
-}
 
 /* What is still to go to a position of the reference, at q. */
 static void remaining(control_loop *s, const real *q, const real *qd, const real *position)

@@ -1,0 +1,9 @@
+/* The disturbance by the velocity that the last tick's forces have made. */
+#ifndef CARDSFLOW_OBSERVER_OF_LOOP_H
+#define CARDSFLOW_OBSERVER_OF_LOOP_H
+
+#include "loop_state.h"
+
+void loop_observe(control_loop *s, real period, const real *qd);
+
+#endif
