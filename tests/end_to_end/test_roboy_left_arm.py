@@ -197,59 +197,6 @@ def test_a_flower_out_of_reach_is_refused_before_the_first_step() -> None:
         Experiment.load(ROBOY_LEFT_ARM, wide)
 
 
-JOINT_SPACE = {"type": "joint_space", "kp": 2000.0, "kd": 90.0, "period": 0.005}
-
-
-@pytest.mark.cases(13)
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"start.y": [2.0, 0.0, 0.0]}, "start.y: "),
-        ({"start.y": [0.5, -0.45]}, "start.y: must have 3 numbers, one for each task coordinate"),
-        ({"robot.operational_space": "foot"}, "robot.operational_space: no operational space"),
-        ({"controller": JOINT_SPACE}, "controller.type: 'joint_space' does not follow"),
-        ({"controller.kp": {"hnad": 1.0}}, "controller.kp.hnad: no task coordinate 'hnad'"),
-        ({"controller.kp": 0.0}, "controller.kp: must be above 0"),
-        ({"controller.task_weights": -1.0}, "controller.task_weights: must be above 0, or 'exact'"),
-        ({"controller.priorities": 0.5}, "controller.priorities: must be whole numbers"),
-        ({"controller.posture.kp": -1.0}, "controller.posture.kp: must not be negative"),
-        ({"controller.delay": 3}, "controller.delay: must be at most 1"),
-        ({"controller.predict": 1}, "controller.predict: must be true or false"),
-        ({"reference.flower.petals": 0}, "reference.flower.petals: must be at least 1"),
-        ({"reference.flower.radius": -0.1}, "reference.flower.radius: must be above 0"),
-        ({"reference.flower.axes": [[1, 0, 0], [1, 0, 0]]}, "reference.flower.axes: must be two"),
-        ({"reference.approach.duration": 0.0}, "reference.approach.duration: must be above 0"),
-        ({"disturbance.force": {"foot": [0, 0, 1]}}, "disturbance.force.foot: no task frame"),
-        ({"disturbance": {"begin": 2.0, "end": 1.0}}, "disturbance.end: must be after begin"),
-        ({"disturbance.known": True}, "disturbance.force: missing: forces on hand"),
-        ({"reference.flower.radius": 3.0}, "reference: no configuration reaches hand.x 3.45"),
-        ({"controller.period": 1e300}, "controller.period: 1e+303 steps are more than"),
-        ({"plant.mass_scale": 0.0}, "plant.mass_scale: must be above 0"),
-    ],
-)
-def test_bad_settings_are_refused_before_the_first_step(settings: dict, message: str) -> None:
-    with pytest.raises(InputError) as error:
-        Experiment.load(ROBOY_LEFT_ARM, settings)
-    assert message in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("blend", "message"),
-    [
-        ({}, "reference.points[1].blend_time: missing"),
-        ({"blend_time": 0.0}, "reference.points[1].blend_time: must be above 0"),
-        ({"blend_time": 0.5}, "reference.points[1].blend_time: 0.5 s is not below half the way"),
-    ],
-)
-def test_a_blend_that_does_not_fit_is_refused(blend: dict[str, float], message: str) -> None:
-    points = [{"time": 0, "y": [0.5, -0.45, 0.4]}, {"time": 1, "y": [0.5, -0.45, 0.5]} | blend]
-    reference = {"spline": "parabolic_blend", "points": points}
-    with pytest.raises(InputError) as error:
-        Experiment.load(ROBOY_LEFT_ARM, {"reference": reference})
-    assert message in str(error.value)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_a_disturbance_of_nothing_travels_in_the_fmus_too(known: bool) -> None:

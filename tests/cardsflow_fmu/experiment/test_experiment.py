@@ -3,14 +3,14 @@ from __future__ import annotations
 import shutil
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from support.robots.robots import PLANAR_2R, planar_2r
 
-from addin_sdfusion.robot import InputError, RobotError, write_sdf
+from addin_sdfusion.robot import InputError, write_sdf
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.config.file import read_settings
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.simulation.run import simulate
 
@@ -27,22 +27,6 @@ def edit(folder: Path, old: str, new: str) -> None:
     text = file.read_text()
     assert old in text
     file.write_text(text.replace(old, new))
-
-
-@pytest.mark.parametrize(
-    ("changes", "key"),
-    [
-        ({"controller.pretension": 1.1e9}, "controller.pretension"),
-        ({"controller.pretension": [0.0, 1e308, 0.0, 0.0]}, "controller.pretension"),
-        ({"controller.muscle_horizon": 1e308}, "controller.muscle_horizon"),
-    ],
-)
-def test_numbers_that_no_controller_can_use_are_refused_with_their_key(
-    changes: dict[str, Any], key: str
-) -> None:
-    with pytest.raises(InputError) as refused:
-        Experiment.load(PLANAR_2R / "experiment.toml", changes)
-    assert str(refused.value.key).startswith(key)
 
 
 def test_the_example_says_what_the_paper_says() -> None:
@@ -198,10 +182,30 @@ def test_files_that_are_no_toml_are_refused(tmp_path: Path, content: bytes) -> N
         Experiment.load(file)
 
 
-@pytest.mark.parametrize("key", ["hardware.key_file", "run.output", "reference.file"])
-def test_a_zero_in_a_path_is_refused(key: str) -> None:
-    with pytest.raises(InputError, match=rf"{key}: .*no path holds a zero"):
-        Experiment.load(PLANAR_2R, {key: "a\0b.csv"})
+@pytest.mark.parametrize(
+    ("text", "is_too_deep"),
+    [
+        (".".join(["a"] * 51) + " = 1", True),
+        (".".join(["a"] * 20_000) + " = 1", True),
+        ("[" + " . ".join(["a", "'b.c'", '"d"'] * 70_000) + "]", True),
+        ("a = " + "[" * 200 + "]" * 200, True),
+        ("a = " + "{b = " * 60 + "1" + "}" * 60, True),
+        ("[" + ".".join("a" * 30) + "]\n" + ".".join("b" * 30) + " = 1", True),
+        (".".join(["a"] * 40) + " = 1", False),
+        ("a = [" + "0.5, " * 10_000 + "]", False),
+        ("a = '" + "/x.y/" * 10_000 + "'", False),
+    ],
+    ids=range(9),
+)
+def test_settings_are_not_nested_without_end(text: str, is_too_deep: bool, tmp_path: Path) -> None:
+    """Tomllib takes minutes for a header of 200000 names; what it gives ended the recursion."""
+    file = tmp_path / "experiment.toml"
+    file.write_text(text)
+    if not is_too_deep:
+        assert "a" in read_settings(file)
+        return
+    with pytest.raises(InputError, match=r"experiment\.toml: is nested too deeply"):
+        read_settings(file)
 
 
 def test_a_missing_experiment_is_named(tmp_path: Path) -> None:
@@ -246,19 +250,3 @@ def test_a_joint_gets_a_motor_when_asked(effort: object, bounds: tuple[float, fl
     changes = {"robot.joints.joint_2.motor": True, "robot.joints.joint_2.effort": effort}
     (motor,) = Experiment.load(PLANAR_2R, changes).robot.motors
     assert (motor.name, motor.tau_min, motor.tau_max) == ("joint_2", *bounds)
-
-
-@pytest.mark.parametrize(
-    ("field", "value", "words"),
-    [
-        ("motor", 1, "motor"),
-        ("effort", -1.0, "negative"),
-        ("effort", [1.0], "2 numbers"),
-        ("effort", [2.0, 1.0], "above tau_max"),
-        ("effort", 0.0, "has no torque"),
-    ],
-)
-def test_a_motor_that_makes_no_sense_is_refused(field: str, value: object, words: str) -> None:
-    changes = {"robot.joints.joint_2.motor": True, f"robot.joints.joint_2.{field}": value}
-    with pytest.raises((InputError, RobotError), match=words):
-        Experiment.load(PLANAR_2R, changes)

@@ -170,26 +170,6 @@ def test_offsets_are_those_of_the_robots_calibration(tmp_path: Path) -> None:
     assert experiment_data(experiment)["estimator"]["offset"][1] == 1e-3
 
 
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"estimator.units": [{"link": "hand"}]}, r"estimator.units\[0\].link: no link 'hand'"),
-        ({"estimator.sensors.delay": 0.0015}, "estimator.sensors.delay: 0.0015 s is not a whole"),
-        ({"estimator.length_noise": -1.0}, "estimator.length_noise"),
-        ({"estimator.length_noise.motor99": 1e-3}, "no muscle 'motor99'"),
-        ({"estimator.sensors.nothing": 1}, "estimator.sensors: no key 'nothing'|nothing"),
-        ({"estimator.gate": 0.0}, "estimator.gate"),
-        (
-            {"estimator.units": [{"link": "upper_arm_left"}, {"link": "upper_arm_left"}]},
-            "estimator.units: .*rename one",
-        ),
-    ],
-)
-def test_what_does_not_fit_is_refused(settings: dict[str, object], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        Experiment.load(EXAMPLES / "roboy_left_arm", settings)
-
-
 @pytest.mark.slow
 def test_what_cannot_be_observed_is_told_before_a_run() -> None:
     """No lengths of the elbow's muscles: joint_4 is open, at every pose of the reference."""

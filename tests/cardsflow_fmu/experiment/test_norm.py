@@ -58,9 +58,3 @@ def test_a_norm_is_written_as_it_is_read() -> None:
 def test_what_is_no_norm_is_refused(norm: Any) -> None:
     with pytest.raises(InputError, match=r"controller\.norm: "):
         experiment(norm=norm)
-
-
-def test_in_operational_space_there_is_no_norm() -> None:
-    what = r"controller\.norm: is for controllers that follow q; 'operational_space' weighs squares"
-    with pytest.raises(InputError, match=what):
-        Experiment.load(EXAMPLES / "roboy_left_arm", {"controller.norm": 4})

@@ -175,11 +175,6 @@ def test_gains_may_be_left_out_and_are_given_where_they_are_there(folder: Path) 
         Experiment.load(folder)
 
 
-def test_the_space_is_that_of_the_law_where_it_is_ours(folder: Path) -> None:
-    with pytest.raises(InputError, match=r"controller\.space: is that of the law"):
-        Experiment.load(folder, {"controller.space": "joint"})
-
-
 def test_an_external_controller_needs_no_gains(folder: Path) -> None:
     """Nor a table [controller]."""
     text = (folder / "experiment.toml").read_text()

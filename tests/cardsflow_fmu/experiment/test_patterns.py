@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
-from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.tension_laws import law_parameters
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.writer import experiment_data
@@ -43,12 +42,6 @@ def test_a_pattern_that_is_set_later_counts_more_than_a_name_of_the_file() -> No
     """As `--set` does over what the file says."""
     settings = {"muscles": {"cable_2": {"f_max": 70.0}}, "muscles.cable_*.f_max": 50.0}
     assert set(f_max(Experiment.load(PLANAR_2R, settings)).values()) == {50.0}
-
-
-@pytest.mark.parametrize("key", ["muscles", "robot.muscles"])
-def test_a_pattern_that_fits_nothing_is_refused(key: str) -> None:
-    with pytest.raises(InputError, match=rf"{key}\.leg_\*: no muscle fits it \(known: cable_1"):
-        Experiment.load(PLANAR_2R, {f"{key}.leg_*.f_max": 50.0})
 
 
 def test_lengths_come_from_the_path_at_a_pose() -> None:
@@ -92,24 +85,3 @@ def test_numbers_travel_and_not_what_they_came_from() -> None:
         for key, value in table["model"].items()
         if key != "kind"
     )
-
-
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        ({"model": {"kind": "hill_thelen2003", "optimal_fibre_length": "path / 2"}}, "0.6 path"),
-        ({"model": {"kind": "hill_thelen2003", "max_isometric_force": "F0"}}, '"f_max"'),
-        ({"model": "hill_from_path", "f_max": 9.0, "pose": {"knee": 0.0}}, "no coordinate 'knee'"),
-    ],
-)
-def test_what_cannot_be_taken_is_named(table: dict[str, object], message: str) -> None:
-    with pytest.raises(InputError, match="muscles") as caught:
-        Experiment.load(ARM, {"muscles": {"biceps": table}})
-    assert message in str(caught.value)
-
-
-def test_f_max_must_be_there_to_be_taken() -> None:
-    settings = {"muscles": {"cable_1": {"model": "hill_from_path"}}}
-    changed = {"robot.muscles.cable_1.f_max": float("inf")}
-    with pytest.raises(InputError, match=r"f_max|finite"):
-        Experiment.load(PLANAR_2R, settings | changed)

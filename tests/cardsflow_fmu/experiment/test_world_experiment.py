@@ -305,46 +305,6 @@ def test_an_sdf_worlds_objects_stand_in_the_world(tmp_path: Path) -> None:
     assert result["object.ball.z"][-1] == pytest.approx(0.55, abs=1e-3)
 
 
-BAD_WORLDS: list[tuple[dict[str, Any], str]] = [
-    ({"groud": True}, "world.groud: no key 'groud'; did you mean 'ground'"),
-    ({"friction": -1.0}, "world.friction: must not be negative: -1.0"),
-    ({"friction_law": "prism"}, "no friction law 'prism'"),
-    ({"links": "mesh"}, "did you mean 'meshes'"),
-    ({"objects": 3}, "world.objects: must be a list of tables"),
-    ({"objects": [BALL | {"shape": "bal"}]}, r"objects\[0\].shape: no shape"),
-    ({"objects": [BALL | {"radius": 0}]}, r"objects\[0\].radius: must be above"),
-    ({"objects": [BALL | {"colour": 1}]}, "no key 'colour'"),
-    ({"objects": [BALL | {"mass": -1}]}, r"objects\[0\].mass: must not be negative: -1"),
-    ({"objects": [BALL, BALL]}, "the name 'ball' is taken"),
-    ({"objects": [BALL | {"name": "link_1"}]}, "'link_1' is taken"),
-    ({"objects": [DIE | {"file": "no.stl"}]}, r"objects\[0\].file: .*no.stl is no file"),
-    ({"shapes": [{"link": "lnk_1", "shape": "sphere", "radius": 1}]}, "did you mean 'link_1'"),
-    ({"contacts": ["link_1"]}, "no link or object that collides 'link_1'"),
-    ({"ignore": [["a"]]}, r"world.ignore\[0\]: must be a list of 2 names"),
-    ({"sdf": "none.world"}, "none.world: cannot be read"),
-    ({"ground": {"hight": 0.1}}, "did you mean 'height'"),
-]
-BAD_SETTINGS: list[tuple[dict[str, Any], str]] = [
-    (
-        {"world": {"friction": 1.0}, "plant.integrator": "rk4"},
-        "rk4 does not support worlds with contacts",
-    ),
-    ({"plant.wrenches": ["lnk_2"]}, "plant.wrenches: no link 'lnk_2'"),
-    ({"plant.wrenches": "link_2"}, "plant.wrenches: must be a list of names"),
-    ({"robots": []}, "there is a \\[robot\\] as well"),
-    ({"world": 3}, "world: must be a table"),
-    *(({"world": world}, message) for world, message in BAD_WORLDS),
-]
-
-
-@pytest.mark.parametrize(("settings", "message"), BAD_SETTINGS)
-def test_bad_input_is_one_line_with_file_and_key(settings: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=message) as caught:
-        Experiment.load(PLANAR_2R, settings)
-    assert "experiment.toml" in str(caught.value) or "none.world" in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
 BAD_ROBOTS: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
     "none": (lambda d: d.update(robots=[]), "must be a list of tables"),
     "no name": (lambda d: d["robots"][0].pop("name"), r"robots\[0\].name: missing"),

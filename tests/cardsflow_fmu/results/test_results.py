@@ -16,7 +16,7 @@ from support.cases import few
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
-from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.writer import experiment_data
@@ -87,11 +87,6 @@ def test_without_pyarrow_a_run_in_parquet_is_refused_at_once(
     with pytest.raises(InputError, match="uv sync --extra parquet"):
         run(experiment, tmp_path / "out")
     assert not (tmp_path / "out").exists()
-
-
-def test_an_unknown_form_names_the_nearest() -> None:
-    with pytest.raises(UnknownNameError, match=r"run\.format: no format 'parket'; did you mean"):
-        Experiment.load(PLANAR_2R, {"run.format": "parket"})
 
 
 @pytest.mark.extra("parquet")

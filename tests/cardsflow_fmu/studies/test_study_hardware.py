@@ -118,26 +118,6 @@ def test_a_study_drives_no_robot(tmp_path: Path) -> None:
     assert "drives no robot" in str(on.error)
 
 
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"hardware.emulator.loss": 1.5}, "hardware.emulator.loss: must be from 0 to 1, not 1.5"),
-        ({"hardware.emulator.delay": -1.0}, "hardware.emulator.delay: must not be negative: -1.0"),
-        ({"hardware.emulator.noise": -1.0}, "hardware.emulator.noise: must not be negative: -1.0"),
-        ({"hardware.emulator.joint_counts": 0.0}, "must be above 0"),
-        ({"hardware.emulator.seed": -1}, "must not be negative"),
-        ({"hardware.emulator.motor_lag": -1.0}, "must not be negative"),
-        ({"hardware.emulator.outages": [1.0]}, "must be a list of 2 numbers"),
-        ({"hardware.emulator.outages": 1.0}, "must be a list"),
-        ({"hardware.emulator.lost": 1.0}, "loss"),
-        ({"hardware.emulator.loss": 0.1, "hardware.link": "loopback:"}, "meet no faults"),
-    ],
-)
-def test_wrong_faults_are_refused(settings: dict[str, object], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        Experiment.load(PLANAR, settings)
-
-
 @pytest.mark.slow
 def test_the_command_line_drives_an_emulated_robot(tmp_path: Path) -> None:
     tables = []

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from support.small_studies import PLANAR
 
-from addin_sdfusion.robot import InputError, UnknownNameError
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.common import settings_of
 from cardsflow_fmu.config.key_path import (
@@ -113,39 +113,6 @@ def test_a_changed_robot_travels_with_its_experiment(tmp_path: Path) -> None:
         target.parent.mkdir(exist_ok=True)
         target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
     assert Experiment.from_resources(tmp_path).robot == experiment.robot
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "message"),
-    [
-        ("robot.muscles.cabel_1.f_max", 1.0, "did you mean 'cable_1'"),
-        ("robot.links.link_1.inertia.masss", 1.0, "did you mean 'mass'"),
-        ("robot.linkz.link_1.inertia.mass", 1.0, "did you mean 'links'"),
-        ("robot.muscles.cable_1.name", "x", "no field 'name'"),
-    ],
-)
-def test_a_change_of_nothing_names_the_nearest(key: str, value: Any, message: str) -> None:
-    with pytest.raises(UnknownNameError, match=message):
-        Experiment.load(PLANAR, {key: value})
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "message"),
-    [
-        ("robot.muscles.cable_1.points[7].position", [0.0] * 3, "2 elements"),
-        ("robot.muscles.cable_1.points[0].position", [0.0] * 2, "list of 3 numbers"),
-        ("robot.muscles.cable_1.points", 1.0, r"such as points\[0\]"),
-        ("robot.muscles.cable_1.points[0].link", "nowhere", "nowhere"),
-        ("robot.muscles.cable_1.points[0].link", 3, "must be a text"),
-        ("robot.links.link_1.inertia.mass", "heavy", "must be a number"),
-        ("robot.links.link_1.inertia.mass", -1.0, "mass"),
-        ("robot.links.link_1", 3.0, "must be a table"),
-        ("robot.muscles.cable_1.pulley", 3.0, "cannot be changed"),
-    ],
-)
-def test_a_wrong_value_is_refused(key: str, value: Any, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        Experiment.load(PLANAR, {key: value})
 
 
 def test_a_row_of_an_array_of_tables_is_set_by_its_index() -> None:

@@ -1,0 +1,170 @@
+"""Settings that are refused: a row each of what is changed, and of what the one line says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from support.robots.robots import EXAMPLES
+
+from addin_sdfusion.robot import CardsflowError
+from cardsflow_fmu import Experiment
+
+Row = tuple[dict[str, Any], str]
+MOTOR = {"robot.joints.joint_2.motor": True}
+BALL = {"name": "ball", "shape": "sphere", "radius": 0.05, "mass": 0.2, "position": [3, 0, 1]}
+MESH = {"name": "die", "shape": "mesh", "mass": 0.2, "file": "no.stl"}
+CABLE = "robot.muscles.cable_1"
+UNIT = {"link": "upper_arm_left"}
+THELEN = {"kind": "hill_thelen2003"}
+JOINT_SPACE = {"type": "joint_space", "kp": 2000.0, "kd": 90.0, "period": 0.005}
+
+
+def model(**changes: Any) -> dict[str, Any]:
+    return {"muscles": {"biceps": changes}}
+
+
+def blend(**last: float) -> dict[str, Any]:
+    """A way of two points, with what is said of the last one."""
+    points = [{"time": 0, "y": [0.5, -0.45, 0.4]}, {"time": 1, "y": [0.5, -0.45, 0.5]} | last]
+    return {"reference": {"spline": "parabolic_blend", "points": points}}
+
+
+def worlds(**refused: Any) -> dict[str, Any]:
+    return {"world": refused}
+
+
+PLANAR_2R: list[Row] = [
+    ({"controller.pretension": 1.1e9}, "controller.pretension"),
+    ({"controller.pretension": [0.0, 1e308, 0.0, 0.0]}, "controller.pretension"),
+    ({"controller.muscle_horizon": 1e308}, "controller.muscle_horizon"),
+    ({"controller.space": "joint"}, "controller.space: is that of the law"),
+    ({"fmus.motor": "a.fmu"}, "fmus.motor: no key 'motor'"),
+    ({"fmus.plant": 3}, "fmus.plant: must be a table"),
+    ({"fmus.plant": "p" * 400}, "fmus.plant.path: there is no file"),
+    ({"hardware.emulator.delay": -1.0}, "hardware.emulator.delay: must not be negative: -1.0"),
+    ({"hardware.emulator.joint_counts": 0.0}, "must be above 0"),
+    ({"hardware.emulator.loss": 1.5}, "hardware.emulator.loss: must be from 0 to 1, not 1.5"),
+    ({"hardware.emulator.lost": 1.0}, "did you mean 'loss'"),
+    ({"hardware.emulator.motor_lag": -1.0}, "must not be negative"),
+    ({"hardware.emulator.noise": -1.0}, "hardware.emulator.noise: must not be negative: -1.0"),
+    ({"hardware.emulator.outages": 1.0}, "must be a list"),
+    ({"hardware.emulator.outages": [1.0]}, "must be a list of 2 numbers"),
+    ({"hardware.emulator.seed": -1}, "must not be negative"),
+    ({"hardware.emulator.loss": 0.1, "hardware.link": "loopback:"}, "meet no faults"),
+    ({"hardware.key_file": "a\0b"}, "hardware.key_file: must be the path of a file"),
+    ({"muscles.leg_*.f_max": 50.0}, "muscles.leg_*: no muscle fits it (known: cable_1"),
+    ({"muscles.cable_1.model": "hill_from_path", f"{CABLE}.f_max": float("inf")}, "f_max"),
+    ({"plant.wrenches": "link_2"}, "plant.wrenches: must be a list of names"),
+    ({"plant.wrenches": ["lnk_2"]}, "plant.wrenches: no link 'lnk_2'"),
+    ({"plant.integrator": "rk4", "plant.engine": "dart"}, "plant.integrator: rk4 does not support"),
+    (
+        worlds(friction=1.0) | {"plant.integrator": "rk4"},
+        "rk4 does not support worlds with contacts",
+    ),
+    ({"reference.file": "a\0b.csv"}, "reference.file: must be the path of a file"),
+    (MOTOR | {"robot.joints.joint_2.motor": 1}, "motor"),
+    (MOTOR | {"robot.joints.joint_2.effort": -1.0}, "negative"),
+    (MOTOR | {"robot.joints.joint_2.effort": 0.0}, "has no torque"),
+    (MOTOR | {"robot.joints.joint_2.effort": [1.0]}, "2 numbers"),
+    (MOTOR | {"robot.joints.joint_2.effort": [2.0, 1.0]}, "above tau_max"),
+    ({"robot.links.link_1": 3.0}, "must be a table"),
+    ({"robot.links.link_1.inertia.mass": -1.0}, "mass"),
+    ({"robot.links.link_1.inertia.mass": "heavy"}, "must be a number"),
+    ({"robot.links.link_1.inertia.masss": 1.0}, "did you mean 'mass'"),
+    ({"robot.linkz.link_1.inertia.mass": 1.0}, "did you mean 'links'"),
+    ({"robot.muscles.cabel_1.f_max": 1.0}, "did you mean 'cable_1'"),
+    ({"robot.muscles.leg_*.f_max": 50.0}, "robot.muscles.leg_*: no muscle fits it (known: cable_1"),
+    ({f"{CABLE}.name": "x"}, "no field 'name'"),
+    ({f"{CABLE}.points": 1.0}, "such as points[0]"),
+    ({f"{CABLE}.points[0].link": 3}, "must be a text"),
+    ({f"{CABLE}.points[0].link": "nowhere"}, "nowhere"),
+    ({f"{CABLE}.points[0].position": [0.0] * 2}, "list of 3 numbers"),
+    ({f"{CABLE}.points[7].position": [0.0] * 3}, "2 elements"),
+    ({f"{CABLE}.pulley": 3.0}, "cannot be changed"),
+    ({"robots": []}, "there is a [robot] as well"),
+    ({"run.coupling": "gauss_seidel"}, "run.order: missing"),
+    ({"run.coupling": "gauss_seidel", "run.order": ["plant"]}, "in any order"),
+    ({"run.coupling": "strong"}, "run.coupling: no coupling 'strong'"),
+    ({"run.format": "parket"}, "run.format: no format 'parket'; did you mean"),
+    ({"run.order": ["plant"]}, "no key 'order'"),
+    ({"run.output": "a\0b"}, "run.output: must be the path of a file"),
+    ({"world": 3}, "world: must be a table"),
+    (worlds(contacts=["link_1"]), "no link or object that collides 'link_1'"),
+    (worlds(friction=-1.0), "world.friction: must not be negative: -1.0"),
+    (worlds(friction_law="prism"), "no friction law 'prism'"),
+    (worlds(groud=True), "world.groud: no key 'groud'; did you mean 'ground'"),
+    (worlds(ground={"hight": 0.1}), "did you mean 'height'"),
+    (worlds(ignore=[["a"]]), "world.ignore[0]: must be a list of 2 names"),
+    (worlds(links="mesh"), "did you mean 'meshes'"),
+    (worlds(objects=3), "world.objects: must be a list of tables"),
+    (worlds(objects=[BALL, BALL]), "the name 'ball' is taken"),
+    (worlds(objects=[BALL | {"colour": 1}]), "no key 'colour'"),
+    (worlds(objects=[BALL | {"mass": -1}]), "objects[0].mass: must not be negative: -1"),
+    (worlds(objects=[BALL | {"name": "link_1"}]), "'link_1' is taken"),
+    (worlds(objects=[BALL | {"radius": 0}]), "objects[0].radius: must be above"),
+    (worlds(objects=[BALL | {"shape": "bal"}]), "objects[0].shape: no shape"),
+    (worlds(objects=[MESH]), "no.stl is no file"),
+    (worlds(sdf="none.world"), "none.world: cannot be read"),
+    (worlds(shapes=[{"link": "lnk_1", "shape": "sphere", "radius": 1}]), "did you mean 'link_1'"),
+]
+HILL_ARM: list[Row] = [
+    (model(model=THELEN | {"max_isometric_force": "F0"}), '"f_max"'),
+    (model(model=THELEN | {"optimal_fibre_length": "path / 2"}), "0.6 path"),
+    (model(model="hill_from_path", f_max=9.0, pose={"knee": 0.0}), "no coordinate 'knee'"),
+]
+ROBOY_LEFT_ARM: list[Row] = [
+    ({"controller": JOINT_SPACE}, "controller.type: 'joint_space' does not follow"),
+    ({"controller.delay": 3}, "controller.delay: must be at most 1"),
+    ({"controller.kp": 0.0}, "controller.kp: must be above 0"),
+    ({"controller.kp": {"hnad": 1.0}}, "controller.kp.hnad: no task coordinate 'hnad'"),
+    ({"controller.norm": 4}, "norm: is for controllers that follow q; 'operational_space' weighs"),
+    ({"controller.period": 1e300}, "controller.period: 1e+303 steps are more than"),
+    ({"controller.posture.kp": -1.0}, "controller.posture.kp: must not be negative"),
+    ({"controller.predict": 1}, "controller.predict: must be true or false"),
+    ({"controller.priorities": 0.5}, "controller.priorities: must be whole numbers"),
+    ({"controller.task_weights": -1.0}, "controller.task_weights: must be above 0, or 'exact'"),
+    ({"disturbance": {"begin": 2.0, "end": 1.0}}, "disturbance.end: must be after begin"),
+    ({"disturbance.force": {"foot": [0, 0, 1]}}, "disturbance.force.foot: no task frame"),
+    ({"disturbance.known": True}, "disturbance.force: missing: forces on hand"),
+    ({"estimator.gate": 0.0}, "estimator.gate"),
+    ({"estimator.length_noise": -1.0}, "estimator.length_noise"),
+    ({"estimator.length_noise.motor99": 1e-3}, "no muscle 'motor99'"),
+    ({"estimator.sensors.delay": 0.0015}, "estimator.sensors.delay: 0.0015 s is not a whole"),
+    ({"estimator.sensors.nothing": 1}, "estimator.sensors.nothing: no key 'nothing'"),
+    ({"estimator.units": [UNIT, UNIT]}, "rename one"),
+    ({"estimator.units": [{"link": "hand"}]}, "estimator.units[0].link: no link 'hand'"),
+    ({"plant.mass_scale": 0.0}, "plant.mass_scale: must be above 0"),
+    (blend(), "reference.points[1].blend_time: missing"),
+    (blend(blend_time=0.0), "reference.points[1].blend_time: must be above 0"),
+    (blend(blend_time=0.5), "reference.points[1].blend_time: 0.5 s is not below half the way"),
+    ({"reference.approach.duration": 0.0}, "reference.approach.duration: must be above 0"),
+    ({"reference.flower.axes": [[1, 0, 0], [1, 0, 0]]}, "reference.flower.axes: must be two"),
+    ({"reference.flower.petals": 0}, "reference.flower.petals: must be at least 1"),
+    ({"reference.flower.radius": -0.1}, "reference.flower.radius: must be above 0"),
+    ({"reference.flower.radius": 3.0}, "reference: no configuration reaches hand.x 3.45"),
+    ({"robot.operational_space": "foot"}, "robot.operational_space: no operational space"),
+    ({"start.y": [0.5, -0.45]}, "start.y: must have 3 numbers, one for each task coordinate"),
+    ({"start.y": [2.0, 0.0, 0.0]}, "start.y: "),
+]
+ROWS = [
+    pytest.param(example, *row, id=f"{example}-{row[1]}")
+    for example, rows in (
+        ("planar_2r", PLANAR_2R),
+        ("hill_arm", HILL_ARM),
+        ("roboy_left_arm", ROBOY_LEFT_ARM),
+    )
+    for row in rows
+]
+
+
+@pytest.mark.parametrize(("example", "settings", "message"), ROWS)
+def test_it_is_one_line_with_file_and_key(
+    example: str, settings: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(CardsflowError) as caught:
+        Experiment.load(EXAMPLES / example, settings)
+    line = str(caught.value)
+    assert message in line
+    assert "\n" not in line
+    assert f"{EXAMPLES / example}" in line
