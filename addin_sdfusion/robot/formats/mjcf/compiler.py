@@ -338,7 +338,7 @@ class _LengthSearch:
         """The range of a joint; a hinge without one goes round once where lengths repeat."""
         model = self._model
         low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-math.inf, math.inf)
-        is_open, kind = math.isinf(low) and math.isinf(high), model.jnt_type[joint]
+        is_open, kind = math.isinf(low) and math.isinf(high), mujoco.mjtJoint(model.jnt_type[joint])
         if is_open and on_path and kind == mujoco.mjtJoint.mjJNT_HINGE:
             start = model.qpos0[model.jnt_qposadr[joint]]
             return start - math.pi, start + math.pi
