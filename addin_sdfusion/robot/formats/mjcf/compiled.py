@@ -118,7 +118,7 @@ def run_compiler(request: Mapping[str, Any], file: Path) -> dict[str, Any]:
     except OSError as error:
         what = f"MuJoCo's compiler cannot be started: {error.strerror or error}"
         raise InputError(what, file=file) from error
-    if done.returncode == 0:
+    if done.returncode == 0 and done.stdout:
         answer: dict[str, Any] = json.loads(done.stdout)
         return answer
     raise InputError(_crash(done.returncode, done.stderr.decode(errors="replace")), file=file)
@@ -137,7 +137,8 @@ def _crash(code: int, said: str) -> str:
 def _refuse(document: Document, error: str) -> None:
     """Note what MuJoCo refuses, at the element that it names by a line of the text."""
     line = _LINE.search(error)
-    problem = _ELEMENT.sub("", error).removeprefix("XML ").removeprefix("Error: ")
+    problem = document.with_files(_ELEMENT.sub("", error).removeprefix("XML "))
+    problem = problem.removeprefix("Error: ").removeprefix("Error: ")  # it may be said twice
     node = document.node_at(int(line[1])) if line else document.root
     named = node.element.get("name")
     which = f"<{node.tag}>" + (f" {named[:40]!r}" if named else "")

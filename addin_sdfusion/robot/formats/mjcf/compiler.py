@@ -164,17 +164,27 @@ def _replaced_geoms(spec: Any, files: Mapping[str, str]) -> list[Replaced]:
     of_files = {mesh.name: mesh.file for mesh in spec.meshes if mesh.file}
     replaced = []
     for geom in spec.geoms:
-        counts, mesh = _counts(spec, geom), geom.meshname
+        counts, mesh, mass = _counts(spec, geom), geom.meshname, 0.0
         geom.contype = geom.conaffinity = 0  # no convex hulls for contacts
         is_drawn = geom.type == mujoco.mjtGeom.mjGEOM_MESH and not counts
         is_missing = mesh in of_files and of_files[mesh] not in files
         if mesh in of_files and (is_drawn or is_missing):
             replaced.append(Replaced(geom, mesh, is_missing and counts))
+            mass = float(is_missing and counts and _moves(geom.parent))  # an error, but not yet
         elif geom.type != mujoco.mjtGeom.mjGEOM_HFIELD:
             continue
         geom.type, geom.meshname, geom.hfieldname = mujoco.mjtGeom.mjGEOM_SPHERE, "", ""
-        geom.size, geom.mass, geom.fromto = [POINT, 0.0, 0.0], 0.0, [math.nan] * 6
+        geom.size, geom.mass, geom.fromto = [POINT, 0.0, 0.0], mass, [math.nan] * 6
     return replaced
+
+
+def _moves(body: Any) -> bool:
+    """Whether a body moves; MuJoCo refuses it without mass."""
+    while body is not None and body.name != "world":
+        if body.joints:
+            return True
+        body = body.parent
+    return False
 
 
 def _counts(spec: Any, geom: Any) -> bool:

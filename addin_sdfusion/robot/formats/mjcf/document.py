@@ -83,6 +83,12 @@ class Document:
         """The text for MuJoCo: each element begins a line."""
         return etree.tostring(self.root.element, encoding="unicode")
 
+    def with_files(self, text: str) -> str:
+        """A message of MuJoCo with the files of meshes in place of their keys."""
+        for key, node in self._meshes.items():
+            text = text.replace(key, self.uris[node.attribute("name")])
+        return text
+
     def note_read(self, key: str) -> None:
         """Note that a mesh was read, as one of the robot's files."""
         node = self._meshes[key]
@@ -147,7 +153,7 @@ class Document:
             path = PurePosixPath(node.attribute("file"))
             name = node.attribute("name", "") or path.stem
             self.uris[name] = str(PurePosixPath(folder) / (path.name if strips else path))
-            key = f"{k}{path.suffix.lower()}"
+            key = f"mesh_{k}_{path.suffix.lower()}"
             node.element.set("name", name)
             node.element.set("file", key)
             self._meshes[key] = node

@@ -1,0 +1,228 @@
+"""MJCF that is refused, and what MuJoCo's compiler gets to see of a stranger's files."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from addin_sdfusion.robot import InputError
+from addin_sdfusion.robot.finding import Finding
+from addin_sdfusion.robot.formats.mjcf import compiled
+from addin_sdfusion.robot.formats.mjcf.document import Document
+from addin_sdfusion.robot.formats.reading.xml import Notes
+from addin_sdfusion.robot.readers import read
+
+BODY = '<body name="b">\n<joint name="j"/><geom size=".1"/></body>'
+MESH = '<body name="b"><joint/><geom type="mesh" mesh="m"/></body>'
+
+
+def written(folder: Path, world: str, more: str = "") -> Path:
+    file = folder / "m.xml"
+    file.write_text(f"<mujoco>{more}<worldbody>\n{world}</worldbody></mujoco>")
+    return file
+
+
+def errors(file: Path) -> list[Finding]:
+    return [finding for finding in read(file).findings if finding.is_error]
+
+
+@pytest.mark.parametrize(
+    ("world", "more", "line", "message"),
+    [
+        ("<body><jiont/></body>", "", 2, "MuJoCo refuses <jiont>: Schema violation"),
+        ('<body name="b"><joint/></body>', "", 2, "refuses <body> 'b': mass and inertia of moving"),
+        (BODY + BODY, "", 3, "repeated name 'b'"),
+        ('\n<geom size=".1" class="c"/>', "", 3, "unknown default class name 'c'"),
+        ('<geom size="1 x"/>', "", 2, "bad format in attribute 'size'"),
+        ('<geom size=".1" pos="nan 0 0"/>', "", 2, "pos 'nan 0 0' is not a finite number"),
+        ('<body pos="1e999 0 0"/>', "", 2, "number is too large"),
+        ("<attach/>", "", 2, "<attach> is not supported"),
+        (f'<replicate count="9999">{BODY}</replicate>', "", 2, "makes over 10000 elements"),
+        (f'<replicate count="999"><replicate count="99">{BODY}</replicate></replicate>', "", 2,
+         "makes over 10000 elements"),
+        (BODY, '<tendon><spatial><site site="s"/><site site="t"/></spatial></tendon>', 1, "'s'"),
+        (BODY, '<tendon><fixed name="t"><joint joint="k" coef="1"/></fixed></tendon>', 1, "'k'"),
+        (BODY, '<actuator><motor name="x" joint="k"/></actuator>', 1, "<motor> 'x': unknown"),
+        (BODY, '<equality><joint joint1="k"/></equality>', 1, "'k'"),
+        (BODY, '<actuator><muscle joint="j" gear="-1" lengthrange="0 1"/></actuator>', 1, "-1"),
+        (BODY, '<actuator><muscle joint="j"/></actuator>', 1, "no lengthrange, and joints without"),
+        (BODY, '<include file="m.xml"/>', 1, "'m.xml' is included already"),
+        (BODY, "<robot/>", 1, "refuses <robot>: Schema violation"),
+        (MESH, '<asset><mesh name="m" file="gone.stl"/></asset>', 2, "not there.*: 'gone.stl'"),
+        (MESH, '<asset><mesh name="m" file="m.xml"/></asset>', None, "'m.xml'"),
+        (MESH, '<asset><mesh name="m" file="/dev/zero"/></asset>', 2, "not there.*/dev/zero"),
+        (MESH, "", 2, "mesh 'm' not found"),
+        (BODY, '<actuator><motor joint="j" nsample="2000000000"/></actuator>', 1, "samples"),
+    ],
+)  # fmt: skip
+def test_a_file_is_refused_at_its_element(
+    world: str, more: str, line: int | None, message: str, tmp_path: Path
+) -> None:
+    first = errors(written(tmp_path, world, more))[0]
+    assert re.search(message, first.message), first.message
+    assert first.file == tmp_path / "m.xml"
+    assert line is None or first.line == line
+
+
+def test_an_element_of_an_included_file_is_named_there(tmp_path: Path) -> None:
+    file = written(tmp_path, '<include file="part.xml"/>' + BODY)
+    (tmp_path / "part.xml").write_text('<mujocoinclude>\n\n<body>\n<joint axis="0 0"/></body>\n'
+                                       "</mujocoinclude>")  # fmt: skip
+    (found,) = errors(file)
+    assert (found.file, found.line) == (tmp_path / "part.xml", 4)
+    assert "'axis' does not have enough data" in found.message
+
+
+@pytest.mark.parametrize(
+    ("world", "more", "code"),
+    [
+        (BODY, '<sensor><jointpos joint="j"/></sensor>', "part-left-out"),
+        (BODY, '<contact><exclude body1="b" body2="world"/></contact>', "part-left-out"),
+        (BODY, '<custom><numeric name="n" data="1"/></custom>', "part-left-out"),
+        (BODY, '<keyframe><key name="k" qpos="1"/></keyframe>', "part-left-out"),
+        (BODY, '<deformable><skin name="s"/></deformable>', "part-left-out"),
+        (BODY, '<extension><plugin plugin="p"/></extension>', "part-left-out"),
+        (BODY, '<actuator><plugin joint="j"/></actuator>', "part-left-out"),
+        ('<flexcomp name="f" type="grid" count="2 2 2"/>' + BODY, "", "soft-body-left-out"),
+        (BODY, '<equality><flex flex="f"/></equality>', "equality-left-out"),
+        (BODY, '<option density="1.2"/>', "fluid-left-out"),
+        (BODY, '<option><flag limit="disable"/></option>', "option-left-out"),
+        (BODY, '<option actuatorgroupdisable="1"/>', "option-left-out"),
+        (BODY.replace("<body", '<body gravcomp="1"'), "", "gravity-not-off"),
+        ('<body mocap="true"/>' + BODY, "", "mocap-left-out"),
+        (BODY.replace("<joint", '<joint stiffness="1 2"'), "", "polynomial-left-out"),
+        (BODY.replace("<joint", '<joint stiffness="1" springyield=".1"'), "",
+         "plasticity-left-out"),
+        (BODY, '<actuator><velocity joint="j"/></actuator>', "actuator-simplified"),
+        (BODY, '<actuator><motor joint="j" delay=".1" nsample="9"/></actuator>',
+         "actuator-simplified"),
+        (BODY, '<actuator><adhesion body="b" ctrlrange="0 1"/></actuator>', "actuator-left-out"),
+        (BODY.replace("<joint", '<joint type="ball"'), "", "angles-for-quaternion"),
+        (BODY, '<tendon><fixed name="t" armature="1" stiffness="1"><joint joint="j" coef="1"/>'
+         "</fixed></tendon>", "tendon-friction"),
+        (BODY, '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon>',
+         "tendon-left-out"),
+        (BODY, '<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon><equality>'
+         '<tendon tendon1="t"/></equality>', "equality-left-out"),
+        ('<body><geom type="mesh" mesh="m"/></body>' + BODY,
+         '<asset><mesh name="m" file="gone.stl"/></asset>', "mass-from-mesh"),
+    ],
+)  # fmt: skip
+def test_what_is_left_out_is_said(world: str, more: str, code: str, tmp_path: Path) -> None:
+    reading = read(written(tmp_path, world, more))
+    assert code in [finding.code for finding in reading.findings]
+    assert not errors(tmp_path / "m.xml")
+
+
+NAMES = (
+    '<asset><texture name="t" type="2d" file="/secret.png"/><texture name="u" type="cube" '
+    'fileright="/secret.png"/><hfield name="h" file="/secret.png" size="1 1 1 1"/>'
+    '<skin name="k" file="/secret.skn"/><model name="d" file="/secret.xml"/>'
+    '<mesh name="m" file="/secret.stl"/><material name="a" texture="t"/></asset>'
+    '<compiler meshdir="/secret" texturedir="/secret" assetdir="/secret"/>'
+    '<deformable><skin name="l" file="/secret.skn"/></deformable>'
+    '<extension><plugin plugin="/secret"/></extension>'
+)
+
+
+def test_mujoco_sees_no_path(tmp_path: Path) -> None:
+    world = f'{BODY}<flexcomp name="f" file="/secret.msh"/><geom type="mesh" mesh="m"/>'
+    file = written(tmp_path, world + '<geom type="hfield" hfield="h" material="a"/>', NAMES)
+    assert "secret" not in Document(file, Notes()).text()
+    assert not errors(file)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+def test_what_is_no_file_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.stl")
+    (found, *_) = errors(written(tmp_path, MESH, '<asset><mesh name="m" file="pipe.stl"/></asset>'))
+    assert found.code == "mass-from-mesh"
+    with pytest.raises(InputError, match="is not a regular file"):
+        read(written(tmp_path, BODY, '<include file="pipe.stl"/>'))
+
+
+CRASHES = {
+    "import os; os.abort()": "MuJoCo crashes on it",
+    "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)": "MuJoCo crashes on it",
+    "raise SystemExit('ERROR: out of stack')": "MuJoCo crashes on it: ERROR: out of stack",
+    "raise MemoryError": "needs more than 1024 MiB",
+    "while True: pass": "longer than",
+    "import time; time.sleep(60)": "longer than 2 s",
+    "pass": "MuJoCo crashes on it",
+}
+
+
+@pytest.mark.parametrize("program", CRASHES)
+@pytest.mark.skipif(sys.platform == "win32", reason="exit codes are those of signals")
+def test_a_crash_of_the_compiler_is_one_line(
+    program: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "child.py").write_text(program)
+    monkeypatch.setattr(compiled, "_PROGRAM", tmp_path / "child.py")
+    monkeypatch.setattr(compiled, "WAITING", 2.0)
+    with pytest.raises(InputError, match=CRASHES[program]) as refused:
+        read(written(tmp_path, BODY))
+    assert "\n" not in str(refused.value)
+
+
+def test_memory_and_time_of_the_compiler_are_limited(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("resource", reason="this system has no limits of a process")
+    monkeypatch.setattr(compiled, "MJCF_SECONDS", 1.0)
+    many = "".join(f'<default class="c{k}"/>' for k in range(40_000))
+    with pytest.raises(InputError, match="longer than 1 s of processor time"):
+        read(written(tmp_path, BODY, f"<default>{many}</default>"))
+    monkeypatch.undo()
+    plate = '<asset><mesh name="m" builtin="plate" params="20000 20000"/></asset>'
+    with pytest.raises(InputError, match=r"MuJoCo crashes on it|needs more than"):
+        read(written(tmp_path, MESH, plate))
+
+
+INTERRUPTED = """
+import sys, signal
+from pathlib import Path
+from addin_sdfusion.robot.formats.mjcf import compiled
+compiled._PROGRAM = Path(sys.argv[1])
+compiled.run_compiler({}, Path("x"))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends a signal to a group")
+def test_an_interrupt_ends_the_compiler_at_once(tmp_path: Path) -> None:
+    (tmp_path / "child.py").write_text(
+        "import os, signal, sys, time; signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+        f"open({str(tmp_path / 'pid')!r}, 'w').write(str(os.getpid())); time.sleep(60)\n"
+    )
+    command = [sys.executable, "-c", INTERRUPTED, str(tmp_path / "child.py")]
+    started = subprocess.Popen(command, start_new_session=True, stderr=subprocess.PIPE)
+    deadline = time.monotonic() + 30.0
+    while not (tmp_path / "pid").exists() or not (tmp_path / "pid").read_text():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    os.killpg(started.pid, signal.SIGINT)
+    assert b"KeyboardInterrupt" in started.communicate(timeout=10.0)[1]
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((tmp_path / "pid").read_text()), 0)
+
+
+def test_without_mujoco_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiled, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"pip install 'cardsflow\[mujoco\]'"):
+        read(written(tmp_path, BODY))
+
+
+def test_nothing_is_written_beside_the_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """MuJoCo writes a log where it is started unless it is kept from that."""
+    monkeypatch.chdir(tmp_path)
+    errors(written(tmp_path, '<body pos="inf 0 0"><joint/><geom size=".1"/></body>'))
+    assert [file.name for file in tmp_path.iterdir()] == ["m.xml"]
