@@ -38,8 +38,8 @@ _QUIET = {"MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS"
 _LINE = re.compile(r"line (\d+)\s*$")
 _ELEMENT = re.compile(r"\nElement .*$", re.DOTALL)
 _LONGEST = 300
-_OUT_OF_TIME = [-getattr(signal, name) for name in ("SIGXCPU", "SIGKILL") if hasattr(signal, name)]
-"""Exit codes: the system ends what is over its processor time by one of these signals."""
+_OUT_OF_TIME = -getattr(signal, "SIGXCPU", sys.maxsize)
+"""Exit code of a process that the system ends at its limit of processor time."""
 
 
 class Compiled:
@@ -126,7 +126,7 @@ def run_compiler(request: Mapping[str, Any], file: Path) -> dict[str, Any]:
 
 def _crash(code: int, said: str) -> str:
     """What is wrong where the compiler ends without an answer."""
-    if code in _OUT_OF_TIME:
+    if code == _OUT_OF_TIME:
         return f"takes MuJoCo longer than {MJCF_SECONDS:g} s of processor time"
     if "MemoryError" in said or "bad_alloc" in said or "allocate" in said:
         return f"MuJoCo needs more than {MJCF_MEMORY // MIB} MiB for it"
@@ -149,9 +149,9 @@ def _in_one_line(text: str) -> str:
     return " ".join(text.split())[:_LONGEST]
 
 
-def transform(row: Row, position: str = "pos", quaternion: str = "quat") -> Transform:
+def transform(row: Row) -> Transform:
     """The place of an element."""
-    return Transform(rotation_of(row[quaternion]), vector(row[position]))
+    return Transform(rotation_of(row["quat"]), vector(row["pos"]))
 
 
 def vector(values: list[float]) -> Vector3:

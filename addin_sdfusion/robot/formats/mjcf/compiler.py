@@ -74,7 +74,7 @@ def limit_resources(memory: int, seconds: float) -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it within MuJoCo, too
     if resource is not None:
         _limit(resource.RLIMIT_AS, memory)
-        _limit(resource.RLIMIT_CPU, math.ceil(seconds))
+        _limit(resource.RLIMIT_CPU, math.ceil(seconds), grace=1)  # SIGXCPU, then SIGKILL
         _limit(resource.RLIMIT_CORE, 0)
         _limit(resource.RLIMIT_FSIZE, 0)
 
@@ -85,11 +85,11 @@ def close_files() -> None:
         _limit(resource.RLIMIT_NOFILE, 0)
 
 
-def _limit(kind: int, value: int) -> None:
+def _limit(kind: int, value: int, grace: int = 0) -> None:
     hard = resource.getrlimit(kind)[1]
-    value = value if hard == resource.RLIM_INFINITY else min(value, hard)
+    most = value + grace if hard == resource.RLIM_INFINITY else min(value + grace, hard)
     with suppress(ValueError, OSError):  # where the system has no such limit
-        resource.setrlimit(kind, (value, value))
+        resource.setrlimit(kind, (min(value, most), most))
 
 
 def answer(request: Request, opened: Callable[[], None] = lambda: None) -> Answer:

@@ -197,6 +197,9 @@ class Document:
             node.error("unsupported-element", problem)
         for node in self._all("plugin"):
             node.warning("part-left-out", f"a plugin of <{_parent(node)}> is left out")
+        for node in self._all("frame"):
+            if node.has("scale") and self.uris:
+                node.warning("meshes-not-scaled", "meshes in it are shown without its scale")
         for node in self._all("equality"):
             for each in map(self.node, node.element.iterchildren(*OF_SOFT)):
                 note_equality(each)
