@@ -13,8 +13,11 @@ from .force_distribution.bounded import ForceDistribution
 from .force_distribution.solution import ForceSolution
 from .laws.control_loop import ControlLaw, ControlLoop
 from .laws.joint_space import JointSpaceController
-from .laws.operational_solution import OperationalSpaceSolution, Posture
-from .laws.operational_space import OperationalSpaceController
+from .laws.operational_space import (
+    OperationalSpaceController,
+    OperationalSpaceSolution,
+    Posture,
+)
 from .references.flower import ApproachReference, FlowerReference, Reference, SequenceReference
 from .references.splines import JointReference, SplineReference
 

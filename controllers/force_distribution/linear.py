@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.qp.problem import BoxProblem
-from controllers.qp.solver import BoxSolver
+from controllers.qp.dual_newton import SOLVED, DualNewton
 from controllers.validation import is_finite, named_vector
 
 from .feasibility import solve_linear
@@ -53,7 +52,7 @@ def minimum_infinity_norm(poses: Poses, *, counts: ArrayLike = 1.0) -> FloatArra
         InputError: One is negative or not finite.
     """
     c = named_vector("counts", counts, [f"muscle {k + 1}" for k in range(poses.m)])
-    return _each(poses, partial(least_largest, counts=c, target=np.zeros(poses.m)))
+    return _each(poses, partial(_least_largest, counts=c))
 
 
 @distribution(finite_bounds=True)
@@ -83,71 +82,18 @@ def optimally_safe(poses: Poses, *, alpha: float = 1.0) -> FloatArray:
     return _refined(poses, first, low, np.maximum(low, high), poses.middle)
 
 
-def least_sum(
-    A: FloatArray,
-    b: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    counts: FloatArray,
-    target: FloatArray,
+def _least_largest(
+    A: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray, counts: FloatArray
 ) -> FloatArray | None:
-    """The f of min sum t s.t. A f = b, low <= f <= high, counts |f - target| <= t; None if none.
-
-    Args:
-        A: -L', shape (n, m).
-        b: tau, shape (n,), in [N·m] or [N].
-        low: Lower bounds, shape (m,), in [N].
-        high: Upper bounds, shape (m,), in [N].
-        counts: How much each force counts, shape (m,), not negative.
-        target: Shape (m,), in [N].
-    """
-    return _least_distances(A, b, low, high, counts, target, np.eye(len(low)))
-
-
-def least_largest(
-    A: FloatArray,
-    b: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    counts: FloatArray,
-    target: FloatArray,
-) -> FloatArray | None:
-    """The f of min t with one t for all; of several the one of least squares."""
-    first = _least_distances(A, b, low, high, counts, target, np.ones((low.size, 1)))
-    if first is None:
+    """The f of min max counts f, A f = b, low <= f <= high: of several that of least squares."""
+    newton = DualNewton(low.size, b.size)
+    newton.A[...], newton.b[:], newton.lb[:], newton.ub[:] = A, b, low, high
+    newton.H_diagonal[:], newton.g[:], newton.softness[:] = 1.0, 0.0, 0.0
+    if newton.solve() != SOLVED:
         return None
-    distance = np.abs(first - target)
-    reach = np.full(low.size, np.inf)
-    np.divide((1.0 + _WIDER) * np.max(counts * distance), counts, out=reach, where=counts > 0)
-    reach = np.maximum(reach, distance)  # where rounding has it otherwise
-    low, high = np.maximum(low, target - reach), np.minimum(high, target + reach)
-    problem = BoxProblem(np.ones(low.size), -target, A, b, low, high)
-    answer = BoxSolver(low.size, b.size).solve(problem)
-    return answer.x if answer.status == "solved" else first
-
-
-def _least_distances(
-    A: FloatArray,
-    b: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    counts: FloatArray,
-    target: FloatArray,
-    shares: FloatArray,
-) -> FloatArray | None:
-    """The f of min sum t s.t. counts |f - target| <= shares t, shares of shape (m, number of t)."""
-    (n, m), k = A.shape, shares.shape[1]
-    weighted = np.diag(counts)
-    x = solve_linear(
-        np.append(np.zeros(m), np.ones(k)),
-        np.c_[A, np.zeros((n, k))],
-        b,
-        np.append(low, np.zeros(k)),
-        np.append(high, np.full(k, np.inf)),
-        np.vstack([np.c_[weighted, -shares], np.c_[-weighted, -shares]]),
-        np.append(counts * target, -counts * target),
-    )
-    return None if x is None else x[:m]
+    nothing = np.zeros(low.size)
+    status = newton.least_largest(low, high, counts, nothing, newton.x.copy())
+    return newton.x.copy() if status == SOLVED else None
 
 
 def _safest(

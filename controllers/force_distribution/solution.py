@@ -10,6 +10,8 @@ import numpy as np
 from controllers.arrays import BoolArray, FloatArray
 
 Status = Literal["solved", "soft", "not converged"]
+STATUSES: tuple[Status, ...] = ("solved", "soft", "not converged")
+"""By their numbers in C."""
 
 _AT_BOUND = 1e-9  # a force this close to a bound is at it, relative to 1 N or the bound
 

@@ -4,26 +4,23 @@ Integral action:       correction += T Ki e, at rest while the law cannot be met
 Disturbance observer:  w += (1 - exp(-w_o T)) (w_measured - w),
                        w_measured = -L'f - C - G - D qd - M (qd - qd_last)/T - w_e, at the last tick
 Delay:                 the law is evaluated at the state predicted for when its forces take effect
+
+Computed by csrc/loop, which calls the law and the dynamics back.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import (
-    Dynamics,
-    acceleration,
-    actuator_names,
-    bias_torque,
-    independent_part,
-)
-from controllers.force_distribution.solution import ForceSolution
+from controllers.dynamics import Dynamics, actuator_names, bias_torque
+from controllers.force_distribution.solution import STATUSES, ForceSolution
+from controllers.qp import loop_in_c
 from controllers.validation import (
     check_sizes,
     is_finite,
@@ -55,15 +52,6 @@ class ControlLaw(Protocol):
         correction: FloatArray | None = None,
     ) -> ForceSolution:
         """The forces; see `JointSpaceController.solve`."""
-
-
-class _Tick(NamedTuple):
-    """State, forces and load of the last tick, for the observer."""
-
-    q: FloatArray
-    qd: FloatArray
-    forces: FloatArray
-    w_e: FloatArray
 
 
 class ControlLoop:
@@ -103,12 +91,12 @@ class ControlLoop:
         if not (is_finite(observer) and observer >= 0):
             raise InputError(f"observer must be a bandwidth in rad/s or 0, not {observer!r}")
         require_delay(delay)
+        n, m, r = len(law.dynamics.coordinate_names), len(actuator_names(law.dynamics)), len(names)
         self.law = law
-        self._observer, self._delay, self._predict = observer, delay, predict and delay == 1
-        self._ki = named_vector("ki", ki, names)
+        self._n, self._r, self._observer = n, r, observer
+        self._loop = loop_in_c.LoopInC(n, m, r, self)
+        self._loop.write(ki=named_vector("ki", ki, names), delay=delay, predict=predict)
         self.set_period(period)
-        n, m = len(law.dynamics.coordinate_names), len(actuator_names(law.dynamics))
-        self._n, self._m, self._r = n, m, len(names)
         self.reset(resting(law.dynamics.f_min, law.dynamics.f_max))
 
     def set_period(self, period: float) -> None:
@@ -122,12 +110,22 @@ class ControlLoop:
         """
         require_period(period)
         self._period = period
-        self._gain = 1.0 - math.exp(-self._observer * period)
+        self._loop.write(gain=1.0 - math.exp(-self._observer * period))
 
     @property
     def period(self) -> float:
         """T, in [s]."""
         return self._period
+
+    @property
+    def acting(self) -> FloatArray:
+        """Forces and torques of motors until the next tick, shape (a,): the loop's own memory."""
+        return self._loop["acting"]
+
+    @property
+    def disturbance(self) -> FloatArray:
+        """The observer's load, shape (n,), in [N·m] or [N]: the loop's own memory."""
+        return self._loop["disturbance"]
 
     def reset(self, forces: FloatArray) -> None:
         """Forget everything.
@@ -135,11 +133,8 @@ class ControlLoop:
         Args:
             forces: What acts until the first forces take effect, shape (a,), in [N] and [N·m].
         """
-        self.acting = np.array(forces, dtype=np.float64)
-        self.disturbance = np.zeros(self._n)
-        self._coming = self.acting.copy()
-        self._correction = np.zeros(self._r)
-        self._last: _Tick | None = None
+        self._loop.write(remembered=0.0)
+        self._loop.write(acting=forces, coming=forces)
 
     def tick(
         self,
@@ -170,44 +165,15 @@ class ControlLoop:
         check_sizes(self.law.dynamics.coordinate_names, q=q, qd=qd, w_e=w_e)
         if np.shape(reference) != (3, self._r):
             raise InputError(f"the reference has shape {np.shape(reference)}, not (3, {self._r})")
-        known = np.zeros(self._n) if w_e is None else w_e
-        if self._gain:
-            self._observe(q, qd, applied)
-        load = known + self.disturbance
-        acting = self._coming
-        y_d, yd_d, ydd_d = reference
-        at, at_rate = q, qd
-        if self._predict:
-            at, at_rate = self._predicted(q, qd, acting, load)
-            T = self._period
-            y_d = y_d + T * yd_d + 0.5 * T * T * ydd_d
-            yd_d = yd_d + T * ydd_d
-        solution = self.law.solve(
-            at, at_rate, y_d, yd_d, ydd_d, w_e=load, correction=self._correction
-        )
-        if self._ki.any() and solution.status == "solved":
-            e = self.law.error(q, reference[0])
-            self._correction = self._correction + self._period * self._ki * e
-        self._coming = solution.forces
-        self.acting = acting if self._delay else solution.forces
-        if self._gain:
-            self._last = _Tick(q.copy(), qd.copy(), self.acting, known.copy())
-        return solution
+        if applied is not None:
+            self._loop.write(seen_forces=applied)
+        load = np.zeros(self._n) if w_e is None else w_e
+        self._loop.tick(self._period, q, qd, reference, load)
+        return self._solution
 
     def get_state(self) -> FloatArray:
         """All that the loop remembers, as one row of numbers; the law's own memory is apart."""
-        n, m = self._n, self._m
-        nothing = _Tick(np.zeros(n), np.zeros(n), np.zeros(m), np.zeros(n))
-        return np.concatenate(
-            [
-                self.acting,
-                self._coming,
-                self._correction,
-                self.disturbance,
-                [self._last is not None],
-                *(self._last or nothing),
-            ]
-        )
+        return self._loop["remembered"].copy()
 
     def set_state(self, state: FloatArray) -> None:
         """Go back to a state from `get_state`.
@@ -215,38 +181,23 @@ class ControlLoop:
         Raises:
             InputError: It has another length, or is not finite.
         """
-        n, m = self._n, self._m
-        ends = np.cumsum([m, m, self._r, n, 1, n, n, m, n])
-        if state.shape != (ends[-1],) or not np.isfinite(state).all():
-            raise InputError(f"the control loop's state is {ends[-1]} finite numbers")
-        parts = [part.copy() for part in np.split(state, ends[:-1])]
-        self.acting, self._coming, self._correction, self.disturbance = parts[:4]
-        self._last = _Tick(*parts[5:]) if parts[4][0] else None
+        remembered = self._loop["remembered"]
+        if np.shape(state) != remembered.shape or not np.isfinite(state).all():
+            raise InputError(f"the control loop's state is {remembered.size} finite numbers")
+        remembered[:] = state
 
-    def _observe(self, q: FloatArray, qd: FloatArray, applied: FloatArray | None) -> None:
-        """Compare the velocity with what the model made of the last tick's forces."""
-        if self._last is None:
-            return
-        robot, last = self.law.dynamics, self._last
-        forces = last.forces if applied is None else applied
-        qdd = (qd - last.qd) / self._period
-        measured = (
-            -robot.actuator_jacobian(last.q).T @ forces
-            - bias_torque(robot, last.q, last.qd)
-            - robot.mass_matrix(last.q) @ qdd
-            - last.w_e
-        )
-        measured = independent_part(robot, measured)  # the load of the others moves these
-        self.disturbance = self.disturbance + self._gain * (measured - self.disturbance)
+    # What the loop in C asks.
 
-    def _predicted(
-        self, q: FloatArray, qd: FloatArray, forces: FloatArray, load: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """The state one period on, by the midpoint rule."""
-        T = self._period
+    def terms(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """M, h = C + G + D qd, and L, at a state."""
         robot = self.law.dynamics
-        half = qd + 0.5 * T * acceleration(robot, q, qd, forces, load)
-        qdd = acceleration(robot, q + 0.5 * T * qd, half, forces, load)
-        later: FloatArray = q + T * half
-        faster: FloatArray = qd + T * qdd
-        return later, faster
+        return robot.mass_matrix(q), bias_torque(robot, q, qd), robot.actuator_jacobian(q)
+
+    def solve(
+        self, q: FloatArray, qd: FloatArray, reference: FloatArray, load: FloatArray
+    ) -> tuple[int, FloatArray, FloatArray]:
+        """Status, forces and slack of the law."""
+        correction = self._loop["correction"].copy()
+        self._solution = self.law.solve(q, qd, *reference, w_e=load, correction=correction)
+        solution = self._solution
+        return STATUSES.index(solution.status), solution.forces, solution.slack

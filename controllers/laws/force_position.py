@@ -5,15 +5,13 @@
 It is computed torque without the reference's acceleration: for targets that come without one, such
 as those of a person at a slider. kindyn controls each joint by itself with M_jj alone; here the
 full M keeps one joint's motion from disturbing the others.
+
+Computed by csrc/laws/joint/force_position.c.
 """
 
 from __future__ import annotations
 
-import numpy as np
-
-from controllers.arrays import FloatArray
-
-from .joint_space import Instant, JointSpaceController
+from .joint_space import JointSpaceController
 
 
 class ForcePositionController(JointSpaceController):
@@ -22,5 +20,4 @@ class ForcePositionController(JointSpaceController):
     Arguments, attributes and units as of `JointSpaceController`.
     """
 
-    def _torque(self, now: Instant) -> FloatArray:
-        return super()._torque(now._replace(qdd_d=np.zeros_like(now.qdd_d)))
+    law = "force_position"

@@ -11,11 +11,13 @@ accelerations are eliminated by their own rows of the motion equation, which lea
 rows exact: with a the active and p the passive ones,
 
     M_aa - M_ap M_pp⁻¹ M_pa,   tau_a - M_ap M_pp⁻¹ tau_p,   L_a - L_p M_pp⁻¹ M_pa
+
+Computed by csrc/laws/joint/joint_space.c and csrc/laws/distribution.c.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +26,7 @@ from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, actuator_names, bias_torque
 from controllers.force_distribution.bounded import ForceDistribution
 from controllers.force_distribution.solution import ForceSolution
+from controllers.qp import law_in_c
 from controllers.qp import solver as qp
 from controllers.validation import check_sizes, named_vector
 
@@ -31,24 +34,11 @@ if TYPE_CHECKING:
     import qpsolvers
 
 
-class Instant(NamedTuple):
-    """State and reference of one moment; see `JointSpaceController.required_torque`."""
-
-    q: FloatArray
-    qd: FloatArray
-    q_d: FloatArray
-    qd_d: FloatArray
-    qdd_d: FloatArray
-    correction: FloatArray | None
-
-
-def plus(value: FloatArray, more: FloatArray | None) -> FloatArray:
-    """The sum; the value itself where there is nothing to add."""
-    return value if more is None else value + more
-
-
 class JointSpaceController:
     """Computed-torque control of joint positions through muscle forces.
+
+    A class derived from this may have a `required_torque` of its own, a formula in Python: its
+    torque is distributed in C.
 
     Args:
         dynamics: The robot as the controller knows it.
@@ -66,8 +56,11 @@ class JointSpaceController:
 
     Attributes:
         kp, kd: The gains, shape (n,).
-        distribution: The force distribution, with bounds and weights.
+        distribution: The force distribution, with bounds, weights and the back end.
     """
+
+    law = "joint_space"
+    """Its name in csrc/laws/joint/joint_laws.h."""
 
     def __init__(
         self,
@@ -85,7 +78,6 @@ class JointSpaceController:
         names = dynamics.coordinate_names
         chosen = np.zeros(len(names)) if passive is None else np.asarray(passive)
         check_sizes(names, passive=chosen)
-        self._passive = np.flatnonzero(chosen)
         self.set_gains(kp, kd)
         self.distribution = ForceDistribution(
             dynamics.f_min,
@@ -94,10 +86,22 @@ class JointSpaceController:
             norm=norm,
             pretension=pretension,
             solver=solver,
-            coordinate_names=dynamics.coordinate_names,
+            coordinate_names=names,
             muscle_names=actuator_names(dynamics),
             motors=len(dynamics.motor_names),
         )
+        self._law = self.distribution.law(len(names))
+        self._passive = chosen != 0
+        self._number = law_in_c.number_of(self.law)
+
+    @property
+    def solver(self) -> str:
+        """Name of the back end that solves the QP."""
+        return self.distribution.solver
+
+    @solver.setter
+    def solver(self, name: str) -> None:
+        self.distribution.solver = qp.require_solver(name)
 
     def set_gains(self, kp: ArrayLike, kd: ArrayLike) -> None:
         """Change the gains.
@@ -154,14 +158,9 @@ class JointSpaceController:
         Returns:
             tau, shape (n,), in [N·m] or [N].
         """
-        return plus(self._torque(Instant(q, qd, q_d, qd_d, qdd_d, correction)), w_e)
-
-    def _torque(self, now: Instant) -> FloatArray:
-        """M(q)(qdd_d + Kd (qd_d - qd) + Kp (q_d - q) + correction) + C + G + D qd, shape (n,)."""
-        q, qd, q_d, qd_d, qdd_d, correction = now
-        a = plus(qdd_d + self.kd * (qd_d - qd) + self.kp * self.error(q, q_d), correction)
-        tau: FloatArray = self.dynamics.mass_matrix(q) @ a + bias_torque(self.dynamics, q, qd)
-        return tau
+        self._write_robot(q)
+        self._write_law(q, qd, q_d, qd_d, qdd_d, w_e, correction)
+        return self._law.required_torque()
 
     def error(self, q: FloatArray, q_d: FloatArray) -> FloatArray:
         """q_d - q, shape (n,), in [rad] or [m]."""
@@ -178,9 +177,8 @@ class JointSpaceController:
         w_e: FloatArray | None = None,
     ) -> qpsolvers.Problem:
         """Eq. (3) as a QP, apart from its solution. Arguments as in `required_torque`."""
-        tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e)
-        L, tau, _ = self._without_passive(self.dynamics.actuator_jacobian(q), tau, q)
-        return self.distribution.build_problem(L, tau)
+        self._write(q, qd, q_d, qd_d, qdd_d, w_e, None)
+        return self._law.build()
 
     def solve(
         self,
@@ -202,19 +200,53 @@ class JointSpaceController:
         names = self.dynamics.coordinate_names
         check_sizes(names, q=q, qd=qd, q_d=q_d, qd_d=qd_d, qdd_d=qdd_d)
         check_sizes(names, w_e=w_e, correction=correction)
-        tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e, correction=correction)
-        L, tau, M = self._without_passive(self.dynamics.actuator_jacobian(q), tau, q)
-        return self.distribution.solve(L, tau, M)
+        self._write(q, qd, q_d, qd_d, qdd_d, w_e, correction)
+        return self.distribution.solve_law(self._law)
 
-    def _without_passive(
-        self, L: FloatArray, tau: FloatArray, q: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """L, tau and M with empty rows of the passive coordinates, which move as unit masses."""
-        M, p = self.dynamics.mass_matrix(q), self._passive
-        if not p.size:
-            return L, tau, M
-        share = np.linalg.solve(M[np.ix_(p, p)], M[p])  # M_pp⁻¹ M_p., shape (p, n)
-        L, tau, M = L - L[:, p] @ share, tau - share.T @ tau[p], M - M[:, p] @ share
-        L[:, p], tau[p], M[p], M[:, p] = 0.0, 0.0, 0.0, 0.0
-        M[p, p] = 1.0
-        return L, tau, M
+    def _write(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        q_d: FloatArray,
+        qd_d: FloatArray,
+        qdd_d: FloatArray,
+        w_e: FloatArray | None,
+        correction: FloatArray | None,
+    ) -> None:
+        """All that the law in C takes, or the torque of a formula in Python."""
+        if type(self).required_torque is JointSpaceController.required_torque:
+            self._write_law(q, qd, q_d, qd_d, qdd_d, w_e, correction)
+        else:
+            tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e, correction=correction)
+            self._law.write(law=law_in_c.GIVEN, tau=tau)
+        self._write_robot(q)
+
+    def _write_robot(self, q: FloatArray) -> None:
+        robot = self.dynamics
+        L = robot.actuator_jacobian(q)
+        self._law.write(M=robot.mass_matrix(q), L=L, passive=self._passive)
+
+    def _write_law(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        q_d: FloatArray,
+        qd_d: FloatArray,
+        qdd_d: FloatArray,
+        w_e: FloatArray | None,
+        correction: FloatArray | None,
+    ) -> None:
+        self._law.write(
+            law=self._number,
+            kp=self.kp,
+            kd=self.kd,
+            h=bias_torque(self.dynamics, q, qd),
+            error=self.error(q, q_d),
+            rate_error=qd_d - qd,
+            acceleration=qdd_d,
+            qd=qd,
+            load=w_e,
+            correction=correction,
+        )
+        if self._law.needs_gravity:
+            self._law.write(G=self.dynamics.gravity(q))

@@ -6,13 +6,13 @@ At a reference at rest V = 1/2 qd'M qd + 1/2 e'Kp e only falls, V' = -qd'(Kd + D
 the robot comes to rest at q_d. Sampled, that holds for short periods, and within the bounds of
 forces. As CASPR's `LyapunovStaticCompensation`, after A. B. Alp and S. K. Agrawal, Cable Suspended
 Robots: Design, Planning and Control, ICRA 2002.
+
+Computed by csrc/laws/joint/lyapunov.c.
 """
 
 from __future__ import annotations
 
-from controllers.arrays import FloatArray
-
-from .joint_space import Instant, JointSpaceController, plus
+from .joint_space import JointSpaceController
 
 
 class LyapunovController(JointSpaceController):
@@ -22,7 +22,4 @@ class LyapunovController(JointSpaceController):
     [N·m/rad], kd in [N·m·s/rad]; for prismatic joints [N/m], [N·s/m].
     """
 
-    def _torque(self, now: Instant) -> FloatArray:
-        q, qd, q_d, qd_d, _, correction = now
-        tau = self.dynamics.gravity(q) + self.kp * self.error(q, q_d) + self.kd * (qd_d - qd)
-        return plus(tau, correction)
+    law = "lyapunov"

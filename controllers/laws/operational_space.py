@@ -10,11 +10,14 @@ The paper's own form has qdd_p = 0, f_p = 0, H_r = 0, s = 0 and no bounds on qdd
 leaves the robot's self-motion undamped, and a redundant arm drifts away; the posture acceleration
 qdd_p = kp (q0 - q) - kd qd keeps it. Of a task with a finite weight in W the constraint may give
 way; of one with an infinite weight s = 0. Tasks of a later priority never disturb those before.
+
+Computed by csrc/laws/operational_space.c.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,9 +25,9 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers.arrays import FloatArray
 from controllers.dynamics import TaskDynamics, actuator_names, bias_torque
-from controllers.force_distribution.solution import Status
-from controllers.qp.problem import BoxProblem, row_softness
-from controllers.qp.solver import DEFAULT_SOLVER
+from controllers.force_distribution.solution import STATUSES, ForceSolution
+from controllers.qp import law_in_c
+from controllers.qp.solver import DEFAULT_SOLVER, require_solver
 from controllers.validation import (
     LARGEST_PRETENSION,
     check_sizes,
@@ -33,12 +36,10 @@ from controllers.validation import (
     force_bounds,
     named_vector,
     positive_or_none,
-    resting,
 )
 
-from . import least_error
-from .operational_solution import DAMPED, OperationalSpaceSolution, Posture
-from .priority_level import PriorityLevel
+if TYPE_CHECKING:
+    import qpsolvers
 
 FORCE_WEIGHT = 1e-6
 """Default of H_f, in [1/N²], beside H_q in [s⁴/rad²]: larger ones buy self-motion with forces."""
@@ -47,19 +48,38 @@ LIMIT_BANDWIDTH = 20.0
 """Default of w, in [rad/s]: how late and how hard joint limits are kept."""
 
 
-_WORSE: tuple[Status, ...] = ("solved", "soft", "not converged")
+@dataclass(frozen=True)
+class Posture:
+    """Desired motion in the null space of the tasks: qdd_p = kp (q0 - q) - kd qd.
+
+    Attributes:
+        kd: Damping, a number or shape (n,), in [1/s].
+        kp: Stiffness, a number or shape (n,), in [1/s²].
+        q0: The preferred posture, shape (n,), in [rad] or [m]; needed where kp is not 0.
+    """
+
+    kd: ArrayLike = 10.0
+    kp: ArrayLike = 0.0
+    q0: ArrayLike | None = None
 
 
-class _Terms(NamedTuple):
-    """The robot at (q, qd): M qdd + h = -L'f, the desired J qdd, qdd_p, and bounds on qdd."""
+DAMPED = Posture()
+"""Default posture: self-motion is damped, without a preferred configuration."""
 
-    M: FloatArray
-    h: FloatArray
-    L: FloatArray
-    J: FloatArray
-    desired: FloatArray
-    qdd_p: FloatArray
-    limits: tuple[FloatArray, FloatArray] | None
+
+@dataclass(frozen=True)
+class OperationalSpaceSolution(ForceSolution):
+    """Muscle forces and accelerations; slack is counted in task accelerations.
+
+    Attributes:
+        slack: Task acceleration that is missing, shape (k,), in [m/s²] or [rad/s²].
+        coordinate_names: Names of the k task coordinates.
+        qdd: Acceleration that the forces make by the controller's model, shape (n,).
+        limits_dropped: Whether no forces could keep the joint limits' bounds on qdd.
+    """
+
+    qdd: FloatArray
+    limits_dropped: bool
 
 
 class OperationalSpaceController:
@@ -106,26 +126,25 @@ class OperationalSpaceController:
         limit_bandwidth: float | None = LIMIT_BANDWIDTH,
         solver: str = DEFAULT_SOLVER,
     ) -> None:
-        self.dynamics = dynamics
-        actuators = actuator_names(dynamics)
-        self._n, self._m = len(dynamics.coordinate_names), len(actuators)
-        self._k = len(dynamics.task_names)
-        if not self._k:
+        self.dynamics, self.solver = dynamics, require_solver(solver)
+        joints, actuators = dynamics.coordinate_names, actuator_names(dynamics)
+        tasks = dynamics.task_names
+        if not tasks:
             raise InputError("the robot has no operational space to control; give it task frames")
-        joints = dynamics.coordinate_names
+        self._law = law_in_c.LawInC(len(joints), len(actuators), len(tasks))
         self.set_gains(kp, kd)
         self.set_bounds(dynamics.f_min, dynamics.f_max)
         self._set_posture(posture)
-        self._W = named_vector(
-            "task_weights", task_weights, dynamics.task_names, above=0.0, infinite=True
-        )
-        self._H_q = named_vector("acceleration_weights", acceleration_weights, joints, above=0.0)
-        self._H_f = named_vector("force_weights", force_weights, actuators, above=0.0)
-        self._H_r = named_vector("force_rate_weights", force_rate_weights, actuators)
         f_p = 0.0 if pretension is None else pretension
-        self._f_p = named_vector("pretension", f_p, actuators, most=LARGEST_PRETENSION)
-        self._w = positive_or_none("limit_bandwidth", limit_bandwidth, "rad/s")
-        self._make_levels(priorities, solver)
+        self._law.write(
+            W=named_vector("task_weights", task_weights, tasks, above=0.0, infinite=True),
+            priority=self._ranks(priorities),
+            H_q=named_vector("acceleration_weights", acceleration_weights, joints, above=0.0),
+            H_f=named_vector("force_weights", force_weights, actuators, above=0.0),
+            H_r=named_vector("force_rate_weights", force_rate_weights, actuators),
+            f_p=named_vector("pretension", f_p, actuators, most=LARGEST_PRETENSION),
+            limit_bandwidth=positive_or_none("limit_bandwidth", limit_bandwidth, "rad/s"),
+        )
         self.reset()
 
     def set_gains(self, kp: ArrayLike, kd: ArrayLike) -> None:
@@ -140,6 +159,7 @@ class OperationalSpaceController:
         """
         self.kp = named_vector("kp", kp, self.dynamics.task_names, above=0.0)
         self.kd = named_vector("kd", kd, self.dynamics.task_names)
+        self._law.write(kp=self.kp, kd=self.kd)
 
     def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
         """Change the force bounds.
@@ -153,16 +173,15 @@ class OperationalSpaceController:
         """
         names, motors = actuator_names(self.dynamics), len(self.dynamics.motor_names)
         self.f_min, self.f_max = force_bounds(names, f_min, f_max, motors)
+        self._law.write(f_min=self.f_min, f_max=self.f_max)
 
     def reset(self) -> None:
         """Forget the last forces and the solvers' warm starts."""
-        self._f_last = resting(self.f_min, self.f_max)
-        for level in self._levels:
-            level.solver.reset()
+        self._law.reset()
 
     def get_state(self) -> FloatArray:
         """All that the controller remembers: the last forces and the solvers' warm starts."""
-        return np.concatenate([self._f_last, *(level.solver.get_state() for level in self._levels)])
+        return self._law["memory"].copy()
 
     def set_state(self, state: FloatArray) -> None:
         """Go back to a state from `get_state`; the following solutions repeat bit for bit.
@@ -170,12 +189,10 @@ class OperationalSpaceController:
         Raises:
             InputError: The state has another length or is not finite.
         """
-        ends = np.cumsum([self._m, *(level.rows for level in self._levels)])
-        if np.shape(state) != (ends[-1],) or not np.isfinite(state).all():
-            raise InputError(f"the controller's state is {ends[-1]} finite numbers")
-        self._f_last[:] = state[: self._m]
-        for level, part in zip(self._levels, np.split(state, ends[:-1])[1:], strict=True):
-            level.solver.set_state(part)
+        memory = self._law["memory"]
+        if np.shape(state) != memory.shape or not np.isfinite(state).all():
+            raise InputError(f"the controller's state is {memory.size} finite numbers")
+        memory[:] = state
 
     def error(self, q: FloatArray, y_d: FloatArray) -> FloatArray:
         """y_d - y, angles the shorter way round, shape (k,), in [m] or [rad]."""
@@ -192,13 +209,13 @@ class OperationalSpaceController:
         yd_d: FloatArray,
         ydd_d: FloatArray,
         w_e: FloatArray | None = None,
-    ) -> BoxProblem:
-        """Eq. (4) with all tasks at once as a QP over [qdd, f, s], apart from its solution.
+    ) -> qpsolvers.Problem:
+        """Eq. (4) with the tasks of the first priority, as a QP over [qdd, f, s].
 
-        Arguments as in `solve`.
+        s are the errors of tasks with finite weights. Arguments as in `solve`.
         """
-        terms = self._terms(q, qd, y_d, yd_d, ydd_d, w_e, None)
-        return self._problem(self._levels[-1], terms, terms.desired)
+        self._write(q, qd, y_d, yd_d, ydd_d, w_e, None)
+        return self._law.build()
 
     def solve(
         self,
@@ -233,15 +250,28 @@ class OperationalSpaceController:
         robot = self.dynamics
         check_sizes(robot.coordinate_names, q=q, qd=qd, w_e=w_e)
         check_sizes(robot.task_names, y_d=y_d, yd_d=yd_d, ydd_d=ydd_d, correction=correction)
-        terms = self._terms(q, qd, y_d, yd_d, ydd_d, w_e, correction)
-        target, statuses = terms.desired.copy(), set[Status]()
-        for level in self._levels:
-            x, status, terms = self._solve_level(level, terms, target)
-            statuses.add(status)
-            target[level.tasks] = terms.J[level.tasks] @ x[: self._n]
-        return self._solution(x, terms, max(statuses, key=_WORSE.index))
+        self._write(q, qd, y_d, yd_d, ydd_d, w_e, correction)
+        status = self._law.solve(self.solver)
+        if status == law_in_c.WRONG:
+            raise SimulationError("the state or the reference of the controller is not finite")
+        if status == law_in_c.FAILED:
+            raise SimulationError(
+                "no forces within the bounds move the robot as it must: QP failed"
+            )
+        law = self._law
+        return OperationalSpaceSolution(
+            law["forces"].copy(),
+            STATUSES[status],
+            law["slack"].copy(),
+            self.f_min.copy(),
+            self.f_max.copy(),
+            robot.task_names,
+            actuator_names(robot),
+            law["qdd"].copy(),
+            bool(law["limits_dropped"][0]),
+        )
 
-    def _terms(
+    def _write(
         self,
         q: FloatArray,
         qd: FloatArray,
@@ -250,138 +280,40 @@ class OperationalSpaceController:
         ydd_d: FloatArray,
         w_e: FloatArray | None,
         correction: FloatArray | None,
-    ) -> _Terms:
+    ) -> None:
         robot = self.dynamics
-        h = bias_torque(robot, q, qd)
-        if w_e is not None:
-            h = h + w_e
         J = robot.task_jacobian(q)
-        ydd = ydd_d + self.kd * (yd_d - J @ qd) + self.kp * self.error(q, y_d)
-        if correction is not None:
-            ydd = ydd + correction
-        desired = ydd - robot.task_bias(q, qd)
-        if not (np.isfinite(desired).all() and np.isfinite(h).all()):
-            raise SimulationError("the state or the reference of the controller is not finite")
-        qdd_p: FloatArray = self._posture_kp * (self._q0 - q) - self._posture_kd * qd
-        M, L = robot.mass_matrix(q), robot.actuator_jacobian(q)
-        return _Terms(M, h, L, J, desired, qdd_p, self._limits(q, qd))
-
-    def _limits(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-        """Bounds on qdd that let every joint come to rest at its limit, critically damped."""
-        if self._w is None:
-            return None
-        w, robot = self._w, self.dynamics
-        brake = -2.0 * w * qd
-        return brake - w * w * (q - robot.q_min), brake + w * w * (robot.q_max - q)
-
-    def _solve_level(
-        self, level: PriorityLevel, terms: _Terms, target: FloatArray
-    ) -> tuple[FloatArray, Status, _Terms]:
-        """[qdd, f, ...], its status, and the terms with the limits it keeps.
-
-        What gives way does so softly only where every programme before is proven infeasible.
-        """
-        proven: Status = "soft"
-        without = () if terms.limits is None else (terms._replace(limits=None),)
-        for kept in (terms, *without):
-            for row_weights in (None, level.soft_rows):
-                problem = self._problem(level, kept, target, row_weights)
-                solution = level.solver.solve(problem)
-                gave_way = row_weights is not None
-                status: Status = proven if gave_way or kept is not terms else "solved"
-                if solution.status == "solved":
-                    return solution.x, status, kept
-                if gave_way or level.is_weighted or solution.status == "not converged":
-                    x = self._least_error(level, problem, kept, target)
-                    if x is not None:
-                        return x, status, kept
-                if solution.status == "not converged":
-                    proven = "not converged"
-        raise SimulationError("no forces within the bounds move the robot as it must: QP failed")
-
-    def _least_error(
-        self, level: PriorityLevel, problem: BoxProblem, terms: _Terms, target: FloatArray
-    ) -> FloatArray | None:
-        """[qdd, f] of a problem that the dual solver has failed on; None for none."""
-        n, m = self._n, self._m
-        weights = self._W[level.tasks]
-        if problem.row_weights is not None:
-            weights = np.minimum(weights, 1.0 / row_softness(problem)[-len(level.tasks) :])
-        giving = np.isfinite(weights)
-        kept = np.concatenate([level.before, level.tasks[~giving]])
-        tasks = level.tasks[giving]
-        return least_error.solve(
-            least_error.LeastError(
-                terms.M,
-                terms.h,
-                terms.L,
-                terms.J[tasks],
-                target[tasks],
-                weights[giving],
-                terms.J[kept],
-                target[kept],
-                self._H_q,
-                terms.qdd_p,
-                level.H[n : n + m],
-                problem.g[n : n + m],
-                self.f_min,
-                self.f_max,
-                terms.limits,
-            )
-        )
-
-    def _problem(
-        self,
-        level: PriorityLevel,
-        terms: _Terms,
-        target: FloatArray,
-        row_weights: FloatArray | None = None,
-    ) -> BoxProblem:
-        """The QP of a priority level over [qdd, f, s]."""
-        n, p = self._n, self._n + self._m
-        A, b, lb, ub, g = level.A, level.b, level.lb, level.ub, level.g
-        A[:n, :n], A[:n, n:p] = terms.M, terms.L.T
-        A[n:, :n] = terms.J[level.known]
-        b[:n], b[n:] = -terms.h, target[level.known]
-        lb[:n], ub[:n] = terms.limits or (-np.inf, np.inf)
-        lb[n:p], ub[n:p] = self.f_min, self.f_max
-        g[:n] = -self._H_q * terms.qdd_p
-        g[n:p] = -self._H_f * self._f_p - self._H_r * self._f_last
-        return BoxProblem(level.H, g, A, b, lb, ub, row_weights)
-
-    def _solution(self, x: FloatArray, terms: _Terms, status: Status) -> OperationalSpaceSolution:
-        n, m = self._n, self._m
-        dropped = terms.limits is None and self._w is not None
-        forces, qdd = x[n : n + m].copy(), x[:n].copy()
-        self._f_last[:] = forces
-        return OperationalSpaceSolution(
-            forces,
-            status,
-            terms.desired - terms.J @ qdd,
-            self.f_min.copy(),
-            self.f_max.copy(),
-            self.dynamics.task_names,
-            actuator_names(self.dynamics),
-            qdd,
-            dropped,
+        self._law.write(
+            M=robot.mass_matrix(q),
+            h=bias_torque(robot, q, qd),
+            L=robot.actuator_jacobian(q),
+            J=J,
+            bias=robot.task_bias(q, qd),
+            error=self.error(q, y_d),
+            rate_error=yd_d - J @ qd,
+            acceleration=ydd_d,
+            q=q,
+            qd=qd,
+            load=w_e,
+            correction=correction,
+            q_min=robot.q_min,
+            q_max=robot.q_max,
         )
 
     def _set_posture(self, posture: Posture | None) -> None:
         names = self.dynamics.coordinate_names
         chosen = Posture(kd=0.0) if posture is None else posture
-        self._posture_kp = named_vector("posture kp", chosen.kp, names)
-        self._posture_kd = named_vector("posture kd", chosen.kd, names)
-        if chosen.q0 is None and self._posture_kp.any():
+        kp, kd = named_vector("posture kp", chosen.kp, names), chosen.kd
+        if chosen.q0 is None and kp.any():
             raise InputError("a posture with a stiffness kp needs its q0")
-        q0 = np.zeros(self._n) if chosen.q0 is None else chosen.q0
-        self._q0 = finite_vector("posture q0", q0, self._n)
+        q0 = np.zeros(len(names)) if chosen.q0 is None else chosen.q0
+        q0 = finite_vector("posture q0", q0, len(names))
+        self._law.write(posture_kp=kp, posture_kd=named_vector("posture kd", kd, names), q0=q0)
 
-    def _make_levels(self, priorities: ArrayLike | None, solver: str) -> None:
-        ranks = np.ones(self._k) if priorities is None else float_array("priorities", priorities)
-        if ranks.shape != (self._k,) or not (np.isfinite(ranks).all() and (ranks >= 1).all()):
-            names = ", ".join(self.dynamics.task_names)
-            raise InputError(f"priorities must be {self._k} numbers from 1 on, for {names}")
-        H = np.concatenate([self._H_q, self._H_f + self._H_r])
-        self._levels = [
-            PriorityLevel(rank, ranks, self._W, H, self._n, solver) for rank in np.unique(ranks)
-        ]
+    def _ranks(self, priorities: ArrayLike | None) -> FloatArray:
+        tasks = self.dynamics.task_names
+        k = len(tasks)
+        ranks = np.ones(k) if priorities is None else float_array("priorities", priorities)
+        if ranks.shape != (k,) or not (np.isfinite(ranks).all() and (ranks >= 1).all()):
+            raise InputError(f"priorities must be {k} numbers from 1 on, for {', '.join(tasks)}")
+        return ranks

@@ -5,13 +5,13 @@
 A spring and a damper at every joint, with no model of the robot but its muscle Jacobian. The joints
 sag by G/Kp under their weight. A model can be given to it in two ways that this package has apart:
 `LyapunovController` holds the weight, `ForcePositionController` shapes the motion by M as well.
+
+Computed by csrc/laws/joint/torque_position.c.
 """
 
 from __future__ import annotations
 
-from controllers.arrays import FloatArray
-
-from .joint_space import Instant, JointSpaceController, plus
+from .joint_space import JointSpaceController
 
 
 class TorquePositionController(JointSpaceController):
@@ -21,6 +21,4 @@ class TorquePositionController(JointSpaceController):
     [N·m/rad], kd in [N·m·s/rad]; for prismatic joints [N/m], [N·s/m].
     """
 
-    def _torque(self, now: Instant) -> FloatArray:
-        q, qd, q_d, _, _, correction = now
-        return plus(self.kp * self.error(q, q_d) - self.kd * qd, correction)
+    law = "torque_position"

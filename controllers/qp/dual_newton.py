@@ -41,11 +41,18 @@ def library() -> ctypes.PyDLL:
     solver.dual_newton_array.restype = ctypes.POINTER(ctypes.c_double)
     solver.dual_newton_solve.argtypes = [pointer]
     solver.dual_newton_steps.argtypes = [pointer]
+    solver.least_largest.argtypes = [pointer, _Box, pointer, pointer, pointer]
     return solver
 
 
+class _Box(ctypes.Structure):
+    """Addresses of bounds: `box` of csrc/qp/linear.h."""
+
+    _fields_ = (("low", ctypes.c_void_p), ("high", ctypes.c_void_p))
+
+
 class DualNewton:
-    """A solver for problems of one size; see csrc/dual_newton.h.
+    """A solver for problems of one size; see csrc/qp/dual_newton.h.
 
     The arrays are the solver's own memory: write the problem into them, call `solve`, and read the
     answer. Inputs are neither copied nor checked, apart from the status that `solve` returns.
@@ -75,29 +82,58 @@ class DualNewton:
                 f"a problem of {n} variables and {m_eq} rows is too small or too large"
             )
         self._memory = np.empty((size + 7) // 8)
-        self._handle = ctypes.c_void_p(solver.dual_newton_open(n, m_eq, self._memory.ctypes.data))
-        self._solve, self._steps = solver.dual_newton_solve, solver.dual_newton_steps
-        self.H_diagonal, self.g, self.lb, self.ub, self.x = (
-            self._array(name, n) for name in ("H_diagonal", "g", "lb", "ub", "x")
-        )
-        self.A = self._array("A", n * m_eq).reshape(n, m_eq).T
-        self.b, self.softness, self.start, self.multipliers, self.slack = (
-            self._array(name, m_eq) for name in ("b", "softness", "start", "multipliers", "slack")
-        )
-        self.residuals = self._array("residuals", 2)
+        self._open(solver.dual_newton_open(n, m_eq, self._memory.ctypes.data))
 
-    def _array(self, name: str, length: int) -> FloatArray:
-        found = ctypes.c_size_t()
-        pointer = library().dual_newton_array(self._handle, name.encode(), ctypes.byref(found))
+    @classmethod
+    def at(cls, handle: int) -> DualNewton:
+        """The solver of a handle whose memory belongs to another."""
+        self = cls.__new__(cls)
+        self._open(handle)
+        return self
+
+    def _open(self, handle: int) -> None:
+        solver = library()
+        self._handle = ctypes.c_void_p(handle)
+        self._solve, self._steps = solver.dual_newton_solve, solver.dual_newton_steps
+        self.H_diagonal, self.g, self.lb, self.ub, self.x, A = map(
+            self._array, ("H_diagonal", "g", "lb", "ub", "x", "A")
+        )
+        self.b, self.softness, self.start, self.multipliers, self.slack, self.residuals = map(
+            self._array, ("b", "softness", "start", "multipliers", "slack", "residuals")
+        )
+        self.A = A.reshape(self.g.size, self.b.size).T
+
+    def _array(self, name: str) -> FloatArray:
+        length = ctypes.c_size_t()
+        pointer = library().dual_newton_array(self._handle, name.encode(), ctypes.byref(length))
         assert pointer, name
-        assert found.value == length, name
-        address = ctypes.cast(pointer, ctypes.c_void_p).value or 0
-        begin = (address - self._memory.ctypes.data) // 8
-        return self._memory[begin : begin + length]
+        return np.ctypeslib.as_array(pointer, (length.value,))
 
     def solve(self) -> int:
         """Solve the problem in the arrays; one of the constants above."""
         status: int = self._solve(self._handle)
+        return status
+
+    def least_largest(
+        self, low: FloatArray, high: FloatArray, c: FloatArray, p: FloatArray, first: FloatArray
+    ) -> int:
+        """Solve min max c_i |x_i - p_i| over the rows in the arrays, low <= x <= high.
+
+        Of several answers x is the one nearest to p.
+
+        Args:
+            low: Shape (n,).
+            high: Shape (n,).
+            c: Shape (n,), not negative.
+            p: Shape (n,).
+            first: An x that fulfils rows and bounds, shape (n,).
+
+        Returns:
+            One of the constants above.
+        """
+        vectors = [np.ascontiguousarray(v, dtype=np.float64) for v in (low, high, c, p, first)]
+        low_, high_, *others = (vector.ctypes.data for vector in vectors)
+        status: int = library().least_largest(self._handle, _Box(low_, high_), *others)
         return status
 
     @property

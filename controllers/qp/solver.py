@@ -18,16 +18,10 @@ if TYPE_CHECKING:
     import qpsolvers
 
 DUAL_NEWTON = "dual_newton"
-FALLBACKS = ("daqp", "proxqp")
-"""What follows in turn where `dual_newton` does not converge, as far as it is installed.
-
-Clarabel would add nothing: of 226 force problems near where none fit it solved 104, these two all.
-"""
 DEFAULT_SOLVER = DUAL_NEWTON
 
 # An answer of a qpsolvers back end is accepted if its relative residuals are below this.
 _ACCEPTED = 1e-6
-_LARGEST = 1e100
 
 # Tighter than the defaults of 1e-3 to 1e-6, and iteration limits: some methods iterate for minutes
 # on a problem that has no solution.
@@ -44,17 +38,10 @@ def available_solvers() -> list[str]:
     """Names of the back ends that can be used, sorted.
 
     The first call imports qpsolvers, which takes a third of a second: dual_newton does without.
-    A loop that keeps to the clock calls this before it begins, lest its first fallback is late.
     """
     import qpsolvers
 
     return sorted([DUAL_NEWTON, *qpsolvers.available_solvers])
-
-
-def fallbacks() -> list[str]:
-    """The installed ones of `FALLBACKS`, in their order."""
-    known = available_solvers()
-    return [name for name in FALLBACKS if name in known]
 
 
 def require_solver(name: str, *, key: str | None = None) -> str:
@@ -105,9 +92,8 @@ class BoxSolver:
         solver = BoxSolver(n, m_eq)
         solution = solver.solve(BoxProblem(H_diagonal, g, A, b, lb, ub))
 
-    Every answer is checked. Where the chosen back end fails, `dual_newton` follows, and then those
-    of `FALLBACKS` that are installed. No back end's word is taken for a problem without a solution:
-    `infeasible` is what a certificate proves.
+    Every answer is checked. Where the chosen back end fails, `dual_newton` follows. No back end's
+    word is taken for a problem without a solution: `infeasible` is what a certificate proves.
 
     `dual_newton` remembers the multipliers of the last solved problem: the next, if it is near,
     takes fewer steps. This changes an answer by rounding errors at most; to repeat answers bit for
@@ -160,26 +146,10 @@ class BoxSolver:
             SimulationError: A number is not finite.
         """
         self._hand_over(problem)
-        answer: BoxSolution | None = None
+        answer = None
         if self.solver != DUAL_NEWTON:
             answer = self._try_qpsolvers(problem, self.solver)
-        if answer is None:
-            answer = self._try_dual_newton()
-        if answer.status == "not converged" and self._is_computable():
-            tries = (self._try_qpsolvers(problem, name) for name in fallbacks())
-            answer = next((found for found in tries if found is not None), answer)
-        return answer
-
-    def _is_computable(self) -> bool:
-        """Whether squares of the numbers are finite: else the others iterate long, for nothing."""
-        bounds = ("lb", "ub")
-        given = (np.abs(values) for name, values in self._inputs if name not in bounds)
-        return max(float(values.max(initial=0.0)) for values in given) < _LARGEST
-
-    def solve_by_dual_newton(self, problem: BoxProblem) -> BoxSolution:
-        """The same without another back end behind it, as it runs in C. Arguments as in `solve`."""
-        self._hand_over(problem)
-        return self._try_dual_newton()
+        return self._try_dual_newton() if answer is None else answer
 
     def _hand_over(self, problem: BoxProblem) -> None:
         """Write the problem into the solver's own memory."""
@@ -227,8 +197,7 @@ class BoxSolver:
             return None
         if y is None:
             y = np.full(self.m_eq, np.nan)
-        fell_back = solver != self.solver
-        return BoxSolution(x, y, "solved", slack, 0, fell_back, solver, residuals)
+        return BoxSolution(x, y, "solved", slack, 0, False, solver, residuals)
 
 
 _STATUS: dict[int, Status] = {

@@ -33,7 +33,7 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build
 from controllers import OperationalSpaceController
 from controllers.arrays import FloatArray
-from controllers.laws.operational_solution import Posture
+from controllers.laws.operational_space import Posture
 from controllers.qp.problem import BoxProblem
 from sim_dart import CoreDynamics
 

@@ -17,7 +17,6 @@ from cardsflow_fmu.experiment.settings.plant import StartSettings
 from cardsflow_fmu.experiment.settings.reference import ApproachSettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers.qp.solver import available_solvers
 from sim_dart import MusclePaths
 
 from .connect import measured_positions
@@ -90,7 +89,6 @@ class Pace:
 
     def __enter__(self) -> Self:
         if self.pacer is not None or self._paces_itself:
-            available_solvers()  # a fallback in the middle of the run has no time for an import
             self._conditions.enter_context(without_collections())
             self._scheduling = self._conditions.enter_context(real_time_priority())
         return self

@@ -36,6 +36,9 @@ enum computed_torque_status {
 /* The number of a law in joint space by its name in joint_laws.h, for the array `law`; -1 if there is none. */
 DUAL_NEWTON_API int computed_torque_law(const char *name);
 
+/* Whether the law that the array `law` chooses needs G. */
+DUAL_NEWTON_API int computed_torque_needs_gravity(const computed_torque *s);
+
 /* Bytes of working memory for a robot of n coordinates and m muscles, with k task coordinates or, for the
    law in joint space, none; motors of joints count as muscles that may push, with rows of L of their own and
    negative f_min; 0 if a number is too small or too large.                                  */

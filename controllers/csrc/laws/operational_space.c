@@ -20,9 +20,10 @@
 /* Of tasks that give way, relative to the program's scale: first that, then much more. */
 static const real SOFTNESS[2] = {1e-4, 1e-2};
 
-/* Of a row of an answer of another solver, relative to its terms; terms below a share of the largest row's
-   are not compared with themselves.                                                                   */
-static const real ACCEPTED = PRECISE(1e-6, 1e-4), SMALLEST_ROW = PRECISE(1e-8, 1e-4);
+/* Of a row of an answer, of another solver and of ours that is not converged, relative to its terms; terms below
+   a share of the largest row's are not compared with themselves: at rest at its target a task asks for rounding
+   errors alone.                                                                                        */
+static const real ACCEPTED = PRECISE(1e-6, 1e-4), NEAR = PRECISE(1e-9, 1e-5), SMALLEST_ROW = PRECISE(1e-8, 1e-4);
 
 /* Is the task of the priority of the program, or of one before? Others have empty rows. */
 static int is_now(const computed_torque *s, size_t task)
@@ -157,24 +158,37 @@ static int take(computed_torque *s, const real *x, int status)
     return s->worst;
 }
 
-/* Whether x fulfils the hard rows and the bounds of the program, relative to their terms. */
-static int fits(const dual_newton *program, const real *x, real *rest, real *size)
+/* Whether x fulfils the hard rows and the bounds of the program; rows are of length 1 where H is 1. */
+static int fits(dual_newton *program, const real *x, real tolerance)
 {
     const size_t rows = program->m;
-    real largest = 0;
-    for (size_t j = 0; j < rows; j++) rest[j] = -program->b[j], size[j] = fabs(program->b[j]);
+    real *rest = program->r, *size = program->size, *length = program->rest, largest = 0;
+    for (size_t j = 0; j < rows; j++) rest[j] = -program->b[j], size[j] = fabs(program->b[j]), length[j] = 0;
     for (size_t i = 0; i < program->n; i++) {
-        const real low = program->lb[i], high = program->ub[i], room = ACCEPTED * (1 + fabs(x[i]));
-        if (x[i] < low - room || x[i] > high + room) return 0;
+        const real low = program->lb[i], high = program->ub[i], room = tolerance * (1 + fabs(x[i]));
+        if (!(x[i] >= low - room && x[i] <= high + room)) return 0;
         for (size_t j = 0; j < rows; j++) {
-            const real term = program->A[i * rows + j] * clip(x[i], low, high);
-            rest[j] += term, size[j] += fabs(term);
+            const real a = program->A[i * rows + j], term = a * clip(x[i], low, high);
+            rest[j] += term, size[j] += fabs(term), length[j] += a * a / program->H_diagonal[i];
         }
     }
-    for (size_t j = 0; j < rows; j++) largest = larger(largest, size[j]);
+    for (size_t j = 0; j < rows; j++) {
+        length[j] = length[j] > 0 ? sqrt(length[j]) : 1;
+        largest = larger(largest, size[j] / length[j]);
+    }
     for (size_t j = 0; j < rows; j++)
-        if (program->softness[j] == 0 && !(fabs(rest[j]) <= ACCEPTED * (size[j] + SMALLEST_ROW * largest))) return 0;
+        if (program->softness[j] == 0 &&
+            !(fabs(rest[j]) <= tolerance * (size[j] + SMALLEST_ROW * largest * length[j])))
+            return 0;
     return 1;
+}
+
+/* The status of a program, solved where what is left is rounding errors. */
+static int solve_near(dual_newton *program, real *start)
+{
+    const int status = solve_from(program, start);
+    const int is_near = status == DUAL_NEWTON_NOT_CONVERGED && program->residuals[1] <= NEAR;
+    return is_near && fits(program, program->x, NEAR) ? DUAL_NEWTON_SOLVED : status;
 }
 
 /* The program of the priority; where it has no solution the tasks give way, then the limits of the joints. */
@@ -185,7 +199,7 @@ static int solve_priority(computed_torque *s)
     const int first = s->limited;
     for (; s->limited >= 0; s->limited--) {
         build_hard(s);
-        int status = solve_from(s->hard, hard);
+        int status = solve_near(s->hard, hard);
         if (status > DUAL_NEWTON_NOT_CONVERGED) return COMPUTED_TORQUE_WRONG;
         if (status == DUAL_NEWTON_SOLVED)
             return take(s, s->hard->x, s->limited == first ? COMPUTED_TORQUE_SOLVED : otherwise);
@@ -218,8 +232,7 @@ int operational_space_build_soft(computed_torque *s)
 
 int operational_space_finish(computed_torque *s, const real *x)
 {
-    dual_newton *program = s->built;
-    if (!fits(program, x, program->r, program->size)) return COMPUTED_TORQUE_FAILED;
+    if (!fits(s->built, x, ACCEPTED)) return COMPUTED_TORQUE_FAILED;
     const int status = take(s, x, COMPUTED_TORQUE_SOLVED);
     if (status == COMPUTED_TORQUE_NEXT) build_hard(s);
     return status;

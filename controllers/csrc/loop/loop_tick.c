@@ -1,5 +1,4 @@
 /* A tick of the loop. */
-#include "../laws/joint/law_choice.h"
 #include "loop_state.h"
 #include "observer.h"
 #include "prediction.h"
@@ -25,7 +24,7 @@ static int solve(control_loop *s, const real *q, const real *qd, const real *ref
     const control_law *custom = &s->custom;
     const real *velocity = reference + law->r, *acceleration = reference + 2 * law->r;
     loop_terms(s, q, qd);
-    if (s->robot.gravity && joint_law_needs_gravity(law)) s->robot.gravity(s->robot.self, q, law->G);
+    if (s->robot.gravity && computed_torque_needs_gravity(law)) s->robot.gravity(s->robot.self, q, law->G);
     remaining(s, q, qd, reference);
     for (size_t j = 0; j < law->n; j++) law->load[j] = s->load[j], law->q[j] = q[j], law->qd[j] = qd[j];
     for (size_t i = 0; i < law->r; i++) {

@@ -7,9 +7,6 @@ from support.robots.arms import PointMass, TwoLinkArm
 
 from addin_sdfusion.robot import InputError, SimulationError
 from controllers import OperationalSpaceController, Posture, ReactiveQPController
-from controllers.laws import least_error
-from controllers.qp import dual_newton
-from controllers.qp import solver as qp
 
 ZERO = np.zeros(2)
 
@@ -359,24 +356,3 @@ def test_with_the_task_as_cost_there_is_always_a_solution() -> None:
     assert solution.status == "solved"
     assert solution.qdd[0] == pytest.approx(7.0, abs=1e-6)
     assert solution.slack[0] == pytest.approx(3.0, abs=1e-6)
-
-
-@pytest.mark.parametrize("hard_status", [dual_newton.INFEASIBLE, dual_newton.NOT_CONVERGED])
-def test_what_is_not_proven_infeasible_is_not_called_so(
-    hard_status: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Hard tasks end as given, and no other method follows; soft ones are solved."""
-    solve, mass = dual_newton.DualNewton.solve, PointMass()
-
-    def as_given(newton: dual_newton.DualNewton) -> int:
-        status = solve(newton)
-        return status if newton.softness.any() else hard_status
-
-    controller = OperationalSpaceController(mass, 1.0, 1.0)
-    monkeypatch.setattr(dual_newton.DualNewton, "solve", as_given)
-    monkeypatch.setattr(qp, "fallbacks", list)
-    monkeypatch.setattr(least_error, "solve", lambda _: None)
-    solution = controller.solve(np.zeros(3), np.zeros(3), ZERO, ZERO, np.array([1.0, 1.0]))
-    expected = "soft" if hard_status == dual_newton.INFEASIBLE else "not converged"
-    assert solution.status == expected
-    assert solution.bound_violation == 0.0

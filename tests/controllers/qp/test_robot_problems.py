@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +17,9 @@ from support.controllers.robot_problems import (
     is_infeasible,
 )
 
-from controllers.qp import dual_newton, solver
+from controllers.qp import dual_newton
 from controllers.qp.problem import BoxProblem, BoxSolution
-from controllers.qp.solver import FALLBACKS, BoxSolver, available_solvers
+from controllers.qp.solver import BoxSolver
 
 pytestmark = pytest.mark.native
 
@@ -37,7 +35,7 @@ class Verdicts:
         m_eq, n = problem.A.shape
         solver = self._solvers.setdefault((m_eq, n), BoxSolver(n, m_eq))
         solver.reset()
-        self.last = solver.solve_by_dual_newton(problem)
+        self.last = solver.solve(problem)
         return self.last
 
     def is_feasible(self, problem: BoxProblem) -> bool:
@@ -90,34 +88,6 @@ def test_feasible_problems_that_were_not_solved_are(shared: Path) -> None:
         assert robot_problems.row_error(problem, answer.x) <= EXACT
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", FALLBACKS)
-def test_a_method_behind_solves_what_did_not_converge(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Alone behind the dual Newton method: its answer is checked, or none is given."""
-    if name not in available_solvers():
-        pytest.skip(f"{name} is not installed: extra qp")
-    monkeypatch.setattr(solver, "fallbacks", lambda: [name])
-    verdicts, found = Verdicts(), Counter[tuple[str, str]]()
-    for problem in robot_problems.robot_problems(verdicts.is_feasible, 80):
-        true = verdicts(problem)
-        undecided = replace(true, status="not converged")
-        behind = BoxSolver(len(problem.g), len(problem.b))
-        monkeypatch.setattr(behind, "_try_dual_newton", partial(_given, undecided))
-        answer = behind.solve(problem)
-        found[true.status, answer.status] += 1
-        if answer.status == "solved":
-            assert (answer.solver, answer.fell_back) == (name, True)
-            assert robot_problems.row_error(problem, answer.x) < 1e-5
-    assert not found["infeasible", "solved"]
-    assert found["solved", "solved"] > 0.2 * (found["solved", "not converged"] + 1)
-
-
-def _given(answer: BoxSolution) -> BoxSolution:
-    return answer
-
-
 def test_numbers_of_an_undecided_problem_are_finite() -> None:
     """Coefficients that no method of 16 digits can add up: whatever is said, NaN is not."""
     rng = np.random.default_rng(0)
@@ -127,7 +97,7 @@ def test_numbers_of_an_undecided_problem_are_finite() -> None:
         H, lb = 10.0 ** rng.uniform(-12, 12, n), rng.normal(size=n) * 10.0 ** rng.uniform(-9, 9, n)
         ub = lb + 10.0 ** rng.uniform(-9, 9, n)
         problem = BoxProblem(H, np.zeros(n), A, A @ ub * rng.uniform(0.5, 1.5), lb, ub)
-        newton = BoxSolver(n, m_eq).solve_by_dual_newton(problem)
+        newton = BoxSolver(n, m_eq).solve(problem)
         assert newton.status in ("solved", "infeasible", "not converged")
         assert np.isfinite(newton.x).all()
         assert np.isfinite(newton.multipliers).all()
@@ -138,19 +108,3 @@ def test_numbers_of_an_undecided_problem_are_finite() -> None:
 
 def test_states_are_numbered_as_in_c() -> None:
     assert (dual_newton.SOLVED, dual_newton.INFEASIBLE, dual_newton.NOT_CONVERGED) == (0, 1, 2)
-
-
-def test_numbers_too_large_to_be_squared_are_given_to_no_other_method(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Which would iterate for seconds a problem, as a check of a motion has a hundred."""
-    tried: list[str] = []
-    monkeypatch.setattr(solver, "_attempt", lambda _, name: tried.append(name))
-    rows = np.array([[1.0, -1.0, 0.5, -0.5], [0.5, 0.5, -1.0, -1.0]])
-    for size in (1e200, 1e300):
-        problem = BoxProblem(np.ones(4), np.zeros(4), rows, np.array([size, -size]), *np.array(
-            [[1.0] * 4, [100.0] * 4]))  # fmt: skip
-        answer = BoxSolver(4, 2).solve(problem)
-        assert answer.status != "solved"
-        assert np.isfinite(answer.x).all()
-    assert tried == []

@@ -35,7 +35,7 @@ void joint_law_torque(computed_torque *s)
     if (law) law->torque(s, s->tau);
 }
 
-int joint_law_needs_gravity(const computed_torque *s)
+int computed_torque_needs_gravity(const computed_torque *s)
 {
     const joint_law *law = chosen(s);
     return law && law->needs_gravity;

@@ -7,7 +7,4 @@
 /* tau of the law, in s->tau; unchanged where it is given. */
 void joint_law_torque(computed_torque *s);
 
-/* Whether it needs G. */
-int joint_law_needs_gravity(const computed_torque *s);
-
 #endif

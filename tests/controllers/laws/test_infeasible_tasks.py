@@ -9,11 +9,9 @@ import pytest
 from scipy.optimize import linprog, lsq_linear
 
 from controllers import OperationalSpaceController, Posture, ReactiveQPController
-from controllers.laws import least_error
 from sim_dart import DartDynamics
 
 KP, KD = 400.0, 40.0
-NONE = np.empty(0)
 
 
 def ticks(arm: DartDynamics, count: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -99,41 +97,3 @@ def test_a_task_as_cost_always_has_a_solution(arm) -> None:
         solution = law.solve(q, qd, y_d, np.zeros(2), np.zeros(2))
         assert solution.status == "solved"
         assert solution.bound_violation == 0.0
-
-
-def program(arm, q, *, keeps=False, limits=None) -> least_error.LeastError:
-    """A task acceleration of 0.1 m/s² from rest, that may give way or not."""
-    J, c = arm.task_jacobian(q), np.full(2, 0.1)
-    some, none = (J, c), (np.empty((0, 2)), NONE)
-    (J, c), (J_0, c_0) = (none, some) if keeps else (some, none)
-    return least_error.LeastError(
-        arm.mass_matrix(q),
-        arm.gravity(q),
-        arm.muscle_jacobian(q),
-        J,
-        c,
-        np.full(len(c), 1e4),
-        J_0,
-        c_0,
-        np.ones(2),
-        np.zeros(2),
-        np.full(4, 1e-6),
-        np.zeros(4),
-        arm.f_min,
-        arm.f_max,
-        limits,
-    )
-
-
-def test_hard_tasks_and_limits_are_kept_or_there_is_no_answer(arm) -> None:
-    q = np.array([-0.2, 0.4])
-    met = least_error.solve(program(arm, q, keeps=True))
-    assert met is not None
-    np.testing.assert_allclose(arm.task_jacobian(q) @ met[:2], 0.1, atol=1e-6)
-    near = met[:2] - 0.01, met[:2] - 0.005
-    assert least_error.solve(program(arm, q, keeps=True, limits=near)) is None
-    bent = least_error.solve(program(arm, q, limits=near))
-    assert bent is not None
-    assert (bent[:2] <= near[1] + 1e-6).all()
-    far = met[:2] + 1e6, met[:2] + 2e6
-    assert least_error.solve(program(arm, q, limits=far)) is None

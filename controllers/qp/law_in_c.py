@@ -1,0 +1,148 @@
+"""Binding of the laws in C; see csrc/laws/computed_torque.h."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from controllers.arrays import FloatArray
+
+from . import dual_newton
+from . import solver as qp
+from .problem import BoxProblem
+
+if TYPE_CHECKING:
+    import qpsolvers
+
+SOLVED, SOFT, NOT_CONVERGED, FAILED, WRONG, NEXT = range(6)
+GIVEN = -1
+"""In the array `law`: the torque is what `tau` holds."""
+
+
+@cache
+def library() -> ctypes.PyDLL:
+    """The library of the laws; Python's lock is held during calls."""
+    laws = dual_newton.library()
+    pointer, size, whole = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int
+    laws.computed_torque_law.argtypes = [ctypes.c_char_p]
+    laws.computed_torque_size.argtypes = [whole, whole, whole]
+    laws.computed_torque_size.restype = size
+    laws.computed_torque_open.argtypes = [whole, whole, whole, pointer]
+    laws.computed_torque_open.restype = pointer
+    laws.computed_torque_array.argtypes = [pointer, ctypes.c_char_p, ctypes.POINTER(size)]
+    laws.computed_torque_array.restype = pointer
+    for name in ("needs_gravity", "reset", "require", "solve", "build", "build_soft", "program"):
+        getattr(laws, f"computed_torque_{name}").argtypes = [pointer]
+    laws.computed_torque_program.restype = pointer
+    laws.computed_torque_finish.argtypes = [pointer, pointer]
+    return laws
+
+
+def view(address: int, length: int) -> FloatArray:
+    """Memory of C as an array; whoever owns the memory must outlive it."""
+    memory = (ctypes.c_double * length).from_address(address)
+    return np.frombuffer(memoryview(memory).cast("B")) if length else np.empty(0)
+
+
+def number_of(law: str) -> int:
+    """The number of a law in joint space by its name in joint_laws.h, for the array `law`."""
+    number: int = library().computed_torque_law(law.encode())
+    assert number >= 0, law
+    return number
+
+
+class LawInC:
+    """A law for n coordinates and m actuators, with k task coordinates or, in joint space, none.
+
+    `law[name]` is an array of computed_torque.h, in its shape: the law's own memory.
+    """
+
+    def __init__(self, n: int, m: int, k: int = 0) -> None:
+        laws = library()
+        self._memory = np.zeros(-(-laws.computed_torque_size(n, m, k) // 8))
+        self._take(laws.computed_torque_open(n, m, k, self._memory.ctypes.data), n, m, k)
+
+    @classmethod
+    def at(cls, handle: int, n: int, m: int, k: int = 0) -> LawInC:
+        """The law of a handle whose memory belongs to another."""
+        self = cls.__new__(cls)
+        self._take(handle, n, m, k)
+        return self
+
+    def _take(self, handle: int, n: int, m: int, k: int) -> None:
+        self._library, self.handle = library(), ctypes.c_void_p(handle)
+        self._shapes = {"M": (n, n), "L": (m, n), "J": (k, n)}
+        self._arrays: dict[str, FloatArray] = {}
+
+    def __getitem__(self, name: str) -> FloatArray:
+        found = self._arrays.get(name)
+        if found is None:
+            length = ctypes.c_size_t()
+            address = self._library.computed_torque_array(
+                self.handle, name.encode(), ctypes.byref(length)
+            )
+            assert address, name
+            found = view(address, length.value).reshape(self._shapes.get(name, -1))
+            self._arrays[name] = found
+        return found
+
+    def write(self, **arrays: ArrayLike | None) -> None:
+        """Write arrays by name, each as numpy broadcasts it; 0 where None is given."""
+        for name, values in arrays.items():
+            self[name][...] = 0.0 if values is None else values
+
+    def reset(self) -> None:
+        """Forget the calls before."""
+        self._library.computed_torque_reset(self.handle)
+
+    @property
+    def needs_gravity(self) -> bool:
+        """Whether the law chosen in joint space takes G."""
+        return bool(self._library.computed_torque_needs_gravity(self.handle))
+
+    def required_torque(self) -> FloatArray:
+        """The torque of the law in joint space, shape (n,)."""
+        self._library.computed_torque_require(self.handle)
+        return self["tau"].copy()
+
+    def solve(self, solver: str = qp.DEFAULT_SOLVER) -> int:
+        """Solve by a back end, and in C where that has no answer or a wrong one; a status."""
+        if solver != qp.DUAL_NEWTON:
+            status = self._solve_by(solver)
+            if status < FAILED:
+                return status
+        status = self._library.computed_torque_solve(self.handle)
+        return int(status)
+
+    def _solve_by(self, solver: str) -> int:
+        status: int = self._library.computed_torque_build(self.handle)
+        if status == WRONG:
+            return status
+        status = NEXT
+        while status == NEXT:
+            x = qp.solve(self._program(), solver)
+            if x is None:
+                return FAILED
+            x = np.ascontiguousarray(x, dtype=np.float64)
+            status = self._library.computed_torque_finish(self.handle, x.ctypes.data)
+        return status
+
+    def build(self, *, soft: bool = False) -> qpsolvers.Problem:
+        """The program for qpsolvers, with a variable behind f for each row that may give way.
+
+        Args:
+            soft: Whether all rows but the motion equation may.
+        """
+        name = "computed_torque_build_soft" if soft else "computed_torque_build"
+        getattr(self._library, name)(self.handle)
+        return self._program()
+
+    def _program(self) -> qpsolvers.Problem:
+        program = dual_newton.DualNewton.at(self._library.computed_torque_program(self.handle))
+        parts = (program.H_diagonal, program.g, program.A, program.b, program.lb, program.ub)
+        H, g, A, b, lb, ub = (np.array(part) for part in parts)
+        return qp.as_qpsolvers(BoxProblem(H, g, A, b, lb, ub), program.softness)

@@ -1,0 +1,173 @@
+"""Binding of the control loop in C, around a law and dynamics in Python; see csrc/loop."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from controllers.arrays import FloatArray
+
+from . import law_in_c
+
+_P = ctypes.c_void_p
+_CFUNC = ctypes.PYFUNCTYPE
+_TERMS = _CFUNC(None, _P, _P, _P, _P, _P, _P)
+_COMPLETE = _CFUNC(None, _P, _P, _P, _P)
+_SOLVE = _CFUNC(ctypes.c_int, _P, _P, _P, _P, _P, _P, _P, _P)
+_ERROR = _CFUNC(None, _P, _P, _P, _P)
+
+
+class _Robot(ctypes.Structure):
+    """`control_robot` of control_loop.h."""
+
+    _fields_ = (
+        ("self", _P),
+        ("terms", _TERMS),
+        ("tasks", _P),
+        ("complete", _COMPLETE),
+        ("dependent", _P),
+        ("gravity", _P),
+    )
+
+
+class _Law(ctypes.Structure):
+    """`control_law` of control_loop.h."""
+
+    _fields_ = (("self", _P), ("torque", _P), ("solve", _SOLVE), ("error", _ERROR))
+
+
+class Asked(Protocol):
+    """What the loop asks: see `ControlLoop`."""
+
+    law: Any
+
+    def terms(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """M, h and L."""
+
+    def solve(
+        self, q: FloatArray, qd: FloatArray, reference: FloatArray, load: FloatArray
+    ) -> tuple[int, FloatArray, FloatArray]:
+        """Status, forces and slack."""
+
+
+@cache
+def _library() -> ctypes.PyDLL:
+    loops = law_in_c.library()
+    size, whole = ctypes.c_size_t, ctypes.c_int
+    loops.control_loop_size.argtypes = [whole, whole, whole]
+    loops.control_loop_size.restype = size
+    loops.control_loop_open.argtypes = [_P, whole, whole, whole, _P]
+    loops.control_loop_open.restype = _P
+    loops.control_loop_set_law.argtypes = [_P, _P]
+    loops.control_loop_array.argtypes = [_P, ctypes.c_char_p, ctypes.POINTER(size)]
+    loops.control_loop_array.restype = _P
+    loops.control_loop_tick.argtypes = [_P, ctypes.c_double, _P, _P, _P, _P]
+    return loops
+
+
+class LoopInC:
+    """The loop for n coordinates, m actuators and r rows of the reference.
+
+    `loop[name]` is an array of control_loop.h: the loop's own memory.
+    """
+
+    def __init__(self, n: int, m: int, r: int, asked: Asked) -> None:
+        self._n, self._m, self._r, self._asked = n, m, r, asked
+        self._library = loops = _library()
+        sizes = n, m, 0 if r == n else r
+        self._memory = np.zeros(-(-loops.control_loop_size(*sizes) // 8))
+        robot = asked.law.dynamics
+        dependent = getattr(robot, "dependent", None)
+        self._dependent = None if dependent is None else np.asarray(dependent, dtype=np.float64)
+        has_loops = hasattr(robot, "complete")
+        self._robot = _Robot(
+            None,
+            _TERMS(self._terms),
+            None,
+            _COMPLETE(self._complete) if has_loops else _COMPLETE(),
+            None if self._dependent is None else self._dependent.ctypes.data,
+            None,
+        )
+        self._law = _Law(None, None, _SOLVE(self._solve), _ERROR(self._remaining))
+        self.handle = _P(
+            loops.control_loop_open(ctypes.byref(self._robot), *sizes, self._memory.ctypes.data)
+        )
+        loops.control_loop_set_law(self.handle, ctypes.byref(self._law))
+        self._arrays: dict[str, FloatArray] = {}
+        self._failure: BaseException | None = None
+
+    def __getitem__(self, name: str) -> FloatArray:
+        found = self._arrays.get(name)
+        if found is None:
+            length = ctypes.c_size_t()
+            address = self._library.control_loop_array(
+                self.handle, name.encode(), ctypes.byref(length)
+            )
+            assert address, name
+            self._arrays[name] = found = law_in_c.view(address, length.value)
+        return found
+
+    def write(self, **arrays: ArrayLike) -> None:
+        """Write arrays by name, each as numpy broadcasts it."""
+        for name, values in arrays.items():
+            self[name][...] = values
+
+    def tick(
+        self, period: float, q: FloatArray, qd: FloatArray, reference: FloatArray, load: FloatArray
+    ) -> None:
+        """A tick; what the law or the dynamics raise is raised."""
+        inputs = [np.ascontiguousarray(v, dtype=np.float64) for v in (q, qd, reference, load)]
+        self._failure = None
+        addresses = (values.ctypes.data for values in inputs)
+        self._library.control_loop_tick(self.handle, period, *addresses)
+        if self._failure is not None:
+            raise self._failure
+
+    def _read(self, address: int, length: int) -> FloatArray:
+        return law_in_c.view(address, length).copy()
+
+    def _terms(self, _: Any, q: int, qd: int, M: int, h: int, L: int) -> None:
+        n, m = self._n, self._m
+        try:
+            terms = self._asked.terms(self._read(q, n), self._read(qd, n))
+            for address, size, values in zip((M, h, L), (n * n, n, m * n), terms, strict=True):
+                law_in_c.view(address, size)[:] = np.ravel(values)
+        except BaseException as failure:
+            self._failure = self._failure or failure
+
+    def _complete(self, _: Any, q: int, qd: int, qdd: int) -> None:
+        n = self._n
+        try:
+            made = law_in_c.view(qdd, n)
+            robot = self._asked.law.dynamics
+            made[:] = robot.complete(self._read(q, n), self._read(qd, n), made.copy())
+        except BaseException as failure:
+            self._failure = self._failure or failure
+
+    def _solve(
+        self, _: Any, q: int, qd: int, reference: int, _c: int, load: int, forces: int, slack: int
+    ) -> int:
+        n, r = self._n, self._r
+        if self._failure is not None:
+            return law_in_c.FAILED
+        try:
+            desired = self._read(reference, 3 * r).reshape(3, r)
+            state = self._read(q, n), self._read(qd, n)
+            status, found, lacking = self._asked.solve(*state, desired, self._read(load, n))
+            law_in_c.view(forces, self._m)[:] = found
+            law_in_c.view(slack, r)[:] = lacking
+        except BaseException as failure:
+            self._failure = failure
+            return law_in_c.FAILED
+        return status
+
+    def _remaining(self, _: Any, q: int, position: int, error: int) -> None:
+        try:
+            at, goal = self._read(q, self._n), self._read(position, self._r)
+            law_in_c.view(error, self._r)[:] = self._asked.law.error(at, goal)
+        except BaseException as failure:
+            self._failure = self._failure or failure
