@@ -32,7 +32,6 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 html_theme = "furo"
 html_title = f"CARDSFlow {version}"
-html_extra_path = ["addin.html"]
 html_show_sphinx = False
 
 default_role = "code"

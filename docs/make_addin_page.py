@@ -1,4 +1,4 @@
-"""Makes docs/addin.html, and its picture, from the dialogs of the add-in.
+"""Makes addin_sdfusion/commands/help.html, and its picture, from the dialogs of the add-in.
 
 python docs/make_addin_page.py            the page
 python docs/make_addin_page.py --png      and, with Chromium, docs/images/addin_dialogs.png and the
@@ -29,8 +29,7 @@ from addin_sdfusion.commands.dialogs import Dialog, Example, Input  # noqa: E402
 from addin_sdfusion.commands.export.dialog import DIALOG as EXPORT  # noqa: E402
 from addin_sdfusion.commands.export.dialog import EXAMPLE as EXPORT_EXAMPLE  # noqa: E402
 
-PAGE = ROOT / "docs" / "addin.html"
-HELP = ROOT / "addin_sdfusion" / "commands" / "help.html"
+PAGE = ROOT / "addin_sdfusion" / "commands" / "help.html"
 PICTURE = ROOT / "docs" / "images" / "addin_dialogs.png"
 DIALOGS = ((DEFINE, DEFINE_EXAMPLE), (CHECK, CHECK_EXAMPLE), (EXPORT, EXPORT_EXAMPLE))
 
@@ -237,8 +236,7 @@ def _small(shot: Path, colors: int, margin: int) -> bytes:
 
 def main() -> None:
     """Write the page, and its picture if asked."""
-    for file in (PAGE, HELP):
-        file.write_text(page(), encoding="utf-8", newline="\n")
+    PAGE.write_text(page(), encoding="utf-8", newline="\n")
     if "--png" in sys.argv[1:]:
         picture()
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, get_args
+from typing import Any, Literal, Protocol
 
 from scipy.special import ndtri
 
 from .nominal_values import Nominal
 
 Relative = Literal["factor", "offset"]
-RELATIVE: tuple[Relative, ...] = get_args(Relative)
 
 _EDGE = 2.0**-53  # a normal distribution has no value at 0 and 1
 
