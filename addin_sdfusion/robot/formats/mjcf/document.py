@@ -209,6 +209,10 @@ class Document:
         ]
         for element in [*assets, *self.root.element.iter(*SEEN_ONLY, *SOFT, "plugin")]:
             _remove(element)
+        users = [node for node in self._all() if node.has("user")]
+        if users:
+            problem = f"the user data of {len(users)} elements is left out"
+            users[0].warning("part-left-out", problem)
         for node in self._all():
             node.element.attrib.pop("material", "")
             for name, value in node.element.attrib.items():

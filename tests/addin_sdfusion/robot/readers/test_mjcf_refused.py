@@ -96,6 +96,7 @@ def test_an_element_of_an_included_file_is_named_there(tmp_path: Path) -> None:
         (BODY, '<option><flag limit="disable"/></option>', "option-left-out"),
         (BODY, '<option actuatorgroupdisable="1"/>', "option-left-out"),
         (BODY.replace("<body", '<body gravcomp="1"'), "", "gravity-not-off"),
+        (BODY.replace("<body", '<body user="1 2"'), "", "part-left-out"),
         ('<body mocap="true"/>' + BODY, "", "mocap-left-out"),
         (BODY.replace("<joint", '<joint stiffness="1 2"'), "", "polynomial-left-out"),
         (BODY.replace("<joint", '<joint stiffness="1" springyield=".1"'), "",
