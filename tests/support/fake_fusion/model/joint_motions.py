@@ -62,32 +62,17 @@ class JointMotion(Base):
         return units.index(axis) if axis in units else 3
 
 
-def _value(role: str) -> property:
-    def fget(self: Any) -> float:
-        return JointMotion._value(self, role)
+def _of(method: Any) -> Any:
+    """Makes a property of what a method of `JointMotion` says of the freedom in a role."""
 
-    return property(fget)
+    def member(role: str) -> property:
+        return property(lambda self: method(self, role))
 
-
-def _limits(role: str) -> property:
-    def fget(self: Any) -> Any:
-        return JointMotion._limits(self, role)
-
-    return property(fget)
+    return member
 
 
-def _axis(role: str) -> property:
-    def fget(self: Any) -> Any:
-        return JointMotion._vector(self, role)
-
-    return property(fget)
-
-
-def _direction(role: str) -> property:
-    def fget(self: Any) -> int:
-        return JointMotion._direction(self, role)
-
-    return property(fget)
+_value, _limits = _of(JointMotion._value), _of(JointMotion._limits)
+_axis, _direction = _of(JointMotion._vector), _of(JointMotion._direction)
 
 
 @api("adsk.fusion")

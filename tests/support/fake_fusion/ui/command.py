@@ -115,8 +115,6 @@ class Command(Base):
     preSelectEnd = _event_member("preSelectEnd")
     preSelectStart = _event_member("preSelectStart")
     preSelectMouseMove = _event_member("preSelectMouseMove")
-    keyDown = _event_member("keyDown")
-    keyUp = _event_member("keyUp")
     okButtonText = _field("okButtonText", "str")
     cancelButtonText = _field("cancelButtonText", "str")
     isOKButtonVisible = _field("isOKButtonVisible", "bool")
