@@ -98,6 +98,11 @@ class LoopInC:
         )
         loops.control_loop_set_law(self.handle, ctypes.byref(self._law))
         self._arrays: dict[str, FloatArray] = {}
+        self._views: dict[tuple[int, int], FloatArray] = {}
+        self._q, self._qd, self._load = np.zeros(n), np.zeros(n), np.zeros(n)
+        self._reference = np.zeros((3, r))
+        inputs = self._q, self._qd, self._reference, self._load
+        self._addresses = [values.ctypes.data for values in inputs]
         self._failure: BaseException | None = None
 
     def __getitem__(self, name: str) -> FloatArray:
@@ -120,29 +125,35 @@ class LoopInC:
         self, period: float, q: FloatArray, qd: FloatArray, reference: FloatArray, load: FloatArray
     ) -> None:
         """A tick; what the law or the dynamics raise is raised."""
-        inputs = [np.ascontiguousarray(v, dtype=np.float64) for v in (q, qd, reference, load)]
+        self._q[:], self._qd[:], self._reference[:], self._load[:] = q, qd, reference, load
         self._failure = None
-        addresses = (values.ctypes.data for values in inputs)
-        self._library.control_loop_tick(self.handle, period, *addresses)
+        self._library.control_loop_tick(self.handle, period, *self._addresses)
         if self._failure is not None:
             raise self._failure
 
+    def _view(self, address: int, length: int) -> FloatArray:
+        """Memory of the loop, which stays where it is, as an array."""
+        found = self._views.get((address, length))
+        if found is None:
+            found = self._views[address, length] = law_in_c.view(address, length)
+        return found
+
     def _read(self, address: int, length: int) -> FloatArray:
-        return law_in_c.view(address, length).copy()
+        return self._view(address, length).copy()
 
     def _terms(self, _: Any, q: int, qd: int, M: int, h: int, L: int) -> None:
         n, m = self._n, self._m
         try:
             terms = self._asked.terms(self._read(q, n), self._read(qd, n))
             for address, size, values in zip((M, h, L), (n * n, n, m * n), terms, strict=True):
-                law_in_c.view(address, size)[:] = np.ravel(values)
+                self._view(address, size)[:] = np.ravel(values)
         except BaseException as failure:
             self._failure = self._failure or failure
 
     def _complete(self, _: Any, q: int, qd: int, qdd: int) -> None:
         n = self._n
         try:
-            made = law_in_c.view(qdd, n)
+            made = self._view(qdd, n)
             robot = self._asked.law.dynamics
             made[:] = robot.complete(self._read(q, n), self._read(qd, n), made.copy())
         except BaseException as failure:
@@ -158,8 +169,8 @@ class LoopInC:
             desired = self._read(reference, 3 * r).reshape(3, r)
             state = self._read(q, n), self._read(qd, n)
             status, found, lacking = self._asked.solve(*state, desired, self._read(load, n))
-            law_in_c.view(forces, self._m)[:] = found
-            law_in_c.view(slack, r)[:] = lacking
+            self._view(forces, self._m)[:] = found
+            self._view(slack, r)[:] = lacking
         except BaseException as failure:
             self._failure = failure
             return law_in_c.FAILED
@@ -168,6 +179,6 @@ class LoopInC:
     def _remaining(self, _: Any, q: int, position: int, error: int) -> None:
         try:
             at, goal = self._read(q, self._n), self._read(position, self._r)
-            law_in_c.view(error, self._r)[:] = self._asked.law.error(at, goal)
+            self._view(error, self._r)[:] = self._asked.law.error(at, goal)
         except BaseException as failure:
             self._failure = self._failure or failure

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -117,7 +118,7 @@ def _operational(problem: BoxProblem, n: int) -> dict[str, object]:
 
 def accelerations(problem: BoxProblem, forces: FloatArray) -> FloatArray:
     """The x of a problem as forces make it, by the motion equation."""
-    n = len(problem.g) - len(forces)
+    n = problem.A.shape[1] - len(forces)
     moved = problem.b[:n] - problem.A[:n, n:] @ forces
     return np.concatenate([np.linalg.solve(problem.A[:n, :n], moved), forces])
 
@@ -246,7 +247,7 @@ def native_law(seed: int, folder: Path) -> Iterator[NativeLaw]:
 
 def native_problems(
     native: NativeLaw, rng: np.random.Generator
-) -> Iterator[tuple[BoxProblem, FloatArray, str]]:
+) -> Iterator[tuple[Any, FloatArray, str]]:
     """Problems ever nearer to where no forces fit, with the controller's answers."""
     robot = native.dynamics
     while True:

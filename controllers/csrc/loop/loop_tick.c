@@ -46,9 +46,17 @@ static int solve_custom(control_loop *s, const real *q, const real *qd, const re
     return custom->solve(custom->self, q, qd, reference, s->correction, s->load, s->law->forces, s->law->slack);
 }
 
+static int has_integral(const control_loop *s)
+{
+    for (size_t i = 0; i < s->law->r; i++)
+        if (s->ki[i] != 0) return 1;
+    return 0;
+}
+
 /* correction += T Ki e, where the law is met. */
 static void integrate(control_loop *s, real T, const real *q, const real *qd, const real *reference)
 {
+    if (!has_integral(s)) return;
     remaining(s, q, qd, reference);
     for (size_t i = 0; i < s->law->r; i++) s->correction[i] += T * s->ki[i] * s->law->error[i];
 }
