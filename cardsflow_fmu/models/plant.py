@@ -19,7 +19,7 @@ from cardsflow_fmu.signals.muscles import (
 )
 from cardsflow_fmu.signals.ports import plant_groups
 from cardsflow_fmu.utils.arrays import FloatArray
-from sim_dart import compile_blob
+from sim_dart import CoreDynamics, compile_blob
 from sim_dart.core.blob import fixed_energy
 from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.core.wrench_points import wrench_points
@@ -93,6 +93,7 @@ class PlantModel(CModel):
     def file(cls, experiment: Experiment) -> bytes:
         """The contents of the model's `native.bin`."""
         robot, plant = experiment.plant_robot, experiment.plant
+        CoreDynamics(robot)  # refuses a robot whose mass matrix is singular
         settings = plant_fields(robot, plant.substeps, plant.integrator, plant.wrenches)
         return encode("plant", compile_blob(robot), cls.groups(experiment), *settings)
 
