@@ -1,5 +1,7 @@
 """Compiles the C libraries when the package is built; also a script for the sanitized build.
 
+Before that it makes headers of the table of tension laws, in sim_dart/generated.
+
 The system's C compiler is used where there is one (`CC`, cc, gcc, clang), else, or with
 `CC=ziglang`, the one in the `ziglang` package, which is then asked for as a build requirement.
 Nothing is linked but libc and libm, so one library serves every Python.
@@ -39,10 +41,12 @@ except ImportError:  # run as a script
 ROOT = Path(__file__).parent
 
 
-def _read_sources() -> ModuleType:
-    """What the libraries are made of; the package itself cannot be imported yet."""
-    path = ROOT / "cardsflow_fmu/runtime/sources.py"
-    spec = importlib.util.spec_from_file_location("cardsflow_sources", path)
+def _read(path: str) -> ModuleType:
+    """A module by its file; its package itself cannot be imported yet."""
+    name = f"cardsflow_{Path(path).stem.strip('_')}"
+    file = ROOT / path
+    inside = [str(file.parent)] if file.name == "__init__.py" else None
+    spec = importlib.util.spec_from_file_location(name, file, submodule_search_locations=inside)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -51,11 +55,21 @@ def _read_sources() -> ModuleType:
     return module
 
 
-_SOURCES = _read_sources()
+_SOURCES = _read("cardsflow_fmu/runtime/sources.py")  # what the libraries are made of
+_HEADERS = _read("sim_dart/core/law_headers.py")
 LIBRARIES = _SOURCES.LIBRARIES
 FLAGS = [*_SOURCES.FLAGS, *_SOURCES.WARNINGS]
 SANITIZE = ["-O0", "-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+
+
+def write_headers() -> list[Path]:
+    """Write what C has to know of the table of tension laws into the source tree."""
+    laws = _read(f"{_HEADERS.TABLE}/__init__.py").TENSION_LAWS
+    try:
+        return [ROOT / name for name in _HEADERS.write_headers(laws, ROOT)]
+    except _HEADERS.LawTableError as error:
+        sys.exit(str(error))
 
 
 def system_compiler() -> list[str] | None:
@@ -226,10 +240,12 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
         self._aside = None if version == "editable" else tempfile.mkdtemp()
         output = Path(self._aside or ROOT)
         platforms = parse_platforms(os.environ.get("CARDSFLOW_PLATFORMS", ""))
+        headers = write_headers()
         compiled = compile_libraries(output)
         compiled += compile_all_prebuilt(platforms, output)
-        for built in compiled:
-            build_data["force_include"][str(built)] = built.relative_to(output).as_posix()
+        for folder, files in ((ROOT, headers), (output, compiled)):
+            for file in files:
+                build_data["force_include"][str(file)] = file.relative_to(folder).as_posix()
         platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{platform}"
@@ -249,6 +265,7 @@ def main() -> None:
         "--platforms", default="", help="for native FMUs: all, or x86_64-windows, ...; by ziglang"
     )
     arguments = parser.parse_args()
+    write_headers()
     made = (compile_sanitized if arguments.sanitize else compile_libraries)(arguments.output)
     made += compile_all_prebuilt(parse_platforms(arguments.platforms), arguments.output)
     print(*made, sep="\n")

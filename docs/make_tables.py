@@ -19,8 +19,9 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from addin_sdfusion.robot import limits  # noqa: E402
-from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS, TensionLaw  # noqa: E402
-from addin_sdfusion.robot.model.tension_parameters import Parameter  # noqa: E402
+from addin_sdfusion.robot.model.laws import TENSION_LAWS  # noqa: E402
+from addin_sdfusion.robot.model.laws.law import Parameter, TensionLaw  # noqa: E402
+from addin_sdfusion.robot.model.tension_laws import PRESETS  # noqa: E402
 from cardsflow_fmu import Experiment  # noqa: E402
 from cardsflow_fmu.cli.init import schema  # noqa: E402
 from cardsflow_fmu.cli.main import _parser  # noqa: E402
@@ -247,7 +248,7 @@ def _law_text(law: TensionLaw) -> str:
     ]
     if law.states:
         states = (
-            f"`{s.name}` [{s.unit}]" + (f" where `{s.where}` is not 0" if s.where else "")
+            f"`{s.name}` [{s.unit}]" + (f" where `{s.where}`" if s.where else "")
             for s in law.states
         )
         words.append(f"States: {', '.join(states)}.")

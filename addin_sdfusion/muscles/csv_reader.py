@@ -256,7 +256,7 @@ class _Reader:
                 message = f"model must be one of {', '.join(_KINDS)}, not {text!r}"
                 self.error("bad-model", message)
                 return None
-            return replace(row, model=replace(row.model, kind=text))  # type: ignore[arg-type]
+            return replace(row, model=replace(row.model, kind=text))
         if key == "parameters":
             return self.parameters(row, text)
         number = self.float(key, text)

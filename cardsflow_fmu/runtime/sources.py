@@ -25,6 +25,8 @@ FREESTANDING = "sim_dart/csrc/freestanding"
 """In the place of a C library, on machines without one."""
 TANGENT = "sim_dart/csrc/tangent"
 """Derivatives, which FMUs and estimators may need, and microcontrollers cannot have."""
+GENERATED = "sim_dart/generated"
+"""Headers that hatch_build.py makes of the table of tension laws."""
 PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
 
 
@@ -74,7 +76,7 @@ def _found(
 
 
 _LIB = "cardsflow_fmu/runtime/lib"
-CORE = Library(("sim_dart/csrc",), "sim_dart/lib/cardsflow_core", (FREESTANDING,))
+CORE = Library(("sim_dart/csrc", GENERATED), "sim_dart/lib/cardsflow_core", (FREESTANDING,))
 CONTROL = Library(("controllers/csrc",), "controllers/lib/cardsflow_control", ())
 _ALL = (RUNTIME, *CORE.folders, *CONTROL.folders)
 _INSIDE = ("-DCARDSFLOW_INSIDE",)

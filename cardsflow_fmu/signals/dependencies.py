@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from addin_sdfusion.robot import Muscle, Robot
 from addin_sdfusion.robot.model.coupling import followers
+from addin_sdfusion.robot.model.laws.law import evaluated
 from addin_sdfusion.robot.model.tension_laws import law_of, law_parameters, states_of
 
 from .groups import Groups, all_ports
@@ -32,35 +33,6 @@ Names = frozenset[str]
 _NONE: Names = frozenset()
 _NOWHERE: frozenset[int] = frozenset()
 _COMMAND, _LENGTH, _RATE = "u", "l", "v"
-_WITHOUT_STATES = ("elastic_cable", "heavy_cable")
-
-_HILL = {"activation": "u", "fibre_length": "ul", "tension": "ulv"}
-_AT_START: dict[str, dict[str, str]] = {
-    "elastic_cable": {"tension": "ulv"},
-    "passive_spring": {"tension": "l"},
-    "series_elastic_motor": {
-        "current": "u",
-        "spindle_speed": "",
-        "spindle_angle": "ul",
-        "tension": "u",
-    },
-    "mckibben": {"pressure": "u", "tension": "ul"},
-    "ligament_blankevoort1991": {"tension": "lv"},
-    "mujoco_muscle": {"activation": "u", "tension": "ulv"},
-    "path_spring": {"tension": "lv"},
-    "tendon_spring": {"tension": "lv"},
-    "winch": {"drum_speed": "", "drum_angle": "ul", "tension": "ulv"},
-    "winch_position": {"drum_speed": "", "drum_angle": "ul", "tension": "ulv"},
-    "heavy_cable": {"tension": "ulv"},
-    "hill_degroote2016": _HILL,
-    "hill_millard2012": _HILL,
-    "hill_thelen2003": _HILL,
-    "hill_schutte1993": _HILL,
-}
-"""What tension and states follow from at the start, by law: command, path length, its rate.
-
-Those of a law that is not listed may follow from everything, and at once.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +77,7 @@ def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
             _RATE: _of(q, crossed[k]) | _of(qd, crossed[k]),
         }
         at_start[name] = _NONE.union(*(known[letter] for letter in _letters(muscle, what)))
-        if _follows_at_once(muscle, what):
+        if _follows_at_once(muscle):
             at_once[name] = known[_COMMAND]
     pulls = muscle_signals(FORCE, robot)
     tensions = dict(zip(modelled_muscles(robot), names["tensions"], strict=True))
@@ -236,8 +208,8 @@ def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) 
 def _seen_by_law(
     muscle: Muscle, crossed: frozenset[int], above: Mapping[str, frozenset[int]]
 ) -> frozenset[int]:
-    """Indices of the coordinates that a law's tension follows: of a heavy cable also its slope."""
-    if muscle.model.kind != "heavy_cable":
+    """Indices of the coordinates that a law's tension follows: of one that sags also its slope."""
+    if not law_of(muscle.model).sags:
         return crossed
     return crossed.union(*(above.get(point.link, _NOWHERE) for point in muscle.via_points))
 
@@ -261,25 +233,18 @@ def _muscle_outputs(robot: Robot, names: Mapping[str, Sequence[str]]) -> list[tu
 
 def _letters(muscle: Muscle, what: str) -> str:
     """What an output of a muscle follows from at the start."""
-    kind, values = law_of(muscle.model).kind, law_parameters(muscle.model)
-    letters = _AT_START.get(kind, {}).get(what, _COMMAND + _LENGTH + _RATE)
-    has_no_rate = (
-        values.get("elastic_tendon", 0.0) != 0.0
-        or (kind in _WITHOUT_STATES and values["damping"] == 0.0)
-        or (kind == "ligament_blankevoort1991" and values["damping_coefficient"] == 0.0)
-    )
-    return letters.replace(_RATE, "") if has_no_rate else letters
+    law, values = law_of(muscle.model), law_parameters(muscle.model)
+    letters = {state.name: state.at_start for state in law.states}.get(what, law.at_start)
+    is_damped = not law.damped or evaluated(law.damped, values)
+    return letters if is_damped else letters.replace(_RATE, "")
 
 
-def _follows_at_once(muscle: Muscle, what: str) -> bool:
-    """Whether nothing that needs time stands between a muscle's command and its output."""
-    if law_of(muscle.model).command is None:
-        return False
-    values = law_parameters(muscle.model)
-    if muscle.model.kind == "mckibben":
-        return values["pressure_time_constant"] == 0.0
-    kind = muscle.model.kind
-    return what == "tension" and (kind in _WITHOUT_STATES or kind not in _AT_START)
+def _follows_at_once(muscle: Muscle) -> bool:
+    """Whether nothing that needs time stands between a muscle's command and its outputs."""
+    law = law_of(muscle.model)
+    if law.command is None or not law.states:
+        return law.command is not None
+    return bool(law.at_once and evaluated(law.at_once, law_parameters(muscle.model)))
 
 
 def _inverted(robot: Robot, names: Mapping[str, Sequence[str]]) -> dict[str, Names]:

@@ -7,12 +7,13 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot, Vector3
 from addin_sdfusion.robot.model import tension_laws
+from addin_sdfusion.robot.model.laws import TENSION_LAWS
 from addin_sdfusion.robot.model.tension_laws import law_of
 
 from .arrays import FloatArray
 from .composite_inertia import CompositeInertia
 from .frames import MovingFrame, Place, moving_frames
-from .library import law_parameters, pack_blob
+from .library import pack_blob
 from .loop_fields import closures, loop_fields
 from .path_fields import path_counts, path_fields
 from .refusals import refuse_uncomputed
@@ -78,7 +79,7 @@ def _tree_fields(frames: list[MovingFrame]) -> Fields:
 
 
 def _law_fields(robot: Robot) -> dict[str, ArrayLike]:
-    kinds = list(law_parameters())
+    kinds = list(TENSION_LAWS)
     in_core = ["ideal" if m.model.own else law_of(m.model).kind for m in robot.muscles]
     values = [tension_laws.muscle_parameters(muscle) for muscle in robot.muscles]
     return {

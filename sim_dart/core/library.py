@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import CardsflowError, InputError
+from addin_sdfusion.robot.model.laws import TENSION_LAWS
 
 from .arrays import FloatArray, IntArray
+from .law_headers import law_names
 
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 _HEADER = struct.Struct("<IIIIQ")
@@ -33,7 +35,7 @@ def library() -> ctypes.PyDLL:
     Loaded with the Python lock held during calls: they take microseconds.
 
     Raises:
-        CardsflowError: The library is missing.
+        CardsflowError: The library is missing, or was compiled with other tension laws.
     """
     root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR", Path(__file__).parents[2]))
     path = root / "sim_dart" / "lib" / f"cardsflow_core{_SUFFIX}"
@@ -42,6 +44,8 @@ def library() -> ctypes.PyDLL:
     core = ctypes.PyDLL(str(path))
     pointer, size = ctypes.c_void_p, ctypes.c_size_t
     core.core_layout.restype = core.core_laws.restype = ctypes.c_char_p
+    if core.core_laws().decode() != law_names(TENSION_LAWS.values()):
+        raise CardsflowError(f"{path} has other tension laws; reinstall cardsflow to compile it")
     core.core_layout_hash.restype = core.core_version.restype = ctypes.c_uint32
     core.core_size.argtypes = [pointer, size, ctypes.c_char_p, size]
     core.core_size.restype = size
@@ -151,13 +155,6 @@ def blob_reals(blob: bytes) -> FloatArray:
             fields.append(np.frombuffer(blob, "<f8", size, at))
         at += len(_padded(bytes((8 if kind == "real" else 4) * size)))
     return np.concatenate(fields)
-
-
-@cache
-def law_parameters() -> dict[str, tuple[str, ...]]:
-    """The tension laws of the library, in its order, each with its parameters in order."""
-    lines = (line.split() for line in library().core_laws().decode().splitlines())
-    return {line[1]: tuple(line[2:]) for line in lines}
 
 
 class Core:

@@ -7,9 +7,6 @@ from collections.abc import Iterator
 from addin_sdfusion.robot import InputError, Muscle, Robot, WrapSurface, limits
 from addin_sdfusion.robot.model.tension_laws import law_of
 
-_PUSHING = ("passive_spring", "tendon_spring")
-"""Laws whose tension may be negative."""
-
 LONGEST_HALF_AXIS = 10.0
 """As of layout.h: over longer ellipsoids the search for the shortest path may fail."""
 
@@ -53,7 +50,7 @@ def _uncomputed(muscle: Muscle, long: set[str]) -> Iterator[str]:
         yield "wraps beside a via point whose condition is smoothed"
     if muscle.bend_friction and _has_route(muscle):
         yield "friction on a path with conditions, moving points, branches, terms or wrap rules"
-    if muscle.bend_friction and law_of(muscle.model).kind in _PUSHING:
+    if muscle.bend_friction and law_of(muscle.model).pushes:
         yield f"friction of a {law_of(muscle.model).kind}, which pushes,"
     if muscle.pulley is not None and _has_route(muscle):
         yield "a pulley at the base with conditions, moving points, branches, terms or wrap rules"

@@ -1,6 +1,5 @@
 /* The handle: its memory, its arrays, and the calls that a step makes. */
 #include "blob/blob.h"
-#include "blob/law_parameters.h"
 #include "kinematics/tree.h"
 #include "laws/laws.h"
 #include "paths/paths.h"
@@ -40,7 +39,7 @@ core *core_open(const void *blob, size_t size, void *memory)
 #define PLACE(name, length) c->name = at, at += length;
     STATE_ARRAYS(PLACE)
 #undef PLACE
-    for (int32_t k = 0; k < view.counts.muscles; k++) c->has_laws |= view.law_kind[k] != KIND_IDEAL;
+    for (int32_t k = 0; k < view.counts.muscles; k++) c->has_laws |= view.law_kind[k] != KIND_ideal;
     c->has_laws |= view.counts.bends > 0;
     c->is_driven = wide > 0;
     for (int32_t j = 0; j < view.counts.dofs; j++) c->has_friction |= view.friction[j] != 0;

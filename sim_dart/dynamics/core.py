@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.model.tension_laws import law_of
 from sim_dart.core.arrays import BoolArray, FloatArray, finite
 from sim_dart.core.mass_check import require_inertia
 
@@ -35,7 +36,7 @@ class CoreDynamics(RobotDynamics):
         )
         self._qdd, self._biases = core.array("qdd", n), core.array("task_bias", 3 * k)
         forces = any(c.limit_force for c in robot.coordinates)
-        forces |= any(muscle.model.kind == "heavy_cable" for muscle in robot.muscles)
+        forces |= any(law_of(muscle.model).sags for muscle in robot.muscles)
         self._has_more = forces or bool(robot.driven_joints)  # in G, and not of q's springs alone
         self._armature = np.array([c.armature for c in robot.coordinates]).tobytes()
         if not may_be_singular:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from ...muscles.rows import NAMED_COLORS
-from ...robot.model.tension_laws import TENSION_LAWS
+from ...robot.model.laws import TENSION_LAWS
 from ..dialogs import Dialog, Example, Input
 
 NEW_MUSCLE = "+ New muscle"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from ...muscles.rows import NAMED_COLORS, TaskRow
+from ...robot.model.laws.law import Parameter
 from ...robot.model.muscle import CableModel
 from ...robot.model.pose import Vector3
 from ...robot.model.robot import WORLD
 from ...robot.model.tension_laws import law_of
-from ...robot.model.tension_parameters import Parameter
 from ..inputs import Cell, Inputs
 from .dialog import (
     INSIDE,

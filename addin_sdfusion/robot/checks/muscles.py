@@ -9,9 +9,10 @@ from itertools import pairwise
 
 from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, error, unknown, warning
+from ..model.laws import TENSION_LAWS
 from ..model.muscle import BasePulley, Muscle
 from ..model.robot import WORLD, Robot
-from ..model.tension_laws import TENSION_LAWS, law_of
+from ..model.tension_laws import law_of
 
 MOST_FRICTION, MOST_PRESLIDING = 2.0, 0.1
 """Largest coefficient of friction of a cable; dry rubber has about 1."""
@@ -127,7 +128,7 @@ def _coefficients(muscle: Muscle) -> Iterator[tuple[str, float]]:
 
 def _hanging(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     """A heavy cable is free between two points."""
-    if muscle.model.kind != "heavy_cable":
+    if not law_of(muscle.model).sags:
         return
     points = muscle.via_points
     other = {
@@ -140,7 +141,9 @@ def _hanging(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     }
     found = [what for what, has in other.items() if has]
     if found:
-        problem = f"a heavy_cable hangs between two via points; it cannot have {', '.join(found)}"
+        problem = (
+            f"a {muscle.model.kind} hangs between two via points; it cannot have {', '.join(found)}"
+        )
         yield error(subject, "heavy-cable-path", problem)
 
 

@@ -8,14 +8,16 @@ from collections.abc import Iterator
 from ..caspr_vocabulary import CASPR_PULLEYS
 from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, error, unknown, warning
+from ..model.laws import TENSION_LAWS
 from ..model.link_poses import initial_poses
 from ..model.muscle import BasePulley, Muscle
 from ..model.pose import Pose, Vector3
 from ..model.robot import Robot
 from ..model.rotations import apply, compose, inverse, subtract
-from ..model.tension_laws import WINCHES, law_of
+from ..model.tension_laws import law_of
 
 _OF_BEARING = ("inertia", "bearing_friction")
+_WITH_DRUM = [law.kind for law in TENSION_LAWS.values() if law.has_drum]
 MOST_RADIUS = 4.0
 """Largest radius of a pulley, in [m]; those of cableways have up to 3."""
 
@@ -99,9 +101,9 @@ def _is_inside(pulley: BasePulley, start: Vector3, end: Vector3) -> bool:
 
 def _bearing(subject: Subject, muscle: Muscle, pulley: BasePulley) -> Iterator[Finding]:
     given = [name for name in _OF_BEARING if pulley.number(name)]
-    if given and law_of(muscle.model).kind not in WINCHES:
+    if given and not law_of(muscle.model).has_drum:
         problem = f"{' and '.join(given)} of its pulley need a winch to bear them; give the muscle "
-        problem += f"the law {' or '.join(WINCHES)}, or leave them out"
+        problem += f"the law {' or '.join(_WITH_DRUM)}, or leave them out"
         yield error(subject, "pulley-without-winch", problem)
 
 

@@ -4,33 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
+from .laws import TENSION_LAWS
 from .muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
 from .pose import IDENTITY, Pose, Vector3
 
-CableKind = Literal[
-    "ideal",
-    "elastic_cable",
-    "series_elastic_motor",
-    "mckibben",
-    "hill_degroote2016",
-    "hill_millard2012",
-    "hill_thelen2003",
-    "hill_schutte1993",
-    "ligament_blankevoort1991",
-    "mujoco_muscle",
-    "passive_spring",
-    "path_spring",
-    "tendon_spring",
-    "winch",
-    "winch_position",
-    "heavy_cable",
-    "linear_spring",
-    "vsd_torsion",
-    "vsd_flexure",
-    "vsd_polynomial",
-]
+_CASPRS = ("linear_spring", "vsd_torsion", "vsd_flexure", "vsd_polynomial")
+"""Cables of CASPR that are described and not simulated."""
+
+if TYPE_CHECKING:
+    CableKind: TypeAlias = str
+else:  # readers and schemas take the names from here
+    CableKind = Literal[(*TENSION_LAWS, *_CASPRS)]
 Side = Literal[-1, 0, 1]
 WrapShape = Literal["sphere", "cylinder", "ellipsoid"]
 WrapRule = Literal["taut", "mujoco", "opensim"]
@@ -76,7 +62,7 @@ class OwnTension:
 class CableModel:
     """How a muscle's tension follows from its command, length and speed.
 
-    The laws of `tension_laws` are simulated. CASPR's `linear_spring` and variable-stiffness cables
+    The laws of `laws` are simulated. CASPR's `linear_spring` and variable-stiffness cables
     are kept in the description and simulated as ideal, as CASPR does it: `check` says so.
 
     Attributes:

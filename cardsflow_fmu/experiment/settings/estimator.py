@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from addin_sdfusion.robot import InputError, Pose, Robot
+from addin_sdfusion.robot.model.tension_laws import law_of
 from cardsflow_fmu.config.file import read_settings
 from cardsflow_fmu.config.names import each
 from cardsflow_fmu.config.table import (
@@ -223,7 +224,7 @@ def read_estimator(
         what = f"joint {loop.name!r} closes a loop, which the estimator does not know of"
         raise context.error("estimator", what)
     for muscle in robot.muscles:
-        if muscle.model.kind == "heavy_cable":
+        if law_of(muscle.model).sags:
             what = f"muscle {muscle.name!r} sags, and lengths tell the estimator of straight paths"
             raise context.error("estimator", what)
     links = [link.name for link in robot.links]

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -24,9 +24,10 @@ from pydantic_core import CoreSchema, core_schema
 from addin_sdfusion.robot import InputError, Muscle, Robot, RobotError, UnknownNameError
 from addin_sdfusion.robot.checks.check import check
 from addin_sdfusion.robot.checks.muscles import MOST_FRICTION, MOST_PRESLIDING
-from addin_sdfusion.robot.model.muscle import CableKind, CableModel, OwnTension
-from addin_sdfusion.robot.model.tension_laws import PRESETS, TENSION_LAWS
-from addin_sdfusion.robot.model.tension_parameters import Parameter
+from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws.law import Parameter
+from addin_sdfusion.robot.model.muscle import CableModel, OwnTension
+from addin_sdfusion.robot.model.tension_laws import PRESETS
 from cardsflow_fmu.config.key_path import by_name
 from cardsflow_fmu.config.messages import SettingError, joined
 from cardsflow_fmu.config.table import Context, FromZero, Short, Table, setting
@@ -307,7 +308,7 @@ def _model(given: dict[str, Any], own: CableModel) -> CableModel:
     parameters = dict(base.parameters) | given
     for parameter in TENSION_LAWS[kind].parameters:
         _check(parameter, parameters.get(parameter.name, parameter.default), kind)
-    return CableModel(cast(CableKind, kind), tuple(parameters.items()))
+    return CableModel(kind, tuple(parameters.items()))
 
 
 def _own_model(law: OwnLaw, given: Mapping[str, Any]) -> CableModel:

@@ -2,16 +2,14 @@
 #include "blob.h"
 
 #include "../core.h"
+#include "../../generated/law_parameters.h"
 #include "checks/check_cable_friction.h"
 #include "checks/check_paths.h"
 #include "checks/check_robot.h"
-#include "law_parameters.h"
 #include "layout_hash.h"
 #include "message.h"
 
 #define LAYOUT_COUNT(name, largest) "count " #name "\n"
-#define PARAMETER_NAME(name) " " #name
-#define LAYOUT_LAW(kind, law, parameters) "law " #kind parameters(PARAMETER_NAME) "\n"
 #define LAYOUT_FIELD(type, name, per_item, count) #type " " #name " " #per_item " " #count "\n"
 
 const char *core_layout(void)
@@ -21,7 +19,7 @@ const char *core_layout(void)
 
 const char *core_laws(void)
 {
-    return LAWS(LAYOUT_LAW);
+    return LAW_NAMES;
 }
 
 uint32_t core_layout_hash(void)

@@ -3,6 +3,7 @@
 #define CARDSFLOW_STATE_H
 
 #include "../core.h"
+#include "../../generated/law_parameters.h"
 #include "layout.h"
 
 /* The numbers of what there is, as STATE_ARRAYS names them. */
@@ -148,7 +149,7 @@
     ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
 
 /* Of a muscle, see laws.c. */
-#define REACH_NUMBERS 9
+#define REACH_NUMBERS (6 + MOST_LAW_STATES)
 
 /* Seven vectors and an angle: see core_trace. */
 #define CONTACT_NUMBERS 22

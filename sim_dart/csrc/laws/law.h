@@ -1,20 +1,19 @@
 /* Tension laws: command u, path length l, its rate v and the law's own states x -> tension f and x'.
 
-   A law is one file with pure functions, and a line in law_parameters.h. What it makes of its parameters once
-   are its constants k, which begin in every law as enum law_constant says.                            */
+   A law is one file with pure functions, and an entry in the table addin_sdfusion/robot/model/laws, of which
+   the build makes its struct of parameters and its law_entry. What it makes of its parameters once are its
+   constants k, which begin in every law as enum law_constant says.                                    */
 #ifndef CARDSFLOW_LAW_H
 #define CARDSFLOW_LAW_H
 
-#include "../blob/law_parameters.h"
+#include "../../generated/law_parameters.h"
 #include "../numbers/real_functions.h"
 
 #include <stddef.h>
 
 /* Smallest and largest command; how many states there are, and how far off the constants k are that this
-   muscle shares with others (see shared_from): both set by laws_prepare; the law's own.                 */
+   muscle shares with others (see shared_from): all set by laws_prepare; the law's own.                  */
 enum law_constant { LAW_LOW = 0, LAW_HIGH, LAW_STATES, LAW_SHARED, LAW_OWN };
-
-#define MOST_LAW_STATES 3
 
 /* How a cable is stretched that stretches all along its path: by how much in all, in [m], from 0 on; newtons a metre of
    that; and how much of it lies beside the path, in front of its first point, in [m].                     */
@@ -25,26 +24,20 @@ typedef struct {
 /* Nothing real pulls harder, in [N]: keeps a state that runs away a number. */
 #define LARGEST_TENSION 1e15
 
-/* The parameters of a law by name, as they lie in a blob: struct { X_PARAMETERS(PARAMETER) }. */
-#define PARAMETER(name) real name;
-#define PARAMETER_COUNT(type) (sizeof(type) / sizeof(real))
-
 typedef struct {
-    int parameters, constants;
+    int constants;
     /* Muscles in a row that agree in all parameters from this one on look at one of them for what it makes
        of these (law_shared), which so stays at hand; 0 if there is nothing of the kind.                 */
     int shared_from;
-    int driven; /* has a command */
     int moves_along; /* its command is a position, which moves along with the path: see core_invert */
     int is_rough; /* its tension is rounded by more than a few sums: of many substeps, or at a root */
-    int pushes; /* its tension may be negative */
     int is_hill; /* its constants and states are those of hill.h */
-    /* What is wrong with finite parameters, or NULL; NULL if nothing can be. */
+    /* What is wrong with parameters that are as the table asks, or NULL; NULL if nothing can be. */
     const char *(*refusal)(const void *parameters);
+    /* Sets the law's own constants; NULL for one without. */
     void (*prepare)(const void *parameters, real *k);
     real (*tension)(const real *k, const real *x, real l, real v, real u);
-    /* The next four are NULL for a law without states. */
-    int (*states)(const void *parameters);
+    /* The next three are NULL for a law without states. */
     void (*rates)(const real *k, const real *x, real l, real v, real u, real *xd);
     void (*start)(const real *k, real l, real u, real *x);
     /* x after a time h, while l grows by v h. */
@@ -62,13 +55,26 @@ typedef struct {
     real (*curve)(const real *k, const char *name, real x, real *slope);
 } tension_law;
 
-/* TENSION_LAW(X) = {...} defines a law. */
+/* A law in the table. */
+typedef struct {
+    const char *name;
+    const tension_law *law;
+    int parameters;
+    int driven; /* has a command */
+    int pushes; /* its tension may be negative */
+    /* What is wrong with parameters, or NULL; NULL for a law without parameters. */
+    const char *(*refusal)(const void *parameters);
+    /* How many states it has; NULL for none. */
+    int (*states)(const void *parameters);
+    /* Sets k[LAW_LOW] and k[LAW_HIGH]. */
+    void (*range)(const void *parameters, real *k);
+} law_entry;
+
+/* TENSION_LAW(kind) = {...} defines a law; the table declares it. */
 #if defined(CARDSFLOW_TANGENT)
-#define TENSION_LAW(law) static const tension_law LAW_##law
-#define DECLARE_LAW(kind, law, parameters) TENSION_LAW(law);
+#define TENSION_LAW(kind) static const tension_law LAW_##kind
 #else
-#define TENSION_LAW(law) const tension_law LAW_##law
-#define DECLARE_LAW(kind, law, parameters) extern TENSION_LAW(law);
+#define TENSION_LAW(kind) const tension_law LAW_##kind
 #endif
 /* What is called when a robot is opened, or from outside: a handle with tangents is a copy of a plain one. */
 #if defined(CARDSFLOW_TANGENT)
@@ -76,8 +82,6 @@ typedef struct {
 #else
 #define WHEN_OPENED(function) function
 #endif
-LAWS(DECLARE_LAW)
-#undef DECLARE_LAW
 
 static inline const real *law_shared(const real *k)
 {
@@ -87,14 +91,6 @@ static inline const real *law_shared(const real *k)
 static inline real clamped(real x, real low, real high)
 {
     return value_of(x) < value_of(low) ? low : value_of(x) > value_of(high) ? high : x;
-}
-
-/* In SI units: what no cable and no winch has, and what is computed with still. */
-#define LARGEST_GIVEN ((real)1e9)
-
-static inline int is_within(real x, real low)
-{
-    return value_of(x) >= value_of(low) && value_of(x) <= value_of(LARGEST_GIVEN);
 }
 
 /* A number of steps, from 1 to the most; what is not a number is 1, as no integer may be made of it. */

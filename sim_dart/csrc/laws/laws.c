@@ -13,13 +13,7 @@
 #include <math.h>
 #include <string.h>
 
-#define LAW_POINTER(kind, law, parameters) &LAW_##law,
-static const tension_law *const LAW_TABLE[] = {LAWS(LAW_POINTER)};
-#undef LAW_POINTER
-
-#define LAW_NAME(kind, law, parameters) #kind,
-static const char *const LAW_NAMES[] = {LAWS(LAW_NAME)};
-#undef LAW_NAME
+#include "../../generated/law_table.h"
 
 int laws_check(blob_view *view, char *message, size_t capacity)
 {
@@ -30,23 +24,21 @@ int laws_check(blob_view *view, char *message, size_t capacity)
         const int32_t kind = view->law_kind[m];
         if (kind < 0 || kind >= LAW_KINDS)
             return refuse(message, capacity, "muscle %d: unknown tension law %d", (int)m, (int)kind);
-        const tension_law *law = LAW_TABLE[kind];
-        left -= law->parameters;
+        const law_entry *entry = LAW_TABLE + kind;
+        const tension_law *law = entry->law;
+        left -= entry->parameters;
         if (left < 0) break;
-        for (int i = 0; i < law->parameters; i++)
-            if (!isfinite(p[i]))
-                return refuse(message, capacity, "muscle %d: %s: parameter %d is not finite", (int)m,
-                              LAW_NAMES[kind], i);
-        const char *wrong = law->refusal ? law->refusal(p) : NULL;
-        if (wrong) return refuse(message, capacity, "muscle %d: %s: %s", (int)m, LAW_NAMES[kind], wrong);
-        if (view->muscle_bends[m] && law->pushes)
-            return refuse(message, capacity, "muscle %d: %s pushes, and so has no friction in bends", (int)m, LAW_NAMES[kind]);
+        const char *wrong = entry->refusal ? entry->refusal(p) : NULL;
+        if (!wrong && law->refusal) wrong = law->refusal(p);
+        if (wrong) return refuse(message, capacity, "muscle %d: %s: %s", (int)m, entry->name, wrong);
+        if (view->muscle_bends[m] && entry->pushes)
+            return refuse(message, capacity, "muscle %d: %s pushes, and so has no friction in bends", (int)m, entry->name);
         if (law->place && view->muscle_points[m] != 2)
-            return refuse(message, capacity, "muscle %d: %s hangs between two via points", (int)m, LAW_NAMES[kind]);
-        states += law->states ? law->states(p) : 0;
+            return refuse(message, capacity, "muscle %d: %s hangs between two via points", (int)m, entry->name);
+        states += entry->states ? entry->states(p) : 0;
         if (law->stretch) view->stretches += view->muscle_bends[m];
         constants += law->constants;
-        p += law->parameters;
+        p += entry->parameters;
     }
     if (left) return refuse(message, capacity, "the laws' parameters do not add up");
     view->law_states = (int32_t)states + view->stretches + view->counts.bends, view->law_constants = (int32_t)constants;
@@ -55,6 +47,7 @@ int laws_check(blob_view *view, char *message, size_t capacity)
 
 /* A walk over the muscles, with where each one's numbers stand. */
 typedef struct {
+    const law_entry *entry;
     const tension_law *law;
     const real *p;
     real *k, *x, *xd;
@@ -64,7 +57,7 @@ typedef struct {
 static int found_muscle(const core *c, muscle_law *at)
 {
     if (at->m >= c->blob.counts.muscles) return 0;
-    at->law = LAW_TABLE[c->blob.law_kind[at->m]];
+    at->entry = LAW_TABLE + c->blob.law_kind[at->m], at->law = at->entry->law;
     at->states = (int32_t)at->k[LAW_STATES];
     return 1;
 }
@@ -78,7 +71,7 @@ static int first_muscle(const core *c, muscle_law *at)
 
 static int next_muscle(const core *c, muscle_law *at)
 {
-    at->m++, at->p += at->law->parameters, at->k += at->law->constants;
+    at->m++, at->p += at->entry->parameters, at->k += at->law->constants;
     at->x += at->states, at->xd += at->states;
     return found_muscle(c, at);
 }
@@ -89,7 +82,7 @@ static int next_muscle(const core *c, muscle_law *at)
 static void share(const muscle_law *before, muscle_law *at)
 {
     if (!at->law->shared_from || before->law != at->law) return;
-    for (int i = at->law->shared_from; i < at->law->parameters; i++)
+    for (int i = at->law->shared_from; i < at->entry->parameters; i++)
         if (before->p[i] != at->p[i]) return;
     const ptrdiff_t away = law_shared(before->k) - at->k;
     at->k[LAW_SHARED] = (real)away;
@@ -112,9 +105,10 @@ void laws_prepare(core *c)
 {
     muscle_law at, before = {0};
     for EACH_MUSCLE (c, &at) {
-        at.law->prepare(at.p, at.k);
+        at.entry->range(at.p, at.k);
+        if (at.law->prepare) at.law->prepare(at.p, at.k);
         reach_of(c, &at)->is_known = 0;
-        at.k[LAW_STATES] = at.law->states ? at.law->states(at.p) : 0;
+        at.k[LAW_STATES] = at.entry->states ? at.entry->states(at.p) : 0;
         share(&before, &at);
         before = at;
         c->has_weight |= at.law->place != NULL;
@@ -123,13 +117,13 @@ void laws_prepare(core *c)
 
 static real command(const muscle_law *at, const real *u)
 {
-    return at->law->driven ? clamped(u[at->m], at->k[LAW_LOW], at->k[LAW_HIGH]) : 0;
+    return at->entry->driven ? clamped(u[at->m], at->k[LAW_LOW], at->k[LAW_HIGH]) : 0;
 }
 
 /* Whether it is a cable with friction that stretches all along. */
 static int does_stretch(const core *c, int32_t m)
 {
-    return c->blob.stretches && LAW_TABLE[c->blob.law_kind[m]]->stretch && c->blob.muscle_bends[m];
+    return c->blob.stretches && LAW_TABLE[c->blob.law_kind[m]].law->stretch && c->blob.muscle_bends[m];
 }
 
 /* The length of a path as its law sees it, at the driven end. */
@@ -145,14 +139,14 @@ static int bad_command(const core *c, const real *u)
     for (int32_t m = 0; m < c->blob.counts.muscles; m++) sum += 0 * u[m];
     if (sum == 0) return 0;
     for (int32_t m = 0; m < c->blob.counts.muscles; m++)
-        if (!isfinite(u[m]) && LAW_TABLE[c->blob.law_kind[m]]->driven) return 1 + m;
+        if (!isfinite(u[m]) && LAW_TABLE[c->blob.law_kind[m]].driven) return 1 + m;
     return 0;
 }
 
 static real bounded_tension(const muscle_law *at, const real *x, real l, real v, real u)
 {
     const real f = at->law->tension(at->k, x, l, v, u);
-    return clamped(f, at->law->pushes ? -LARGEST_TENSION : 0, LARGEST_TENSION);
+    return clamped(f, at->entry->pushes ? -LARGEST_TENSION : 0, LARGEST_TENSION);
 }
 
 void laws_place(core *c)
@@ -363,12 +357,12 @@ void core_reach(core *c, real h)
     muscle_law at;
     for EACH_MUSCLE (c, &at) {
         real *low = c->force_low + at.m, *high = c->force_high + at.m;
-        if (c->blob.law_kind[at.m] == KIND_IDEAL) {
+        if (c->blob.law_kind[at.m] == KIND_ideal) {
             *low = 0, *high = INFINITY;
             continue;
         }
         const real a = tension_after(c, &at, at.k[LAW_LOW], h, h);
-        const real b = at.law->driven ? tension_after(c, &at, at.k[LAW_HIGH], h, h) : a;
+        const real b = at.entry->driven ? tension_after(c, &at, at.k[LAW_HIGH], h, h) : a;
         *low = smaller(a, b), *high = larger(a, b);
         keep_reach(c, &at, h, a, b);
     }
@@ -455,9 +449,9 @@ int core_invert(core *c, const real *f, real h, real held)
         if (!isfinite(f[m])) return 1 + m;
     muscle_law at;
     for EACH_MUSCLE (c, &at) {
-        if (!at.law->driven)
+        if (!at.entry->driven)
             c->commands[at.m] = 0;
-        else if (c->blob.law_kind[at.m] == KIND_IDEAL)
+        else if (c->blob.law_kind[at.m] == KIND_ideal)
             c->commands[at.m] = larger(f[at.m], 0);
         else
             c->commands[at.m] = inverted(c, &at, f[at.m], h, held);

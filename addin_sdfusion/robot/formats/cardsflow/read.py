@@ -316,7 +316,7 @@ def _cable_model(node: Node) -> CableModel:
         child.error("unsupported-cable", f"kind {shortened(kind)} is none of {known}")
         return CableModel()
     rows = [(name, values[0]) for name, values in _parameters(child) if len(values) == 1]
-    return CableModel(cast(CableKind, kind or "ideal"), tuple(rows))
+    return CableModel(kind or "ideal", tuple(rows))
 
 
 def _base_pulley(node: Node) -> BasePulley | None:

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 
 from ...finding import Subject
 from ...model.joint import Coordinate, Joint
+from ...model.laws import TENSION_LAWS
 from ...model.muscle import CableKind, CableModel, Muscle, ViaPoint, Wrap, WrapSurface
 from ...model.muscle_path import Branch, CoordinateTerm
-from ...model.tension_laws import TENSION_LAWS
 from ...transforms.joint_chains import Names
 from ..reading.xml import Node
 from .compiled import Compiled, Row, transform, vector

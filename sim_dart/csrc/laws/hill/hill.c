@@ -7,35 +7,13 @@
 #include <math.h>
 #include <string.h>
 
-typedef struct {
-    HILL_PARAMETERS(PARAMETER)
-} hill_parameters;
+/* What all of Hill's type begin with, which is all but one of Schutte's parameters. */
+typedef hill_schutte1993_parameters hill_parameters;
 
 /* Last steps of Newton's rule, in optimal fibre lengths and in largest contraction velocities. */
 #define LAST_HILL_STEP PRECISE(1e-8, 1e-4)
 /* Fibre velocities are looked for within this many largest contraction velocities. */
 #define LARGEST_VELOCITY 1e6
-
-const char *hill_refusal(const void *parameters)
-{
-    const hill_parameters *p = parameters;
-    if (!(value_of(p->max_isometric_force) > 0)) return "max_isometric_force must be positive";
-    if (!(value_of(p->optimal_fibre_length) > 0)) return "optimal_fibre_length must be positive";
-    if (value_of(p->tendon_slack_length) < 0) return "tendon_slack_length must not be negative";
-    if (value_of(p->pennation_at_optimal) < 0 || value_of(p->pennation_at_optimal) > 1.47)
-        return "pennation_at_optimal must be from 0 to 1.47 rad";
-    /* not so small that speeds over it are infinite */
-    if (!(value_of(p->max_contraction_velocity) > 1e-30)) return "max_contraction_velocity must be positive";
-    if (!(value_of(p->activation_time_constant) > 0)) return "activation_time_constant must be positive";
-    if (!(value_of(p->deactivation_time_constant) > 0))
-        return "deactivation_time_constant must be positive";
-    if (value_of(p->minimum_activation) < 0 || value_of(p->minimum_activation) > 1)
-        return "minimum_activation must be from 0 to 1";
-    if (p->elastic_tendon != 0 && p->elastic_tendon != 1) return "elastic_tendon must be 0 or 1";
-    if (p->elastic_tendon && !(value_of(p->tendon_slack_length) > 0))
-        return "an elastic tendon needs a positive tendon_slack_length";
-    return NULL;
-}
 
 void hill_prepare(const void *parameters, real shortest, real steepest, real damping, real smoothing,
                   real *k)
@@ -43,7 +21,6 @@ void hill_prepare(const void *parameters, real shortest, real steepest, real dam
     const hill_parameters *p = parameters;
     const real optimum = p->optimal_fibre_length;
     const real height = optimum * sine(p->pennation_at_optimal);
-    k[LAW_LOW] = 0, k[LAW_HIGH] = 1;
     k[HILL_FORCE] = p->max_isometric_force, k[HILL_OPTIMUM] = optimum;
     k[HILL_SLACK] = p->tendon_slack_length, k[HILL_HEIGHT2] = height * height;
     k[HILL_SPEED] = p->max_contraction_velocity * optimum, k[HILL_DAMPING] = damping;
@@ -54,12 +31,6 @@ void hill_prepare(const void *parameters, real shortest, real steepest, real dam
     k[HILL_RISE] = 1 / p->activation_time_constant;
     k[HILL_FALL] = 1 / p->deactivation_time_constant;
     k[HILL_LEAST_ACTIVATION] = p->minimum_activation, k[HILL_SMOOTHING] = smoothing;
-}
-
-int hill_states(const void *parameters)
-{
-    const hill_parameters *p = parameters;
-    return p->elastic_tendon ? 2 : 1;
 }
 
 /* Fibre force over F0, along the fibre; with its derivatives by fibre length [1/m] and velocity. */

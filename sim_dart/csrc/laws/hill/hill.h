@@ -32,8 +32,6 @@ static const real HILL_STAGE = 0.2928932188134524756; /* 1 - 1 / sqrt(2) */
 /* Fibres stay longer than `shortest` optimal lengths, and their angle below `steepest`. */
 CORE_INSIDE void hill_prepare(const void *parameters, real shortest, real steepest, real damping,
                               real smoothing, real *k);
-CORE_INSIDE const char *hill_refusal(const void *parameters);
-CORE_INSIDE int hill_states(const void *parameters);
 CORE_INSIDE real hill_elastic_tension(const hill_curves *f, const real *k, const real *x, real l);
 CORE_INSIDE void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real v, real u,
                             real *xd);
@@ -92,13 +90,9 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
         return hill_curve_by_name(&law##_curves, k, name, x, slope);                                   \
     }
 
-#define HILL_LAW(law, constant_count, shared)                                                          \
-    {                                                                                                  \
-        .parameters = PARAMETER_COUNT(law##_parameters), .constants = constant_count, .driven = 1,     \
-        .refusal = WHEN_OPENED(law##_refusal), .prepare = WHEN_OPENED(law##_prepare),                  \
-        .tension = law##_tension, .states = WHEN_OPENED(hill_states), .rates = law##_rates,            \
-        .start = law##_start, .advance = law##_advance, .curve = WHEN_OPENED(law##_curve),             \
-        .is_hill = 1, .shared_from = shared                                                            \
-    }
+#define HILL_LAW(law, constant_count)                                                                  \
+    .constants = constant_count, .prepare = WHEN_OPENED(law##_prepare), .tension = law##_tension,      \
+    .rates = law##_rates, .start = law##_start, .advance = law##_advance,                              \
+    .curve = WHEN_OPENED(law##_curve), .is_hill = 1
 
 #endif

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import cast
 
 from ....checks.driven import function_fault
 from ....finding import Subject
 from ....model import function
+from ....model.laws import TENSION_LAWS
 from ....model.muscle import CableKind, CableModel, Muscle
 from ....model.schutte_curves import RANGES, SCHUTTES_CURVES
-from ....model.tension_laws import TENSION_LAWS
 from ...reading.xml import Node
 from ..writing.muscles import (
     CLASSES,
@@ -25,7 +24,7 @@ from .functions import read_terms
 from .paths import Surroundings, geometry_path, read_points, read_wraps
 
 KINDS: dict[str, CableKind] = {
-    **{class_: cast(CableKind, kind) for kind, class_ in CLASSES.items()},
+    **{class_: kind for kind, class_ in CLASSES.items()},
     "PathActuator": "ideal",
 }
 DEFAULTS: dict[str, dict[str, float]] = {

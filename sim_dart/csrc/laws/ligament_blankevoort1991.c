@@ -6,12 +6,6 @@
    three-dimensional model of the knee.                                                                */
 #include "law.h"
 
-#include <stddef.h>
-
-typedef struct {
-    LIGAMENT_PARAMETERS(PARAMETER)
-} ligament_parameters;
-
 enum {
     LIGAMENT_STIFFNESS = LAW_OWN,
     LIGAMENT_TOE,
@@ -22,19 +16,9 @@ enum {
 
 static const real FULL_DAMPING = 0.01;
 
-static const char *ligament_refusal(const void *parameters)
-{
-    const ligament_parameters *p = parameters;
-    if (value_of(p->linear_stiffness) < 0) return "linear_stiffness must not be negative";
-    if (!(value_of(p->transition_strain) > 0)) return "transition_strain must be positive";
-    if (value_of(p->damping_coefficient) < 0) return "damping_coefficient must not be negative";
-    return value_of(p->slack_length) > 0 ? NULL : "slack_length must be positive";
-}
-
 static void ligament_prepare(const void *parameters, real *k)
 {
-    const ligament_parameters *p = parameters;
-    k[LAW_LOW] = k[LAW_HIGH] = 0;
+    const ligament_blankevoort1991_parameters *p = parameters;
     k[LIGAMENT_STIFFNESS] = p->linear_stiffness, k[LIGAMENT_TOE] = p->transition_strain;
     k[LIGAMENT_DAMPING] = p->damping_coefficient, k[LIGAMENT_SLACK_LENGTH] = p->slack_length;
 }
@@ -57,10 +41,8 @@ static real ligament_tension(const real *k, const real *x, real l, real v, real 
                            : spring;
 }
 
-TENSION_LAW(LIGAMENT) = {
-    .parameters = PARAMETER_COUNT(ligament_parameters),
+TENSION_LAW(ligament_blankevoort1991) = {
     .constants = LIGAMENT_CONSTANTS,
-    .refusal = WHEN_OPENED(ligament_refusal),
     .prepare = WHEN_OPENED(ligament_prepare),
     .tension = ligament_tension,
 };

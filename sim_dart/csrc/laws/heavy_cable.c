@@ -17,11 +17,6 @@
 #include "law.h"
 
 #include <math.h>
-#include <stddef.h>
-
-typedef struct {
-    HEAVY_CABLE_PARAMETERS(PARAMETER)
-} heavy_parameters;
 
 enum {
     HEAVY_STIFFNESS = LAW_OWN, /* EA */
@@ -44,20 +39,9 @@ static const real LEAST_WEIGHT = PRECISE(1e-200, 1e-25);
 static const real MOST_SLACK = PRECISE(80, 35); /* of x */
 static const real ENOUGH_OF_SLACK = PRECISE(1e-9, 1e-4);
 
-static const char *heavy_refusal(const void *parameters)
-{
-    const heavy_parameters *p = parameters;
-    if (!is_within(p->axial_stiffness, (real)1e-3) || !is_within(p->longest_rest_length, (real)1e-9))
-        return "axial_stiffness and longest_rest_length must be above 0, and 1e9 at most";
-    return is_within(p->mass_per_length, 0) && is_within(p->damping, 0)
-               ? NULL
-               : "mass_per_length and damping must not be negative, and 1e9 at most";
-}
-
 static void heavy_prepare(const void *parameters, real *k)
 {
-    const heavy_parameters *p = parameters;
-    k[LAW_LOW] = 0, k[LAW_HIGH] = p->longest_rest_length;
+    const heavy_cable_parameters *p = parameters;
     k[HEAVY_STIFFNESS] = p->axial_stiffness, k[HEAVY_MASS] = p->mass_per_length;
     k[HEAVY_DAMPING] = p->damping;
     k[HEAVY_WEIGHT] = k[HEAVY_RISE] = 0, k[HEAVY_RUN] = 1;
@@ -145,12 +129,9 @@ static real heavy_guess(const real *k, const real *state, real l, real f, real *
     return l * (1 + x * x / 6) / (1 + f / k[HEAVY_STIFFNESS]);
 }
 
-TENSION_LAW(HEAVY_CABLE) = {
-    .parameters = PARAMETER_COUNT(heavy_parameters),
+TENSION_LAW(heavy_cable) = {
     .constants = HEAVY_CONSTANTS,
-    .driven = 1,
     .is_rough = 1,
-    .refusal = WHEN_OPENED(heavy_refusal),
     .prepare = WHEN_OPENED(heavy_prepare),
     .tension = heavy_tension,
     .place = heavy_place,

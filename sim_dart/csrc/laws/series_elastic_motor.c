@@ -17,11 +17,6 @@
 #include "law.h"
 
 #include <math.h>
-#include <stddef.h>
-
-typedef struct {
-    MOTOR_PARAMETERS(PARAMETER)
-} motor_parameters;
 
 enum {
     MOTOR_ELECTRIC = LAW_OWN, /* R / La */
@@ -44,34 +39,7 @@ enum { CURRENT, SPEED, ANGLE, MOTOR_STATES };
 #define LARGEST_CHANGE 0.5
 #define TERMS 18
 #define LONGEST_SUBSTEP 1e-4
-#define MOST_QUICKNESS 1e6
 #define MOST_SUBSTEPS 1000000
-
-static real motor_quickness(const motor_parameters *p)
-{
-    const real J = p->gear_inertia + p->motor_inertia, N = p->gear_ratio;
-    const real R = p->resistance + p->bridge_resistance, r = p->spindle_radius;
-    return R / p->inductance +
-           sqrt(p->back_emf_constant * p->torque_constant / (p->inductance * J)) +
-           sqrt(p->stiffness * r * r / (p->gear_efficiency * N * N * J));
-}
-
-static const char *motor_refusal(const void *parameters)
-{
-    const motor_parameters *p = parameters;
-    const real positive[] = {p->resistance,    p->inductance,     p->torque_constant, p->gear_ratio,
-                             p->motor_inertia, p->spindle_radius, p->stiffness,       p->max_voltage};
-    for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
-        if (!(value_of(positive[i]) > 0))
-            return "resistance, inductance, torque_constant, gear_ratio, motor_inertia, "
-                   "spindle_radius, stiffness and max_voltage must be positive";
-    if (value_of(p->bridge_resistance) < 0 || value_of(p->back_emf_constant) < 0 ||
-        value_of(p->gear_inertia) < 0)
-        return "bridge_resistance, back_emf_constant and gear_inertia must not be negative";
-    if (!(value_of(p->gear_efficiency) > 0 && value_of(p->gear_efficiency) <= 1))
-        return "gear_efficiency must be above 0, and 1 at most";
-    return value_of(motor_quickness(p)) <= MOST_QUICKNESS ? NULL : "it changes faster than 1e6 a second";
-}
 
 static real efficiency(const real *k, real current, real speed)
 {
@@ -81,24 +49,17 @@ static real efficiency(const real *k, real current, real speed)
 
 static void motor_prepare(const void *parameters, real *k)
 {
-    const motor_parameters *p = parameters;
-    const real J = p->gear_inertia + p->motor_inertia, N = p->gear_ratio;
+    const series_elastic_motor_parameters *p = parameters;
+    const real J = series_elastic_motor_J(p), N = p->gear_ratio;
     const real R = p->resistance + p->bridge_resistance, La = p->inductance;
-    k[LAW_LOW] = -p->max_voltage, k[LAW_HIGH] = p->max_voltage;
     k[MOTOR_ELECTRIC] = R / La, k[MOTOR_PER_INDUCTANCE] = 1 / La;
     k[MOTOR_BACK_EMF] = p->back_emf_constant * N / La;
     k[MOTOR_DRIVE] = p->torque_constant / (N * J), k[MOTOR_LOAD] = p->spindle_radius / (N * N * J);
     k[MOTOR_RADIUS] = p->spindle_radius, k[MOTOR_STIFFNESS] = p->stiffness;
     k[MOTOR_REST_LENGTH] = p->rest_length;
-    k[MOTOR_EFFICIENCY] = p->gear_efficiency, k[MOTOR_QUICKNESS] = motor_quickness(p);
+    k[MOTOR_EFFICIENCY] = p->gear_efficiency, k[MOTOR_QUICKNESS] = series_elastic_motor_quickness(p);
     k[MOTOR_PER_RESISTANCE] = 1 / R;
     k[MOTOR_STALL] = efficiency(k, 0, 0) * N * p->torque_constant / (R * p->spindle_radius);
-}
-
-static int motor_states(const void *parameters)
-{
-    (void)parameters;
-    return MOTOR_STATES;
 }
 
 static real elongation(const real *k, const real *x, real l)
@@ -156,14 +117,10 @@ static void motor_advance(const real *k, real *x, real l, real v, real u, real h
     for (int i = 0; i < steps; i++) substep(k, x, l + v * t * i, v, u, t);
 }
 
-TENSION_LAW(MOTOR) = {
-    .parameters = PARAMETER_COUNT(motor_parameters),
+TENSION_LAW(series_elastic_motor) = {
     .constants = MOTOR_CONSTANTS,
-    .driven = 1,
-    .refusal = WHEN_OPENED(motor_refusal),
     .prepare = WHEN_OPENED(motor_prepare),
     .tension = motor_tension,
-    .states = WHEN_OPENED(motor_states),
     .rates = motor_rates,
     .start = motor_start,
     .advance = motor_advance,

@@ -10,12 +10,6 @@
 #include "hill/activation.h"
 #include "law.h"
 
-#include <stddef.h>
-
-typedef struct {
-    MUJOCO_PARAMETERS(PARAMETER)
-} mujoco_parameters;
-
 enum {
     MUJOCO_RISE = HILL_CONSTANTS, /* time constants */
     MUJOCO_FALL,
@@ -39,36 +33,12 @@ static const real MUJOCO_LEAST = PRECISE(1e-15, 1e-15); /* no divisor is less */
 #define LARGEST_MUJOCO_DECAY 0.14
 #define MOST_MUJOCO_STEPS 256
 
-static const char *mujoco_refusal(const void *parameters)
-{
-    const mujoco_parameters *p = parameters;
-    if (!(value_of(p->force) >= 0) && !(value_of(p->acc0) > 0))
-        return "acc0 must be positive where force is negative";
-    if (!(value_of(p->length_high) > value_of(p->length_low))) return "length_high must be above length_low";
-    if (!(value_of(p->range_high) > value_of(p->range_low))) return "range_high must be above range_low";
-    if (!(value_of(p->passive_range_high) > value_of(p->passive_range_low)) &&
-        (p->passive_range_low != 0 || p->passive_range_high != 0))
-        return "passive_range_high must be above passive_range_low";
-    if (!(value_of(p->lmin) <= 1 && value_of(p->lmax) > 1)) return "lmin must be 1 at most, lmax above 1";
-    if (!(value_of(p->fvmax) >= 1)) return "fvmax must be 1 at least";
-    const real positive[] = {p->range_low, p->vmax, p->activation_time_constant, p->deactivation_time_constant};
-    for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
-        if (!(value_of(positive[i]) > 0)) return "range_low, vmax and the time constants must be positive";
-    const real natural[] = {p->fpmax, p->scale, p->acc0, p->passive_range_low,
-                            p->passive_range_high, p->passive_lmax, p->activation_width, p->control_low,
-                            1 - p->control_high};
-    for (size_t i = 0; i < sizeof natural / sizeof *natural; i++)
-        if (value_of(natural[i]) < 0) return "a force, part or width is negative, or control_high above 1";
-    return value_of(p->control_low) > value_of(p->control_high) ? "control_low must not be above control_high" : NULL;
-}
-
 static void mujoco_prepare(const void *parameters, real *k)
 {
-    const mujoco_parameters *p = parameters;
+    const mujoco_muscle_parameters *p = parameters;
     const int is_same = p->passive_range_low == 0 && p->passive_range_high == 0;
     const real low = is_same ? p->range_low : p->passive_range_low;
     const real high = is_same ? p->range_high : p->passive_range_high, span = p->length_high - p->length_low;
-    k[LAW_LOW] = larger(p->control_low, 0), k[LAW_HIGH] = smaller(p->control_high, 1);
     k[HILL_RISE] = 1 / p->activation_time_constant, k[HILL_FALL] = 1 / p->deactivation_time_constant;
     k[HILL_LEAST_ACTIVATION] = k[HILL_SMOOTHING] = 0;
     k[MUJOCO_RISE] = p->activation_time_constant, k[MUJOCO_FALL] = p->deactivation_time_constant;
@@ -137,12 +107,6 @@ static real mujoco_rate(const real *k, real a, real u)
     return away / larger(tau, MUJOCO_LEAST);
 }
 
-static int mujoco_states(const void *parameters)
-{
-    (void)parameters;
-    return 1;
-}
-
 static void mujoco_rates(const real *k, const real *x, real l, real v, real u, real *xd)
 {
     (void)l, (void)v;
@@ -177,14 +141,10 @@ static void mujoco_advance(const real *k, real *x, real l, real v, real u, real 
     }
 }
 
-TENSION_LAW(MUJOCO) = {
-    .parameters = PARAMETER_COUNT(mujoco_parameters),
+TENSION_LAW(mujoco_muscle) = {
     .constants = MUJOCO_CONSTANTS,
-    .driven = 1,
-    .refusal = WHEN_OPENED(mujoco_refusal),
     .prepare = WHEN_OPENED(mujoco_prepare),
     .tension = mujoco_tension,
-    .states = WHEN_OPENED(mujoco_states),
     .rates = mujoco_rates,
     .start = mujoco_start,
     .advance = mujoco_advance,

@@ -12,10 +12,6 @@
 #include <math.h>
 #include <stddef.h>
 
-typedef struct {
-    SCHUTTE_PARAMETERS(PARAMETER)
-} schutte_parameters;
-
 /* Where a piece begins, and a, b, c, d of a + D (b + D (c + D d)), D from there: OpenSim's splines through the
    points that the tests have.                                                                              */
 static const real SCHUTTE_TENDON[][5] = {
@@ -111,16 +107,9 @@ static real schutte_velocity(const real *k, real w, real *slope)
     return top / under;
 }
 
-static const char *schutte_refusal(const void *parameters)
-{
-    const schutte_parameters *p = parameters;
-    if (value_of(p->fibre_damping) < 0) return "fibre_damping must not be negative";
-    return hill_refusal(parameters);
-}
-
 static void schutte_prepare(const void *parameters, real *k)
 {
-    hill_prepare(parameters, 1e-6, 1.57, ((const schutte_parameters *)parameters)->fibre_damping, 0, k);
+    hill_prepare(parameters, 1e-6, 1.57, ((const hill_schutte1993_parameters *)parameters)->fibre_damping, 0, k);
 }
 
 static real schutte_quickness(const real *k, real a, real u)
@@ -169,14 +158,10 @@ static real schutte_curve(const real *k, const char *name, real x, real *slope)
     return hill_curve_by_name(&schutte_curves, k, name, x, slope);
 }
 
-TENSION_LAW(SCHUTTE) = {
-    .parameters = PARAMETER_COUNT(schutte_parameters),
+TENSION_LAW(hill_schutte1993) = {
     .constants = HILL_CONSTANTS,
-    .driven = 1,
-    .refusal = WHEN_OPENED(schutte_refusal),
     .prepare = WHEN_OPENED(schutte_prepare),
     .tension = schutte_tension,
-    .states = WHEN_OPENED(hill_states),
     .rates = schutte_rates,
     .start = schutte_start,
     .advance = schutte_advance,

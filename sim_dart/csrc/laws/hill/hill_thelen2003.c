@@ -8,10 +8,6 @@
 #include <math.h>
 #include <stddef.h>
 
-typedef struct {
-    THELEN_PARAMETERS(PARAMETER)
-} thelen_parameters;
-
 enum {
     THELEN_ACTIVE_SHAPE = HILL_CONSTANTS,
     THELEN_PASSIVE_RATE,
@@ -88,25 +84,9 @@ static real thelen_speed(real a)
     return 0.25 + 0.75 * a;
 }
 
-static const char *thelen_refusal(const void *parameters)
-{
-    const thelen_parameters *p = parameters;
-    if (!(value_of(p->tendon_strain) > 0)) return "tendon_strain must be positive";
-    if (!(value_of(p->passive_fibre_strain) > 0)) return "passive_fibre_strain must be positive";
-    if (!(value_of(p->active_shape) > 0)) return "active_shape must be positive";
-    if (!(value_of(p->passive_shape) > 0 && value_of(p->passive_shape) <= 100))
-        return "passive_shape must be positive, and 100 at most";
-    if (!(value_of(p->concentric_shape) > 0)) return "concentric_shape must be positive";
-    if (!(value_of(p->eccentric_force) > 1)) return "eccentric_force must be above 1";
-    if (!(value_of(p->linear_from) > value_of(1 / p->eccentric_force) &&
-          value_of(p->linear_from) < 1))
-        return "linear_from must be below 1 and, times eccentric_force, above 1";
-    return hill_refusal(parameters);
-}
-
 static void thelen_prepare(const void *parameters, real *k)
 {
-    const thelen_parameters *p = parameters;
+    const hill_thelen2003_parameters *p = parameters;
     hill_prepare(parameters, SHORTEST, 1.4706289056333368, 0, 0, k);
     k[THELEN_ACTIVE_SHAPE] = p->active_shape, k[THELEN_CONCENTRIC_SHAPE] = p->concentric_shape;
     k[THELEN_PASSIVE_RATE] = p->passive_shape / p->passive_fibre_strain;
@@ -127,4 +107,4 @@ static const hill_curves thelen_curves = {thelen_active, thelen_velocity, thelen
                                           thelen_tendon, thelen_speed,    NULL};
 HILL_FUNCTIONS(thelen)
 
-TENSION_LAW(THELEN) = HILL_LAW(thelen, THELEN_CONSTANTS, 0);
+TENSION_LAW(hill_thelen2003) = {HILL_LAW(thelen, THELEN_CONSTANTS)};

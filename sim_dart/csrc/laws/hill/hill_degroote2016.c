@@ -9,10 +9,6 @@
 #include <math.h>
 #include <stddef.h>
 
-typedef struct {
-    DE_GROOTE_PARAMETERS(PARAMETER)
-} degroote_parameters;
-
 enum {
     DEGROOTE_PER_WIDTH = HILL_CONSTANTS,
     DEGROOTE_PASSIVE_RATE,
@@ -100,21 +96,10 @@ static const hill_curves degroote_curves = {degroote_active, degroote_velocity, 
                                             degroote_tendon, NULL,              degroote_product};
 HILL_FUNCTIONS(degroote)
 
-static const char *degroote_refusal(const void *parameters)
-{
-    const degroote_parameters *p = parameters;
-    if (value_of(p->fibre_damping) < 0) return "fibre_damping must not be negative";
-    if (!(value_of(p->active_width_scale) > 0)) return "active_width_scale must be positive";
-    if (!(value_of(p->passive_fibre_strain) > 0)) return "passive_fibre_strain must be positive";
-    if (!(value_of(p->tendon_strain) > 0)) return "tendon_strain must be positive";
-    if (!(value_of(p->activation_smoothing) > 0)) return "activation_smoothing must be positive";
-    return hill_refusal(parameters);
-}
-
 /* The passive curve is 0 at the shortest fibre and 1 at its strain. */
 static void degroote_prepare(const void *parameters, real *k)
 {
-    const degroote_parameters *p = parameters;
+    const hill_degroote2016_parameters *p = parameters;
     const real shape = 4, shortest = 0.2, strain = p->passive_fibre_strain;
     hill_prepare(parameters, p->elastic_tendon ? shortest : 0, 1.5707963267948966, p->fibre_damping,
                  p->activation_smoothing, k);
@@ -125,4 +110,4 @@ static void degroote_prepare(const void *parameters, real *k)
     k[DEGROOTE_TENDON_RATE] = logarithm((1 + 0.2) / 0.2) / p->tendon_strain;
 }
 
-TENSION_LAW(DE_GROOTE) = HILL_LAW(degroote, DEGROOTE_CONSTANTS, 0);
+TENSION_LAW(hill_degroote2016) = {HILL_LAW(degroote, DEGROOTE_CONSTANTS)};

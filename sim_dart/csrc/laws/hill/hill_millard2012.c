@@ -9,10 +9,6 @@
 #include <math.h>
 #include <stddef.h>
 
-typedef struct {
-    MILLARD_PARAMETERS(PARAMETER)
-} millard_parameters;
-
 enum { ACTIVE_PIECES = 5, VELOCITY_PIECES = 4, PASSIVE_PIECES = 2, TENDON_PIECES = 2 };
 enum {
     MILLARD_ACTIVE = HILL_CONSTANTS,
@@ -32,13 +28,13 @@ static void set_knot(real *knot, real x, real y, real slope)
 
 /* An elastic tendon without fibre damping takes the velocity from the force, so no curve may be flat or
    zero then.                                                                                          */
-static int is_singular(const millard_parameters *p)
+static int is_singular(const hill_millard2012_parameters *p)
 {
     return p->elastic_tendon != 0 && value_of(p->fibre_damping) < value_of(LEAST_DAMPING);
 }
 
 /* Five elbows: up steeply, up slowly, over the top, down, out. */
-static void prepare_active(const millard_parameters *p, real *curve)
+static void prepare_active(const hill_millard2012_parameters *p, real *curve)
 {
     const real least = is_singular(p) ? larger(p->active_minimum, 0.1) : p->active_minimum;
     const real begin = p->active_shortest, turn = p->active_transition, end = p->active_longest;
@@ -53,7 +49,7 @@ static void prepare_active(const millard_parameters *p, real *curve)
     set_knot(curve + 15, end, least, 0);
 }
 
-static void prepare_velocity(const millard_parameters *p, real *curve)
+static void prepare_velocity(const hill_millard2012_parameters *p, real *curve)
 {
     const real near = 0.9, least = is_singular(p) ? 0.5 : 0; /* part of the slope near vmax */
     const real shorten_near = p->concentric_slope_near_vmax;
@@ -67,7 +63,7 @@ static void prepare_velocity(const millard_parameters *p, real *curve)
     set_knot(curve + 12, 1, most, lengthen);
 }
 
-static void prepare_passive(const millard_parameters *p, real *curve)
+static void prepare_passive(const hill_millard2012_parameters *p, real *curve)
 {
     const real zero = 1 + p->passive_zero_strain, one = 1 + p->passive_fibre_strain;
     const real steep = value_of(p->passive_stiffness) > 0 ? p->passive_stiffness : 2 / (one - zero);
@@ -78,7 +74,7 @@ static void prepare_passive(const millard_parameters *p, real *curve)
 }
 
 /* A toe of two elbows; the line that follows goes through F0 at its strain. */
-static void prepare_tendon(const millard_parameters *p, real *curve)
+static void prepare_tendon(const hill_millard2012_parameters *p, real *curve)
 {
     const real strain = p->tendon_strain, toe = p->tendon_toe_force;
     const real steep = value_of(p->tendon_stiffness) > 0 ? p->tendon_stiffness : 1.375 / strain;
@@ -89,7 +85,7 @@ static void prepare_tendon(const millard_parameters *p, real *curve)
     set_knot(curve + 6, at_toe, toe, steep);
 }
 
-static void prepare_curves(const millard_parameters *p, real *k)
+static void prepare_curves(const hill_millard2012_parameters *p, real *k)
 {
     const real shortening = p->concentric_curviness, lengthening = p->eccentric_curviness;
     prepare_active(p, k + MILLARD_ACTIVE);
@@ -105,42 +101,11 @@ static void prepare_curves(const millard_parameters *p, real *k)
                    (const real[]){p->tendon_curviness, p->tendon_curviness});
 }
 
+/* What rounding leaves of the rules of the table: no piece of a curve turns back. */
 static const char *millard_refusal(const void *parameters)
 {
-    const millard_parameters *p = parameters;
-    if (value_of(p->fibre_damping) < 0) return "fibre_damping must not be negative";
-    if (!(value_of(p->maximum_pennation) > 0 && value_of(p->maximum_pennation) < 1.571))
-        return "maximum_pennation must be between 0 and a right angle";
-    const char *wrong = hill_refusal(parameters);
-    if (wrong) return wrong;
-    if (value_of(p->pennation_at_optimal) >= value_of(p->maximum_pennation))
-        return "pennation_at_optimal must be below maximum_pennation";
-    const real parts[] = {p->concentric_curviness, p->eccentric_curviness, p->passive_curviness,
-                          p->tendon_curviness, p->active_minimum};
-    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
-        if (value_of(parts[i]) < 0 || value_of(parts[i]) > 1)
-            return "curvinesses and active_minimum must be from 0 to 1";
-    const real natural[] = {p->active_shortest, p->active_shallow_slope, p->concentric_slope_at_vmax,
-                            p->eccentric_slope_at_vmax, p->passive_stiffness, p->tendon_stiffness};
-    for (size_t i = 0; i < sizeof natural / sizeof *natural; i++)
-        if (value_of(natural[i]) < 0) return "lengths, slopes and stiffnesses must not be negative";
-    if (value_of(p->passive_stiffness) > 1e7 || value_of(p->tendon_stiffness) > 1e7)
-        return "passive_stiffness and tendon_stiffness must be 1e7 at most";
-    if (value_of(p->concentric_slope_near_vmax) < value_of(p->concentric_slope_at_vmax) ||
-        value_of(p->eccentric_slope_near_vmax) < value_of(p->eccentric_slope_at_vmax))
-        return "a slope at vmax must not be above that near vmax";
-    if (value_of(p->concentric_slope_near_vmax) > 1 || value_of(p->eccentric_slope_near_vmax) > 1)
-        return "slopes near vmax must be 1 at most";
-    if (!(value_of(p->isometric_slope) > 1) || !(value_of(p->eccentric_force) > 1))
-        return "isometric_slope and eccentric_force must be above 1";
-    if (!(value_of(p->passive_fibre_strain) > 0) || !(value_of(p->tendon_strain) > 0) ||
-        value_of(p->passive_zero_strain) < -1)
-        return "strains must be positive, passive_zero_strain -1 at least";
-    if (!(value_of(p->passive_stiffness_low) > 0)) return "passive_stiffness_low must be positive";
-    if (!(value_of(p->tendon_toe_force) > 0 && value_of(p->tendon_toe_force) <= 1))
-        return "tendon_toe_force must be above 0, and 1 at most";
     real k[MILLARD_CONSTANTS];
-    prepare_curves(p, k);
+    prepare_curves(parameters, k);
     if (!bezier_is_sound(k + MILLARD_ACTIVE, ACTIVE_PIECES))
         return "the active force-length curve folds over; see its lengths and slope";
     if (!bezier_is_sound(k + MILLARD_VELOCITY, VELOCITY_PIECES))
@@ -174,7 +139,7 @@ static real millard_tendon(const real *k, real x, real *slope)
 
 static void millard_prepare(const void *parameters, real *k)
 {
-    const millard_parameters *p = parameters;
+    const hill_millard2012_parameters *p = parameters;
     const real damping = value_of(p->fibre_damping) < value_of(LEAST_DAMPING) ? 0 : p->fibre_damping;
     hill_prepare(parameters, p->active_shortest, p->maximum_pennation, damping, 0, k);
     if (is_singular(p)) k[HILL_LEAST_ACTIVATION] = larger(k[HILL_LEAST_ACTIVATION], 0.01);
@@ -198,5 +163,8 @@ static const hill_curves millard_curves = {millard_active, millard_velocity, mil
 HILL_FUNCTIONS(millard)
 
 /* All that curves depend on begins with whether the tendon is elastic. */
-TENSION_LAW(MILLARD) =
-    HILL_LAW(millard, MILLARD_CONSTANTS, offsetof(millard_parameters, elastic_tendon) / sizeof(real));
+TENSION_LAW(hill_millard2012) = {
+    HILL_LAW(millard, MILLARD_CONSTANTS),
+    .refusal = WHEN_OPENED(millard_refusal),
+    .shared_from = offsetof(hill_millard2012_parameters, elastic_tendon) / sizeof(real),
+};

@@ -9,13 +9,6 @@
 #include "../math/elementary.h"
 #include "law.h"
 
-#include <math.h>
-#include <stddef.h>
-
-typedef struct {
-    MCKIBBEN_PARAMETERS(PARAMETER)
-} mckibben_parameters;
-
 enum {
     MCKIBBEN_THREAD2 = LAW_OWN,
     MCKIBBEN_FOUR_PI_TURNS2,
@@ -24,30 +17,12 @@ enum {
     MCKIBBEN_CONSTANTS
 };
 
-static const char *mckibben_refusal(const void *parameters)
-{
-    const mckibben_parameters *p = parameters;
-    if (!(value_of(p->thread_length) > 0 && value_of(p->thread_length) <= 1e3))
-        return "thread_length must be positive, and 1000 at most";
-    if (!(value_of(p->turns) >= 1e-3)) return "turns must be 0.001 at least";
-    if (value_of(p->cord_length) < 0) return "cord_length must not be negative";
-    if (!(value_of(p->max_pressure) > 0)) return "max_pressure must be positive";
-    return value_of(p->pressure_time_constant) < 0 ? "pressure_time_constant must not be negative" : NULL;
-}
-
 static void mckibben_prepare(const void *parameters, real *k)
 {
     const mckibben_parameters *p = parameters;
-    k[LAW_LOW] = 0, k[LAW_HIGH] = p->max_pressure;
     k[MCKIBBEN_THREAD2] = p->thread_length * p->thread_length;
     k[MCKIBBEN_FOUR_PI_TURNS2] = 4 * PI * p->turns * p->turns;
     k[MCKIBBEN_CORD] = p->cord_length, k[MCKIBBEN_TIME_CONSTANT] = p->pressure_time_constant;
-}
-
-static int mckibben_states(const void *parameters)
-{
-    (void)parameters;
-    return 1;
 }
 
 /* A path shorter than the cord leaves a bladder of no length, not a negative one. */
@@ -77,14 +52,10 @@ static void mckibben_advance(const real *k, real *x, real l, real v, real u, rea
     x[0] = value_of(time) > 0 ? u + (x[0] - u) * exponential(-h / time) : u;
 }
 
-TENSION_LAW(MCKIBBEN) = {
-    .parameters = PARAMETER_COUNT(mckibben_parameters),
+TENSION_LAW(mckibben) = {
     .constants = MCKIBBEN_CONSTANTS,
-    .driven = 1,
-    .refusal = WHEN_OPENED(mckibben_refusal),
     .prepare = WHEN_OPENED(mckibben_prepare),
     .tension = mckibben_tension,
-    .states = WHEN_OPENED(mckibben_states),
     .rates = mckibben_rates,
     .start = mckibben_start,
     .advance = mckibben_advance,

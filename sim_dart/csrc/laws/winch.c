@@ -25,15 +25,6 @@
 #include "law.h"
 
 #include <math.h>
-#include <stddef.h>
-
-typedef struct {
-    WINCH_PARAMETERS(PARAMETER)
-} winch_parameters;
-
-typedef struct {
-    WINCH_POSITION_PARAMETERS(PARAMETER)
-} winch_position_parameters;
 
 enum {
     WINCH_RADIUS = LAW_OWN, /* rho */
@@ -63,38 +54,10 @@ static const real LARGEST_WINCH_TURN = 0.05;
 /* Of Newton's last step, relative; what is left is about its square, derivatives want one more. */
 static const real ENOUGH_OF_SPEED = HAS_TANGENT ? 1e-14 : PRECISE(1e-8, 1e-4);
 
-static const char *winch_refusal(const void *parameters)
-{
-    const winch_parameters *p = parameters;
-    const real natural[] = {p->drum_pitch,  p->drum_inertia, p->viscous_friction, p->dry_friction,
-                            p->dissipation, p->lead_length};
-    if (!is_within(p->drum_radius, (real)1e-6) || !is_within(p->gear_ratio, (real)1e-3) ||
-        !is_within(p->motor_inertia, (real)1e-9) || !is_within(p->axial_stiffness, (real)1e-3) ||
-        !is_within(p->max_torque, (real)1e-9))
-        return "drum_radius, gear_ratio, motor_inertia, axial_stiffness and max_torque must be above 0, "
-               "and 1e9 at most";
-    for (size_t i = 0; i < sizeof natural / sizeof *natural; i++)
-        if (!is_within(natural[i], 0))
-            return "drum_pitch, drum_inertia, frictions, dissipation and lead_length must not be negative, "
-                   "and 1e9 at most";
-    return is_within(p->rest_length, -LARGEST_GIVEN) ? NULL : "rest_length must be within 1e9";
-}
-
-static const char *winch_position_refusal(const void *parameters)
-{
-    const winch_position_parameters *p = parameters;
-    if (!is_within(p->position_gain, (real)1e-9) || !is_within(p->velocity_gain, 0) ||
-        !is_within(p->longest_rest_length, (real)1e-9))
-        return "position_gain and longest_rest_length must be above 0, velocity_gain not negative, "
-               "and all 1e9 at most";
-    return winch_refusal(parameters);
-}
-
 static void winch_prepare(const void *parameters, real *k)
 {
     const winch_parameters *p = parameters;
     const real N = p->gear_ratio, r = p->drum_radius, travel = p->drum_pitch / (2 * PI);
-    k[LAW_LOW] = -p->max_torque, k[LAW_HIGH] = p->max_torque;
     k[WINCH_RADIUS] = sqrt(r * r + travel * travel);
     k[WINCH_INERTIA] = N * N * p->motor_inertia + p->drum_inertia;
     k[WINCH_VISCOUS] = p->viscous_friction, k[WINCH_DRY] = p->dry_friction;
@@ -108,15 +71,8 @@ static void winch_position_prepare(const void *parameters, real *k)
 {
     const winch_position_parameters *p = parameters;
     winch_prepare(parameters, k);
-    k[LAW_LOW] = 0, k[LAW_HIGH] = p->longest_rest_length;
     k[WINCH_GEAR] = 0;
     k[WINCH_PROPORTIONAL] = p->position_gain, k[WINCH_DERIVATIVE] = p->velocity_gain;
-}
-
-static int winch_states(const void *parameters)
-{
-    (void)parameters;
-    return WINCH_STATES;
 }
 
 static real paid_out(const real *k, real angle)
@@ -296,32 +252,24 @@ static void winch_advance(const real *k, real *x, real l, real v, real u, real h
     for (int i = 0; i < steps; i++) winch_substep_on(k, x, l + v * t * i, v, u, t);
 }
 
-TENSION_LAW(WINCH) = {
-    .parameters = PARAMETER_COUNT(winch_parameters),
+TENSION_LAW(winch) = {
     .constants = WINCH_CONSTANTS,
-    .driven = 1,
     .is_rough = 1,
-    .refusal = WHEN_OPENED(winch_refusal),
     .prepare = WHEN_OPENED(winch_prepare),
     .tension = winch_tension,
     .stretch = winch_stretched,
-    .states = WHEN_OPENED(winch_states),
     .rates = winch_rates,
     .start = winch_start,
     .advance = winch_advance,
 };
 
-TENSION_LAW(WINCH_POSITION) = {
-    .parameters = PARAMETER_COUNT(winch_position_parameters),
+TENSION_LAW(winch_position) = {
     .constants = WINCH_CONSTANTS,
-    .driven = 1,
     .is_rough = 1,
     .moves_along = 1,
-    .refusal = WHEN_OPENED(winch_position_refusal),
     .prepare = WHEN_OPENED(winch_position_prepare),
     .tension = winch_tension,
     .stretch = winch_stretched,
-    .states = WHEN_OPENED(winch_states),
     .rates = winch_rates,
     .start = winch_start,
     .advance = winch_advance,

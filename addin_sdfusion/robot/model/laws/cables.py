@@ -1,0 +1,53 @@
+"""Cables: ideal, elastic, heavy."""
+
+from __future__ import annotations
+
+import math
+
+from .law import Command, TensionLaw, bounded, natural, positive
+
+_REST_LENGTH = Command("rest_length", "m", 0.0, "longest_rest_length")
+
+LAWS = (
+    TensionLaw(
+        "ideal",
+        "a cable that pulls as commanded",
+        "f = max(u, 0)",
+        command=Command("force", "N", 0.0, math.inf),
+    ),
+    TensionLaw(
+        "elastic_cable",
+        "a cable with stiffness and damping; slack when too long",
+        "f = k (l - u) + d l' while l > u, never below 0",
+        (
+            positive("stiffness", "N/m", None, "k"),
+            natural("damping", "N.s/m", 0.0, "d"),
+            positive("longest_rest_length", "m", 1000.0, "largest command"),
+        ),
+        _REST_LENGTH,
+        damped="damping != 0",
+        stretches=True,
+    ),
+    TensionLaw(
+        "heavy_cable",
+        "an elastic cable that sags by its weight between two points",
+        "Irvine 1981, Cable Structures: the elastic catenary, in equilibrium at every moment. f is "
+        "the tension along the chord, H l / a, + d l'; both ends are pulled down beside, together "
+        "by the cable's weight",
+        (
+            bounded("axial_stiffness", "N", None, 1e-3, "EA"),
+            bounded("mass_per_length", "kg/m", None, 0.0, "of cable that is not stretched"),
+            bounded("damping", "N.s/m", 0.0, 0.0, "d"),
+            bounded(
+                "longest_rest_length",
+                "m",
+                1000.0,
+                1e-9,
+                "largest command; one below half the chord acts as that",
+            ),
+        ),
+        _REST_LENGTH,
+        damped="damping != 0",
+        sags=True,
+    ),
+)

@@ -1,0 +1,38 @@
+"""Pneumatic muscles."""
+
+from __future__ import annotations
+
+import math
+
+from .law import Command, LawState, Parameter, TensionLaw, natural, positive
+
+LAWS = (
+    TensionLaw(
+        "mckibben",
+        "a pneumatic muscle: a bladder in a braided sleeve",
+        "Chou & Hannaford 1996: F = p (3 L^2 - b^2) / (4 pi n^2)",
+        (
+            Parameter(
+                "thread_length",
+                "m",
+                None,
+                0.0,
+                1e3,
+                "b: length of a thread of the sleeve",
+                open_low=True,
+            ),
+            Parameter(
+                "turns", "1", None, 1e-3, math.inf, "n: how often the thread goes round the bladder"
+            ),
+            natural("cord_length", "m", 0.0, "path length beside the bladder's own"),
+            positive("max_pressure", "Pa", 6e5, "largest command, above that of the air"),
+            natural(
+                "pressure_time_constant", "s", 0.05, "of the pressure behind its set point; 0: none"
+            ),
+        ),
+        Command("pressure", "Pa", 0.0, "max_pressure"),
+        (LawState("pressure", "Pa", at_start="u"),),
+        at_start="ul",
+        at_once="pressure_time_constant == 0",
+    ),
+)
