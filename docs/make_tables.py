@@ -233,6 +233,8 @@ def laws_page() -> str:
         if law.parameters:
             parts.append(table(["parameter", "unit", "default", "range", "what"],
                                map(_parameter, law.parameters)))  # fmt: skip
+        if law.rules:
+            parts.append(_rules(law))
     presets = ", ".join(f"`{name}` ({model.kind})" for name, model in PRESETS.items())
     parts += ["## Presets", f"Published sets of parameters, by name: {presets}."]
     return "\n\n".join(parts) + "\n"
@@ -253,6 +255,15 @@ def _law_text(law: TensionLaw) -> str:
         )
         words.append(f"States: {', '.join(states)}.")
     return " ".join(words)
+
+
+def _rules(law: TensionLaw) -> str:
+    """What must hold between its parameters."""
+    rules = "".join(
+        f"\n- `{r.condition}`" + (f": {r.why}" if r.why else "") for r in law.conditions
+    )
+    terms = "; ".join(f"`{term.name} = {term.formula}`" for term in law.terms)
+    return f"These must hold:\n{rules}" + (f"\n\nwith {terms}." if terms else "")
 
 
 def _parameter(parameter: Parameter) -> tuple[str, ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -86,11 +85,3 @@ def test_names_of_the_core_for_derivatives(target: str, tmp_path: Path) -> None:
     defined, called = symbols([*TARGETS[target].compiler, "-O1"], [DERIVATIVES], tmp_path)
     assert all(symbol.startswith("core_tangent_") for symbol in defined)
     assert called - defined <= EXACT | OTHERS | ELEMENTARY
-
-
-def test_every_law_is_in_the_core_for_derivatives() -> None:
-    """In one file with the rest, as docs/extend.md asks."""
-    tangent = Path(DERIVATIVES)
-    included = set(re.findall(r'#include "\.\./([^"]*\.c)"', tangent.read_text()))
-    csrc = tangent.parents[1]
-    assert {path.relative_to(csrc).as_posix() for path in csrc.rglob("law_*.c")} <= included

@@ -1,6 +1,6 @@
 """The curves of the law `hill_schutte1993`: those of OpenSim's model of the wrist.
 
-The C core has their cubic pieces, `sim_dart/csrc/laws/hill/law_schutte.c`.
+The C core has their cubic pieces, `sim_dart/csrc/laws/hill/hill_schutte1993.c`.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from jsonschema import Draft202012Validator
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import TENSION_LAWS
 from cardsflow_fmu.cli.init import schema
 from cardsflow_fmu.config.table import Context
 from cardsflow_fmu.experiment import scene

@@ -22,7 +22,6 @@ from support.fmu.dependencies import (
 from support.robots.muscle_bench import SOUND
 from support.robots.robots import EXAMPLES
 
-from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.signals.ports import SOLVE_TIME
@@ -145,15 +144,6 @@ def test_positions_depend_on_no_input(tmp_path: Path) -> None:
         assert {knowns for name, knowns in at_once.items() if name[:2] in ("q.", "qd")} == {
             frozenset()
         }
-
-
-def test_every_law_is_known() -> None:
-    from cardsflow_fmu.signals.dependencies import _AT_START
-
-    kinds = {kind: law for kind, law in TENSION_LAWS.items() if kind != "ideal"}
-    assert _AT_START.keys() == kinds.keys()
-    for kind, known in _AT_START.items():
-        assert known.keys() == {"tension", *(state.name for state in kinds[kind].states)}
 
 
 DELAY = {"controller.delay": 1}

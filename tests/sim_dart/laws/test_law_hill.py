@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from support.robots.muscle_bench import HILL, Bench
 
-from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import TENSION_LAWS
 from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.laws import Curve, MuscleLaws
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.robots.muscle_bench import HILL, SOUND, Bench
 
-from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import TENSION_LAWS
 
 pytestmark = pytest.mark.native
 

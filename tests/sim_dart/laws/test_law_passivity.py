@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from support.robots.muscle_bench import HILL, SOUND, Bench
 
-from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS, command_range, states_of
+from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.tension_laws import command_range, states_of
 from addin_sdfusion.robot.model.tension_laws import law_of as _law_of
 from sim_dart.core.arrays import FloatArray
 

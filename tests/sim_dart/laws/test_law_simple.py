@@ -11,7 +11,7 @@ from support.robots.muscle_bench import SOUND, Bench, slider
 from support.robots.random_robots import random_robot
 
 from addin_sdfusion.robot import CableModel, Robot, check
-from addin_sdfusion.robot.model.tension_laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import TENSION_LAWS
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.muscles.laws import MuscleLaws

@@ -3,44 +3,33 @@
 from __future__ import annotations
 
 import math
-from typing import get_args
+import re
 
 import numpy as np
 import pytest
-from support.robots.muscle_bench import HILL, SOUND, Bench, slider
+from support.robots.muscle_bench import BROKEN_RULES, HILL, SOUND, Bench, beside, slider
 
 from addin_sdfusion.robot import CableModel, CardsflowError, InputError
-from addin_sdfusion.robot.model.muscle import CableKind
+from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws.hill import RULES as HILL_RULES
+from addin_sdfusion.robot.model.laws.law import Parameter
 from addin_sdfusion.robot.model.tension_laws import (
     PRESETS,
-    TENSION_LAWS,
     command_range,
     law_parameters,
     states_of,
 )
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core, library, pack_blob
-from sim_dart.core.library import law_parameters as core_parameters
 
 pytestmark = pytest.mark.native
-
-
-def test_the_core_takes_the_tables_parameters_in_the_tables_order() -> None:
-    table = {
-        kind: tuple(parameter.name for parameter in law.parameters)
-        for kind, law in TENSION_LAWS.items()
-    }
-    assert core_parameters() == table
-    assert list(core_parameters()) == list(table)
-    assert set(table) <= set(get_args(CableKind))
 
 
 @pytest.mark.parametrize("kind", SOUND)
 def test_defaults_are_within_bounds_and_the_core_takes_them(kind: str) -> None:
     for parameter in TENSION_LAWS[kind].parameters:
         if parameter.default is not None:
-            assert parameter.low <= parameter.default <= parameter.high
-            assert not (parameter.open_low and parameter.default == parameter.low)
+            assert parameter.allows(parameter.default)
         assert parameter.meaning
         assert parameter.unit
     Bench((kind, SOUND[kind]))
@@ -114,43 +103,34 @@ def test_a_blob_with_a_wrong_law_is_refused() -> None:
             Core(_blob(law_parameter=wrong))
 
 
-@pytest.mark.parametrize("kind", [kind for kind in SOUND if TENSION_LAWS[kind].parameters])
-def test_every_parameter_out_of_its_bounds_is_refused_by_the_core(kind: str) -> None:
-    for parameter in TENSION_LAWS[kind].parameters:
-        wrong = [math.nan, math.inf]
-        if parameter.low > -math.inf:
-            wrong.append(parameter.low - 1.0)
-        if parameter.open_low:
-            wrong.append(parameter.low)
-        if parameter.high < math.inf:
-            wrong.append(parameter.high + 1.0)
-        for value in wrong:
-            if kind == "passive_spring" and parameter.name == "l0" and math.isfinite(value):
-                continue  # harmless: only a file that says so is odd
-            with pytest.raises(CardsflowError, match=f"muscle 0: {kind}: "):
-                Core(compile_blob(slider((kind, SOUND[kind] | {parameter.name: value}))))
+PARAMETERS = [(kind, p) for kind in SOUND for p in TENSION_LAWS[kind].parameters]
 
 
-@pytest.mark.parametrize(
-    ("kind", "parameters", "what"),
-    [
-        ("hill_millard2012", {"active_transition": 0.4}, "active force-length curve folds"),
-        ("hill_millard2012", {"active_shallow_slope": 5.0}, "active force-length curve folds"),
-        ("hill_millard2012", {"isometric_slope": 1.01}, "force-velocity curve folds"),
-        ("hill_millard2012", {"passive_stiffness": 0.5}, "passive force-length curve folds"),
-        ("hill_millard2012", {"tendon_stiffness": 10.0}, "tendon curve folds"),
-        ("hill_millard2012", {"maximum_pennation": 0.2, "pennation_at_optimal": 0.2}, "pennation"),
-        ("hill_thelen2003", {"linear_from": 0.7}, "linear_from"),
-        ("hill_degroote2016", {"elastic_tendon": 0.5}, "elastic_tendon must be 0 or 1"),
-        ("hill_thelen2003", {"elastic_tendon": 1.0, "tendon_slack_length": 0.0}, "elastic tendon"),
-        ("series_elastic_motor", {"inductance": 1e-9}, "faster than 1e6 a second"),
-    ],
-)
+@pytest.mark.parametrize(("kind", "parameter"), PARAMETERS)
+def test_every_parameter_out_of_its_bounds_is_refused_by_the_core(
+    kind: str, parameter: Parameter
+) -> None:
+    for value in (math.nan, math.inf, -math.inf, *beside(parameter)):
+        text = f"muscle 0: {kind}: {parameter.name} must be {re.escape(parameter.bounds)}$"
+        with pytest.raises(CardsflowError, match=text):
+            Core(compile_blob(slider((kind, SOUND[kind] | {parameter.name: value}))))
+
+
+@pytest.mark.parametrize(("kind", "parameters", "what"), BROKEN_RULES)
 def test_parameters_that_do_not_go_together_are_refused(
     kind: str, parameters: dict[str, float], what: str
 ) -> None:
-    with pytest.raises(CardsflowError, match=what):
+    with pytest.raises(CardsflowError, match=f"muscle 0: {kind}: {re.escape(what)} must hold"):
         Core(compile_blob(slider((kind, SOUND[kind] | parameters))))
+
+
+def test_every_rule_is_broken_by_a_case() -> None:
+    rules = {(kind, own.condition) for kind in SOUND for own in TENSION_LAWS[kind].conditions}
+    hill = {own.condition for own in HILL_RULES}  # shared: one of them stands for all
+    broken = {(kind, what) for kind, _, what in BROKEN_RULES}
+    assert {(kind, what) for kind, what in rules - broken if what not in hill} == set()
+    assert hill <= {what for _, what in broken}
+    assert broken <= rules
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -20,6 +21,7 @@ from addin_sdfusion.robot import (
     ViaPoint,
     prismatic,
 )
+from addin_sdfusion.robot.model.laws.law import Parameter
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
@@ -57,6 +59,89 @@ SOUND: dict[str, dict[str, float]] = {
     "heavy_cable": {"axial_stiffness": 1e4, "mass_per_length": 0.5, "damping": 30.0},
 }
 """A sound set of parameters for every law."""
+
+
+BROKEN_RULES: list[tuple[str, dict[str, float], str]] = [
+    ("hill_degroote2016", {"elastic_tendon": 0.5}, "elastic_tendon == 0 or elastic_tendon == 1"),
+    (
+        "hill_thelen2003",
+        {"elastic_tendon": 1.0, "tendon_slack_length": 0.0},
+        "elastic_tendon == 0 or tendon_slack_length > 0",
+    ),
+    ("hill_thelen2003", {"linear_from": 1.0}, "linear_from < 1"),
+    ("hill_thelen2003", {"linear_from": 0.7}, "linear_from > 1 / eccentric_force"),
+    (
+        "hill_millard2012",
+        {"pennation_at_optimal": 1.2, "maximum_pennation": 1.0},
+        "pennation_at_optimal < maximum_pennation",
+    ),
+    (
+        "hill_millard2012",
+        {"active_transition": 0.4},
+        "active_shortest < active_transition < 0.95 and 1.1 < active_longest",
+    ),
+    ("hill_millard2012", {"active_shallow_slope": 5.0}, "active_shallow_slope < mean_rise"),
+    ("hill_millard2012", {"active_minimum": 0.5}, "active_minimum < at_transition / 2"),
+    (
+        "hill_millard2012",
+        {"concentric_slope_at_vmax": 0.3},
+        "concentric_slope_at_vmax <= concentric_slope_near_vmax",
+    ),
+    (
+        "hill_millard2012",
+        {"eccentric_slope_at_vmax": 0.2},
+        "eccentric_slope_at_vmax <= eccentric_slope_near_vmax",
+    ),
+    (
+        "hill_millard2012",
+        {"eccentric_slope_near_vmax": 0.45},
+        "eccentric_slope_near_vmax < eccentric_force - 1",
+    ),
+    ("hill_millard2012", {"concentric_slope_near_vmax": 1.0}, "concentric_slope_near_vmax < 1"),
+    (
+        "hill_millard2012",
+        {"isometric_slope": 1.01},
+        "isometric_slope > max(eccentric_force - 1, 1) / 0.9",
+    ),
+    (
+        "hill_millard2012",
+        {"passive_zero_strain": 0.7},
+        "passive_fibre_strain > passive_zero_strain",
+    ),
+    ("hill_millard2012", {"passive_stiffness_low": 3.0}, "passive_stiffness_low < mean_stiffness"),
+    (
+        "hill_millard2012",
+        {"passive_stiffness": 1.0},
+        "passive_stiffness == 0 or passive_stiffness > mean_stiffness",
+    ),
+    (
+        "hill_millard2012",
+        {"tendon_stiffness": 10.0},
+        "tendon_stiffness == 0 or tendon_stiffness > 1 / tendon_strain",
+    ),
+    ("series_elastic_motor", {"inductance": 1e-9}, "quickness <= 1e6"),
+    ("mujoco_muscle", {"length_low": 0.35}, "length_low < length_high"),
+    ("mujoco_muscle", {"force": -1.0}, "force >= 0 or acc0 > 0"),
+    ("mujoco_muscle", {"range_low": 1.05}, "range_low < range_high"),
+    (
+        "mujoco_muscle",
+        {"passive_range_low": 1.0},
+        "passive_range_low < passive_range_high"
+        " or (passive_range_low == 0 and passive_range_high == 0)",
+    ),
+    ("mujoco_muscle", {"lmin": 1.0}, "lmin < 1"),
+    ("mujoco_muscle", {"passive_lmax": 0.5}, "passive_lmax == 0 or passive_lmax > 1"),
+    ("mujoco_muscle", {"control_low": 0.8, "control_high": 0.5}, "control_low <= control_high"),
+    ("tendon_spring", {"rest_low": 0.3}, "rest_low <= rest_high"),
+]
+"""Sound but for these parameters, and the rule of the table that they break."""
+
+
+def beside(parameter: Parameter) -> list[float]:
+    """Finite values out of a parameter's bounds, on each side that it has."""
+    low, high = parameter.low, parameter.high
+    below = [low - 1.0, *([low] if parameter.open_low else [])]
+    return [*(below if low > -math.inf else []), *([high + 1.0] if high < math.inf else [])]
 
 
 def slider(*models: tuple[str, Mapping[str, float]]) -> Robot:

@@ -55,10 +55,6 @@ _ACTIVE = (
     Term("mean_rise", "1 / (0.95 - active_shortest)"),
     Rule("active_shallow_slope < mean_rise", "the mean slope up to the plateau"),
     Term("at_transition", "1 - active_shallow_slope * (0.95 - active_transition)"),
-    Rule(
-        "1.25 * at_transition / (active_transition - active_shortest) > mean_rise",
-        "active_transition is too far from active_shortest to rise in between",
-    ),
     Rule("active_minimum < at_transition / 2", "half of where the slope turns"),
 )
 
