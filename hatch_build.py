@@ -56,7 +56,7 @@ def _read(path: str) -> ModuleType:
 
 
 _SOURCES = _read("cardsflow_fmu/runtime/sources.py")  # what the libraries are made of
-_HEADERS = _read("sim_dart/core/law_headers.py")
+_HEADERS = _read("sim_dart/muscles/law_headers.py")
 LIBRARIES = _SOURCES.LIBRARIES
 FLAGS = [*_SOURCES.FLAGS, *_SOURCES.WARNINGS]
 SANITIZE = ["-O0", "-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
@@ -65,9 +65,10 @@ SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 def write_headers() -> list[Path]:
     """Write what C has to know of the table of tension laws into the source tree."""
-    laws = _read(f"{_HEADERS.TABLE}/__init__.py").TENSION_LAWS
+    table = _read(f"{_HEADERS.TABLE}/__init__.py")
     try:
-        return [ROOT / name for name in _HEADERS.write_headers(laws, ROOT)]
+        names = _HEADERS.write_headers(table.TENSION_LAWS, table.LAW_NAMES, ROOT)
+        return [ROOT / name for name in names]
     except _HEADERS.LawTableError as error:
         sys.exit(str(error))
 

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from addin_sdfusion.robot import CardsflowError, InputError
-from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import LAW_NAMES
 
 from .arrays import FloatArray, IntArray
-from .law_headers import law_names
 
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 _HEADER = struct.Struct("<IIIIQ")
@@ -44,7 +43,7 @@ def library() -> ctypes.PyDLL:
     core = ctypes.PyDLL(str(path))
     pointer, size = ctypes.c_void_p, ctypes.c_size_t
     core.core_layout.restype = core.core_laws.restype = ctypes.c_char_p
-    if core.core_laws().decode() != law_names(TENSION_LAWS.values()):
+    if core.core_laws().decode() != LAW_NAMES:
         raise CardsflowError(f"{path} has other tension laws; reinstall cardsflow to compile it")
     core.core_layout_hash.restype = core.core_version.restype = ctypes.c_uint32
     core.core_size.argtypes = [pointer, size, ctypes.c_char_p, size]

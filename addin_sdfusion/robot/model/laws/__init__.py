@@ -2,7 +2,7 @@
 
 The equations are in the C core, `sim_dart/csrc/laws/<law>.c`, which takes the parameters in the
 order given here. hatch_build.py makes of the table what C has to know of it: structs of
-parameters, refusals, ranges of commands, the list of laws (`sim_dart/core/law_headers.py`).
+parameters, refusals, ranges of commands, the list of laws (`sim_dart/muscles/law_headers.py`).
 """
 
 from __future__ import annotations
@@ -18,3 +18,9 @@ TENSION_LAWS: dict[str, TensionLaw] = {
     law.kind: law for module in _MODULES for law in import_module(f"{__name__}.{module}").LAWS
 }
 """The laws that are simulated, by kind, in the C core's order."""
+
+LAW_NAMES = "".join(
+    f"{' '.join(['law', law.kind, *(parameter.name for parameter in law.parameters)])}\n"
+    for law in TENSION_LAWS.values()
+)
+"""Every law with its parameters, in order: what a core says that it was compiled with."""

@@ -9,7 +9,6 @@ It reads this module by its path, so that it needs the standard library only.
 from __future__ import annotations
 
 import ast
-import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -38,16 +37,12 @@ class LawTableError(Exception):
     """The table of laws and the C files do not fit together."""
 
 
-def law_names(laws: Iterable[TensionLaw]) -> str:
-    """Every law with its parameters: what a core says that it was compiled with."""
-    return "".join(f"{' '.join(['law', law.kind, *_names(law)])}\n" for law in laws)
-
-
-def write_headers(laws: Mapping[str, TensionLaw], root: Path) -> list[str]:
+def write_headers(laws: Mapping[str, TensionLaw], names: str, root: Path) -> list[str]:
     """Write the headers; those that are there already stay as they are.
 
     Args:
         laws: The table.
+        names: What a core answers that is asked for its laws.
         root: The source tree.
 
     Returns:
@@ -58,7 +53,7 @@ def write_headers(laws: Mapping[str, TensionLaw], root: Path) -> list[str]:
     """
     files = _law_files(laws, root)
     texts = {
-        "law_parameters.h": _parameters_header(laws.values()),
+        "law_parameters.h": _parameters_header(laws.values(), names),
         "law_table.h": _table_header(laws.values()),
         "law_sources.h": _MADE + "".join(f'#include "../csrc/{name}"\n' for name in files),
     }
@@ -87,12 +82,12 @@ def _names(law: TensionLaw) -> list[str]:
     return [parameter.name for parameter in law.parameters]
 
 
-def _parameters_header(laws: Iterable[TensionLaw]) -> str:
+def _parameters_header(laws: Iterable[TensionLaw], names: str) -> str:
     laws = list(laws)
     most = max(len(law.states) for law in laws)
     lines = [
         f"    {_quoted(piece)}"
-        for line in law_names(laws).splitlines(keepends=True)
+        for line in names.splitlines(keepends=True)
         for piece in _PIECE.findall(line)
     ]
     kinds = "".join(f"    KIND_{law.kind},\n" for law in laws)
@@ -204,7 +199,7 @@ def _within(p: Parameter) -> str:
 
 
 def _quoted(text: str) -> str:
-    return json.dumps(text)
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
 def _number(value: float) -> str:
