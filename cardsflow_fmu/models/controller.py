@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from addin_sdfusion.robot import Robot
@@ -21,13 +19,12 @@ from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.plant.settings import python_laws
 
 from .c_model import CModel, Opened
+from .native.binding import native_library
 from .native.fields import Counts, Fields, encode
 from .plant import motors
 from .python.muscle_control import late_periods
 from .python.python_controller import PythonController
 from .start_commands import start
-
-_LAWS = ("joint_space", "operational_space")
 
 
 class ControllerModel(CModel):
@@ -85,14 +82,10 @@ class ControllerModel(CModel):
             return 'the engine "dart"'
         if (laws := python_laws(experiment.robot)) is not None:
             return laws
-        if controller.type not in _LAWS:
-            return f"the law {controller.type!r} (only {' and '.join(_LAWS)})"
-        if controller.tasks is not None and len(set(controller.tasks.priorities)) > 1:
-            return "tasks of several priorities"
+        if controller.own_law is not None:
+            return f"the law {controller.type!r}, which is in Python"
         if controller.solver != DEFAULT_SOLVER:
             return f"the QP solver {controller.solver!r}"
-        if controller.norm == 1.0 or math.isinf(controller.norm):
-            return f"the norm {controller.norm:g} of forces"
         return None
 
     @classmethod
@@ -124,6 +117,7 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
         "predict": controller.predict,
         "H_f": controller.actuator_weights,
         "f_p": controller.pretensions,
+        "law": _law(controller),
         "norm": controller.norm,
         "passive": np.logical_or(controller.passive, controller.dependent),
         "dependent": controller.dependent,
@@ -144,8 +138,18 @@ def _task_fields(robot: Robot, controller: ControllerSettings) -> Fields:
         "H_q": rest if tasks is None else tasks.acceleration_weights,
         "H_r": controller.with_motors(none if tasks is None else tasks.force_rate_weights),
         "W": [] if tasks is None else tasks.task_weights,
+        "priority": [] if tasks is None else tasks.priorities,
         "posture_kp": rest if posture is None else posture.kp,
         "posture_kd": rest if posture is None else posture.kd,
         "q0": rest if posture is None else posture.q0,
         "limit_bandwidth": 0.0 if tasks is None else tasks.limit_bandwidth or 0.0,
     }
+
+
+def _law(controller: ControllerSettings) -> int:
+    """The number of a law in joint space; in operational space there is one."""
+    if controller.tasks is not None:
+        return 0
+    number: int = native_library().native_model_law(str(controller.type).encode())
+    assert number >= 0, controller.type
+    return number

@@ -54,6 +54,7 @@ def library() -> ctypes.PyDLL:
     core.core_array.restype = ctypes.POINTER(ctypes.c_double)
     without_answer = "move task_jacobian task_bias mass_matrix coriolis gravity accelerate trace"
     without_answer += " closures close_rates count_turns rates reach energies"
+    without_answer += " independent_rows independent_bias independent_mass complete"
     for name in without_answer.split():
         getattr(core, f"core_{name}").restype = None  # an index would forget it
     text, double, count = ctypes.c_char_p, ctypes.c_double, ctypes.c_int32
@@ -62,6 +63,10 @@ def library() -> ctypes.PyDLL:
     core.core_external_wrenches.argtypes = [pointer, count, pointer, pointer, pointer]
     core.core_closures.argtypes = [pointer, text]
     core.core_free_motion.argtypes = [pointer, pointer, text]
+    core.core_independent_rows.argtypes = [pointer, count, pointer]
+    core.core_independent_bias.argtypes = [pointer, count, pointer, pointer]
+    core.core_independent_mass.argtypes = [pointer, pointer, pointer]
+    core.core_complete.argtypes = [pointer, pointer]
     core.core_close.argtypes = [pointer, pointer, pointer]
     core.core_close_rates.argtypes = [pointer, pointer]
     core.core_slide.argtypes = [pointer, text]

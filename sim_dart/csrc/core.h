@@ -141,6 +141,17 @@ CORE_API void core_closures(core *c, const real *qd);
    0, or 1 + the index of a coordinate that does not follow from the others here.                       */
 CORE_API int core_free_motion(core *c, const real *dependent, const real *qd);
 
+/* Terms of the motion equation by independent coordinates, in the place of those of all, by the N and c of the
+   last core_free_motion; see independent.c. Rows and columns of dependent coordinates are 0. Nothing without loops.
+     rows     rows N, for rows of dofs: L, J, generalised forces
+     bias     values += rows c: of M, h; of J, J' qd
+     mass     N'M N, and 1 for dependent coordinates
+     complete N qdd + c                                                                                 */
+CORE_API void core_independent_rows(core *c, int32_t count, real *rows);
+CORE_API void core_independent_bias(core *c, int32_t count, const real *rows, real *values);
+CORE_API void core_independent_mass(core *c, const real *dependent, real *M);
+CORE_API void core_complete(core *c, real *qdd);
+
 /* Close the gaps of all loops: change q, dofs, but the coordinates whose `held` is not 0 (NULL: none), within
    the limits. 0, and where there are loops the handle has moved there; or 1 + the index of the closure with the largest gap, where
    q is as near as it gets. A q without gaps stays as it is.                                            */

@@ -42,7 +42,7 @@ class IndependentDynamics(CoreDynamics):
     velocities are those of all coordinates, with closed loops.
 
     Args:
-        robot: The robot.
+        robot: The robot, with loops.
         dependent: Which coordinates follow from the others, shape (n,); chosen when None.
         may_be_singular: See `CoreDynamics`.
 
@@ -59,10 +59,12 @@ class IndependentDynamics(CoreDynamics):
     ) -> None:
         chosen = dependent_coordinates(robot) if dependent is None else dependent
         self._dependent = np.asarray(chosen, bool)
-        self._at: tuple[bytes, FloatArray] | None = None
+        self._flags = self._dependent.astype(float)
         super().__init__(robot, may_be_singular=may_be_singular)
         self.q_min = np.where(self.dependent, -np.inf, self.q_min)
         self.q_max = np.where(self.dependent, np.inf, self.q_max)
+        self._N = self._core.array("free_motion", self.n, self.n)
+        self._c = self._core.array("free_bias", self.n)
         self._all_damping, self.damping = self.damping, np.zeros(self.n)
 
     @property
@@ -85,81 +87,85 @@ class IndependentDynamics(CoreDynamics):
         Raises:
             SimulationError: A coordinate does not follow from the independent ones at this pose.
         """
-        at = finite("q", q, self.n)
-        if self._at is None or self._at[0] != at.tobytes():
-            self._at = (
-                at.tobytes(),
-                self._solved(at, -self.loop_jacobian(at))
-                + np.diag(np.where(self.dependent, 0.0, 1.0)),
-            )
-        return self._at[1]
+        self._go(q)
+        return self._N.copy()
 
     def free_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """c(q, qd), shape (n,), in [rad/s²] or [m/s²]."""
-        at = finite("q", q, self.n)
-        return self._solved(at, -self.loop_bias(at, qd)[:, None])[:, 0]
+        self._go(q, qd)
+        return self._c.copy()
 
     def complete(self, q: ArrayLike, qd: ArrayLike, qdd: FloatArray) -> FloatArray:
         """N qdd + c: the accelerations of all coordinates, shape (n,), in [rad/s²] or [m/s²]."""
-        return np.asarray(self.free_motion(q) @ qdd + self.free_bias(q, qd))
-
-    def _solved(self, q: FloatArray, right: FloatArray) -> FloatArray:
-        """J_D⁻¹ right in the rows of the dependent coordinates, 0 in the others."""
-        D = self.dependent
-        rows = np.zeros((self.n, right.shape[1]))
-        if not D.any():
-            return rows
-        J = self.loop_jacobian(q)[:, D]
-        U, sizes, Vt = np.linalg.svd(J, full_matrices=False)
-        if len(sizes) < D.sum() or sizes[-1] <= _SHARE * sizes[0]:
-            name = self.coordinate_names[np.flatnonzero(D)[np.argmax(np.abs(Vt[-1]))]]
-            problem = "does not follow from the independent coordinates at this pose"
-            raise SimulationError(f"where loops close, {name} {problem}")
-        rows[D] = Vt.T @ ((U.T @ right) / sizes[:, None])
-        if right.shape[1] == self.n:
-            rows[:, D] = 0.0
-        return rows
+        self._go(q, qd)
+        all_of_them = finite("qdd", qdd, self.n).copy()
+        self._core.complete(self._handle, all_of_them.ctypes.data)
+        return all_of_them
 
     def mass_matrix(self, q: ArrayLike) -> FloatArray:
         """N'M N, and 1 for dependent coordinates, shape (n, n)."""
-        N = self.free_motion(q)
-        return np.asarray(N.T @ super().mass_matrix(q) @ N + np.diag(self.dependent.astype(float)))
+        M = super().mass_matrix(q)
+        self._go(q)
+        self._core.independent_mass(self._handle, self._flags.ctypes.data, M.ctypes.data)
+        return M
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """N'(C + M c + D qd), shape (n,), in [N·m] or [N]."""
-        rates = finite("qd", qd, self.n)
-        own = super().coriolis(q, qd) + self._all_damping * rates
-        own = own + super().mass_matrix(q) @ self.free_bias(q, qd)
-        return np.asarray(self.free_motion(q).T @ own)
+        h = super().coriolis(q, qd) + self._all_damping * finite("qd", qd, self.n)
+        M = super().mass_matrix(q)
+        self._go(q, qd)
+        self._core.independent_bias(self._handle, self.n, M.ctypes.data, h.ctypes.data)
+        return self._narrowed(h)
 
     def gravity(self, q: ArrayLike) -> FloatArray:
         """N'G, shape (n,), in [N·m] or [N]."""
-        return np.asarray(self.free_motion(q).T @ super().gravity(q))
+        return self._rows(q, super().gravity(q))
 
     def load(self, q: ArrayLike, w: ArrayLike) -> FloatArray:
         """N'w of a generalised load, shape (n,), in [N·m] or [N]."""
-        return np.asarray(self.free_motion(q).T @ finite("w", w, self.n))
+        return self._rows(q, finite("w", w, self.n))
 
     def muscle_jacobian(self, q: ArrayLike) -> FloatArray:
         """L N, shape (m, n), in [m/rad] or [m/m]."""
-        return np.asarray(super().muscle_jacobian(q) @ self.free_motion(q))
+        return self._rows(q, super().muscle_jacobian(q))
 
     def actuator_jacobian(self, q: ArrayLike) -> FloatArray:
         """L N, and behind it a row for each motor, shape (m + motors, n)."""
-        return np.asarray(super().actuator_jacobian(q) @ self.free_motion(q))
+        return self._rows(q, super().actuator_jacobian(q))
 
     def task_jacobian(self, q: ArrayLike) -> FloatArray:
         """J N of the tasks, shape (k, n)."""
-        return np.asarray(super().task_jacobian(q) @ self.free_motion(q))
+        return self._rows(q, super().task_jacobian(q))
 
     def task_bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
         """J' qd + J c of the tasks, shape (k,), in [m/s²] or [rad/s²]."""
-        J = super().task_jacobian(q)
-        return np.asarray(super().task_bias(q, qd) + J @ self.free_bias(q, qd))
+        bias, J = super().task_bias(q, qd), np.ascontiguousarray(super().task_jacobian(q))
+        self._go(q, qd)
+        self._core.independent_bias(self._handle, len(J), J.ctypes.data, bias.ctypes.data)
+        return bias
 
     def point_jacobian(self, q: ArrayLike) -> FloatArray:
         """J N of the task frames that are points, shape (3 p, n)."""
-        return np.asarray(super().point_jacobian(q) @ self.free_motion(q))
+        return self._rows(q, super().point_jacobian(q))
+
+    def _go(self, q: ArrayLike, qd: ArrayLike | None = None) -> None:
+        """Find N and c at a state."""
+        core, rates = self._core, np.zeros(self.n) if qd is None else finite("qd", qd, self.n)
+        core.move(self._handle, finite("q", q, self.n).tobytes())
+        bad = core.free_motion(self._handle, self._flags.ctypes.data, rates.tobytes())
+        if bad:
+            problem = "does not follow from the independent coordinates at this pose"
+            raise SimulationError(f"where loops close, {self.coordinate_names[bad - 1]} {problem}")
+
+    def _rows(self, q: ArrayLike, rows: FloatArray) -> FloatArray:
+        """Rows N: of a Jacobian, or of a generalised force."""
+        self._go(q)
+        return self._narrowed(np.array(rows))
+
+    def _narrowed(self, rows: FloatArray) -> FloatArray:
+        count = rows.size // self.n
+        self._core.independent_rows(self._handle, count, rows.ctypes.data)
+        return rows
 
 
 def control_dynamics(

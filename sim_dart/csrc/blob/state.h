@@ -88,7 +88,9 @@
     ARRAY(closing, closures ? dofs : 0) /* what closes gaps of q */                                    \
     ARRAY(closure_rows, closures *(dofs + 1))                                                          \
     ARRAY(free_motion, closures ? dofs * dofs : 0) /* N of qdd = N qdd_I + c, rows of coordinates */   \
-    ARRAY(free_bias, closures ? dofs : 0)          /* c */                                    \
+    ARRAY(free_bias, closures ? dofs : 0)          /* c */                                             \
+    ARRAY(free_row, closures ? dofs : 0)           /* of all coordinates, before it is narrowed by N */ \
+    ARRAY(free_matrix, closures ? dofs * dofs : 0)                                                     \
     ARRAY(task_bias, 3 * tasks)                                                                        \
     ARRAY(lengths, muscles)                                                                            \
     ARRAY(jacobian, muscles *dofs)                                                                     \

@@ -82,8 +82,7 @@ def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("example", "settings", "message"),
     [
-        ("planar_2r", {"controller.type": "lyapunov"}, "the law 'lyapunov'"),
-        ("planar_2r", {"controller.type": "torque_position"}, "the law 'torque_position'"),
+        ("planar_2r", {"controller.solver": "daqp"}, "the QP solver 'daqp'"),
         ("pick_up", {}, "worlds with contacts.*without --native"),
     ],
 )

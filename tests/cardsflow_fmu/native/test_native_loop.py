@@ -103,7 +103,7 @@ def test_the_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"controller.type": "lyapunov"}, "the law 'lyapunov'"),
+        ({"controller.solver": "daqp"}, "the QP solver 'daqp'"),
         ({"plant.engine": "dart"}, r'the engine "dart" \(plant\.engine\)'),
         ({"controller.engine": "dart"}, r'the engine "dart" \(controller\.engine\)'),
         ({"world": {"ground": {}}}, "worlds with contacts"),

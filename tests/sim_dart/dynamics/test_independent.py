@@ -62,23 +62,6 @@ def test_accelerations_are_those_of_reduced_coordinates(first: int) -> None:
         assert np.abs(found - expected).max() <= 1e-8 * scale
 
 
-@groups
-def test_the_core_finds_the_same_motions(first: int) -> None:
-    for seed, (robot, q, dynamics) in enumerate(cases(first)):
-        qd = moving(robot, q, np.random.default_rng(seed))
-        core, n = dynamics._core, len(q)
-        core.move(core.handle, q.tobytes())
-        flags = dynamics.dependent.astype(float)
-        assert core.free_motion(core.handle, flags.ctypes.data, qd.tobytes()) == 0
-        N, bias = core.array("free_motion", n * n).reshape(n, n), core.array("free_bias", n)
-        for got, expected in (
-            (N, dynamics.free_motion(q)),
-            (bias, dynamics.free_bias(q, qd)),
-        ):
-            scale = max(1.0, float(np.abs(expected).max()))
-            assert np.abs(got - expected).max() <= 1e-9 * scale
-
-
 def test_positions_of_dependent_coordinates_move_by_n() -> None:
     """N is the derivative of the closed pose."""
     robot, step = five_bar(), 1e-6

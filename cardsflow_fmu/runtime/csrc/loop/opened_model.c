@@ -1,5 +1,6 @@
 #include "opened_model.h"
 
+#include "../../../../controllers/csrc/laws/computed_torque.h"
 #include "../native/layout.h"
 #include "../native/open.h"
 
@@ -14,6 +15,11 @@ const char *native_model_layout(int32_t kind)
 uint32_t native_model_layout_hash(int32_t kind)
 {
     return native_layout_hash((enum native_kind)kind);
+}
+
+int32_t native_model_law(const char *name)
+{
+    return computed_torque_law(name);
 }
 
 static void say(char *message, size_t capacity, const char *text)

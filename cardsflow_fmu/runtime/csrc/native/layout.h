@@ -95,6 +95,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, predict, 1, models)
 #define CONTROLLER_LAW_FIELDS(FIELD)                                                                          \
     FIELD(double, H_f, 1, forces)                                                                             \
+    FIELD(double, law, 1, models)                                                                             \
+    FIELD(double, priority, 1, tasks)                                                                         \
     FIELD(double, norm, 1, models)                                                                            \
     FIELD(double, passive, 1, q)                                                                              \
     FIELD(double, H_q, 1, q)                                                                                  \

@@ -34,6 +34,7 @@ int native_robot_open(struct native_robot *robot, const struct native_file *file
     robot->task_bias = array(c, "task_bias", &length);
     robot->mass_matrix = array(c, "mass_matrix", &length);
     robot->bias = array(c, "coriolis", &length);
+    robot->gravity = array(c, "gravity", &length);
     robot->tensions = array(c, "tensions", &length);
     robot->far_tensions = array(c, "far_tensions", &robot->far);
     robot->force_low = array(c, "force_low", &length);

@@ -12,7 +12,7 @@ struct native_robot {
     void *memory;
     size_t n, m, s, tasks, far, bends;
     double *q, *qd, *lengths, *jacobian, *task_values, *task_jacobian, *task_bias;
-    double *mass_matrix, *bias;
+    double *mass_matrix, *bias, *gravity;
     double *tensions, *states; /* m, s: of muscles with tension laws */
     double *force_low, *force_high, *commands; /* m */
     double *far_tensions; /* far: m where cables have friction, else none */

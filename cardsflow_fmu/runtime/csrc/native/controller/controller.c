@@ -43,6 +43,16 @@ static void terms(void *self, const double *q, const double *qd, double *M, doub
     native_independent_terms(c, robot, qd, M, h, L);
 }
 
+/* G at the state of the terms, asked for after them. */
+static void gravity(void *self, const double *q, double *G)
+{
+    struct native_robot *robot = self;
+    (void)q;
+    core_gravity(robot->core);
+    memcpy(G, robot->gravity, robot->n * sizeof(double));
+    native_independent_gravity(controller_of(self), robot, G);
+}
+
 /* Which way cables with friction rub, by the way of the joints since the last tick. */
 static void follow(const struct controller *c, const struct native_robot *robot)
 {
@@ -317,7 +327,6 @@ static void free_controller(struct controller *c)
 {
     native_muscles_close(&c->muscles);
     free(c->falling);
-    free(c->room);
     free(c->slid);
     free(c->loop);
     free(c);
@@ -343,10 +352,11 @@ static const struct model_functions FUNCTIONS = {
 
 static int open_loop(struct native_model *native, struct controller *c)
 {
+    native_independent_open(c, &native->robot);
     const struct native_robot *robot = &native->robot;
-    const control_robot without = {&native->robot, terms, tasks, NULL, NULL, NULL};
-    const control_robot with_loops = {&native->robot, terms, tasks, complete, c->settings.dependent, NULL};
-    const control_robot asked = c->room ? with_loops : without;
+    const control_robot without = {&native->robot, terms, tasks, NULL, NULL, gravity};
+    const control_robot with_loops = {&native->robot, terms, tasks, complete, c->settings.dependent, gravity};
+    const control_robot asked = c->has_dependent ? with_loops : without;
     const int n = (int)robot->n, a = (int)c->a, k = (int)c->k;
     const size_t size = control_loop_size(n, a, k);
     void *memory = size ? malloc(size) : NULL;
@@ -368,8 +378,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
     struct controller *c = calloc(1, sizeof *c);
     int failed = !c || native_controller_settings(c, native, error);
     if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) ||
-                           native_falling_open(c) || open_slid(c, &native->robot) || native_independent_open(c, &native->robot) ||
-                           open_loop(native, c)))) {
+                           native_falling_open(c) || open_slid(c, &native->robot) || open_loop(native, c)))) {
         text_set(error, "there is no memory for the controller");
         failed = 1;
     }
