@@ -11,9 +11,13 @@ enum { STEPS = 100 };
 /* How much a distance is widened where rounding errors let no x fit that should, relative to itself. */
 static const real WIDER = PRECISE(1e-10, 1e-5);
 
-/* How far a step of the proximal point method may go, in distances of the first x from p: first that, and where
-   a program is not solved, less.                                                                      */
+/* A proof that raises the distance by less than this part of what is open is loose. */
+static const real SLOW = 0.1;
+
+/* How far the first step of the proximal point method may go, in distances of the first x from p, and where a
+   program is not solved, less; and how often later ones may go ten times as far.                      */
 static const real FAR[2] = {100, 1};
+enum { FARTHER = 6 };
 
 /* A step that changes x by less than this part of that distance is the last. */
 static const real SMALLEST_STEP = PRECISE(1e-12, 1e-5);
@@ -88,26 +92,37 @@ static real largest_distance(const dual_newton *s, const real *c, const real *p,
     return t;
 }
 
+/* The x nearest to p of all that fit a distance; an enum dual_newton_status. */
+static int fit(dual_newton *s, box bounds, const real *c, const real *p, real t)
+{
+    for (size_t i = 0; i < s->n; i++) {
+        s->lb[i] = lower(bounds, p, i, reach(c, i, t));
+        s->ub[i] = upper(bounds, p, i, reach(c, i, t));
+    }
+    return nearest(s, p);
+}
+
 int least_largest(dual_newton *s, box bounds, const real *c, const real *p, const real *first)
 {
-    const real most = largest_distance(s, c, p, first);
-    real t = least_distance(s, bounds, c, p), wider = WIDER;
+    real t = least_distance(s, bounds, c, p), most = largest_distance(s, c, p, first), wider = WIDER;
     memset(s->softness, 0, s->m * sizeof(real));
     for (int step = 0; step < STEPS && t < most; step++) {
-        for (size_t i = 0; i < s->n; i++) {
-            s->lb[i] = lower(bounds, p, i, reach(c, i, t));
-            s->ub[i] = upper(bounds, p, i, reach(c, i, t));
-        }
-        const int status = nearest(s, p);
+        int status = fit(s, bounds, c, p, t);
         if (status != DUAL_NEWTON_INFEASIBLE && status != DUAL_NEWTON_NOT_CONVERGED) return status;
-        const real next = status == DUAL_NEWTON_INFEASIBLE ? refuted(s, bounds, c, p, t) : t;
+        real next = status == DUAL_NEWTON_INFEASIBLE ? refuted(s, bounds, c, p, t) : t;
+        if (next < t + SLOW * (most - t)) { /* a loose proof: one half way fits, or makes a better one */
+            const real middle = next + (most - next) / 2;
+            status = fit(s, bounds, c, p, middle);
+            if (status == DUAL_NEWTON_INFEASIBLE) next = larger(next, refuted(s, bounds, c, p, middle));
+            if (status == DUAL_NEWTON_SOLVED) most = smaller(most, largest_distance(s, c, p, s->x));
+        }
         if (next <= t * (1 + WIDER)) {
             t *= 1 + wider;
             wider *= 2;
         } else
             t = next;
     }
-    memcpy(s->x, first, s->n * sizeof(real));
+    if (fit(s, bounds, c, p, most) != DUAL_NEWTON_SOLVED) memcpy(s->x, first, s->n * sizeof(real));
     return t < most ? DUAL_NEWTON_NOT_CONVERGED : DUAL_NEWTON_SOLVED;
 }
 
@@ -171,6 +186,7 @@ static int proximal_points(dual_newton *s, dual_newton *parts, const real *c, re
             change = larger(change, fabs(parts->x[n + i] - s->ub[i]));
         }
         if (change <= SMALLEST_STEP * size) return DUAL_NEWTON_SOLVED;
+        for (size_t i = 0; i < 2 * n && step < FARTHER; i++) parts->H_diagonal[i] *= (real)0.1;
     }
     return DUAL_NEWTON_NOT_CONVERGED;
 }
