@@ -71,10 +71,6 @@ class ControlLoop:
 
     Attributes:
         law: The law.
-        acting: The forces that act from this tick to the next, and behind them the torques of
-            motors, shape (a,), in [N] and [N·m].
-        disturbance: The observer's generalised load, on the left of the motion equation, shape
-            (n,), in [N·m] or [N].
     """
 
     def __init__(
@@ -119,13 +115,20 @@ class ControlLoop:
 
     @property
     def acting(self) -> FloatArray:
-        """Forces and torques of motors until the next tick, shape (a,): the loop's own memory."""
-        return self._loop["acting"]
+        """The forces that act from this tick to the next, and behind them the torques of motors.
+
+        Shape (a,), in [N] and [N·m]. What is put in their place is what the observer knows.
+        """
+        return self._loop["acting"].copy()
+
+    @acting.setter
+    def acting(self, forces: FloatArray) -> None:
+        self._loop.write(acting=forces, seen_forces=forces)
 
     @property
     def disturbance(self) -> FloatArray:
-        """The observer's load, shape (n,), in [N·m] or [N]: the loop's own memory."""
-        return self._loop["disturbance"]
+        """The observer's load on the left of the motion equation, shape (n,), in [N·m] or [N]."""
+        return self._loop["disturbance"].copy()
 
     def reset(self, forces: FloatArray) -> None:
         """Forget everything.

@@ -159,8 +159,8 @@ class PythonController:
     def _rise(self) -> None:
         """What acts is less while a lost state has not been back for long."""
         if self._ramp is not None:
-            acting, rest = self._loop.acting, resting(self._f_min, self._f_max)
-            acting[:] = self._ramp.rising(self._loop.period, rest, acting, self._q)
+            loop, rest = self._loop, resting(self._f_min, self._f_max)
+            loop.acting = self._ramp.rising(loop.period, rest, loop.acting, self._q)
 
     def _fall(self, ramp: CommandRamp) -> None:
         """A tick without a state: commands go down, and the loop forgets what it knew."""
