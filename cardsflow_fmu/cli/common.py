@@ -93,6 +93,17 @@ def add_cable_set(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cable-set", help="the cable set to use; the file's own when left out")
 
 
+def refuse_flags(parser: argparse.ArgumentParser, flags: Sequence[str], instead: str) -> None:
+    """Refuse flags that no longer exist, and say what to do instead."""
+
+    class Refused(argparse.Action):
+        def __call__(self, parser: Any, namespace: Any, values: Any, option: Any = None) -> None:
+            parser.exit(BAD_INPUT, f"cardsflow: {option} is no longer an option: {instead}\n")
+
+    for flag in flags:
+        parser.add_argument(flag, action=Refused, nargs=0, help=argparse.SUPPRESS)
+
+
 def add_words(parser: argparse.ArgumentParser, option: str, metavar: str, text: str) -> None:
     """Add an option with words, commas between them."""
     parser.add_argument(option, type=_words, default=[], metavar=f"{metavar},...", help=text)

@@ -207,7 +207,7 @@ def _refusal(experiment: Experiment | None) -> CardsflowError | None:
     """What a run of an experiment would end with before its first step."""
     if experiment is None:
         return None
-    from cardsflow_fmu.simulation.from_experiment import require_openable
+    from cardsflow_fmu.simulation.open import require_openable
 
     try:
         require_openable(experiment)

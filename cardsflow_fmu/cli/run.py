@@ -21,6 +21,7 @@ from .common import (
     experiment_of,
     print_files,
     print_result,
+    refuse_flags,
     settings_of,
 )
 from .progress import progress_bar
@@ -28,8 +29,9 @@ from .view import add_live_options, refuse_view, watched
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
-    from cardsflow_fmu.simulation.from_experiment import Through
     from cardsflow_fmu.simulation.result import SystemResult
+
+_INSTEAD = "give --compute c or python, and --coupling fmu or direct"
 
 
 def add_run(commands: Commands) -> None:
@@ -44,16 +46,19 @@ def add_run(commands: Commands) -> None:
     add_experiment(parser, "; or an .ssp file")
     add_output(parser, "folder for the results")
     add_verbose(parser, "print every signal, not the worst of each kind")
-    stepped = parser.add_mutually_exclusive_group()
-    stepped.add_argument(
-        "--direct", action="store_true", help="step plain Python objects instead of FMUs"
+    parser.add_argument(
+        "--compute",
+        choices=("c", "python"),
+        help="who computes: C wherever C can, or models that a Python process hosts; "
+        "run.compute of the experiment when left out",
     )
-    stepped.add_argument(
-        "--native", action="store_true", help="step models in C, all in C, instead of FMUs"
+    parser.add_argument(
+        "--coupling",
+        choices=("fmu", "direct"),
+        help="FMUs, or the models directly, in one loop in C where all of them compute in C; "
+        "run.coupling of the experiment when left out",
     )
-    stepped.add_argument(
-        "--python", action="store_true", help="FMUs with models in Python, where C has them as well"
-    )
+    refuse_flags(parser, ("--direct", "--native", "--python"), _INSTEAD)
     parser.add_argument(
         "--hardware",
         metavar="URI",
@@ -86,13 +91,16 @@ def add_run(commands: Commands) -> None:
 def _run(options: argparse.Namespace) -> int:
     if options.experiment.suffix == ".ssp":
         return _run_system(options)
-    from cardsflow_fmu.hardware.session.connect import require_connectable
     from cardsflow_fmu.simulation.run import RunError, run
 
     if options.hardware is not None:
         options.set += [f"hardware.link={json_text(options.hardware)}", "hardware.use=true"]
+    options.set += [f"run.{key}={value}" for key, value in _engine(options).items()]
     experiment = experiment_of(options)
-    require_connectable(experiment)  # before anything is built
+    if experiment.hardware.use:
+        from cardsflow_fmu.hardware.session.connect import require_connectable
+
+        require_connectable(experiment)  # before anything is built
     for warning in experiment.warnings():
         print(f"cardsflow: warning: {warning}", file=sys.stderr)
     _print_observability(experiment)
@@ -104,7 +112,6 @@ def _run(options: argparse.Namespace) -> int:
                 result = run(
                     experiment,
                     options.output,
-                    through=_through(options),
                     realtime=options.realtime or options.publish is not None,
                     progress=progress,
                     watch=watch,
@@ -132,18 +139,19 @@ def _print_observability(experiment: Experiment) -> None:
 
 
 def _run_system(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.hardware.session.open_link import open_link
     from cardsflow_fmu.simulation.run import RunError, run_system
 
     refuse_view(options, "is for experiments; run the .ssp, and then view its results")
-    if (through := _through(options)) != "fmu":
-        what = f"holds FMUs, which --{through} cannot change or do without"
+    if engine := _engine(options):
+        what = f"holds FMUs, which --{next(iter(engine))} cannot change or do without"
         raise InputError(what, file=options.experiment)
     settings = settings_of(options.set)
     if options.hardware is not None:
         if not options.hardware.startswith(
             ("loopback:", "emulated:")
         ):  # whose device hardware.fmu makes
+            from cardsflow_fmu.hardware.session.open_link import open_link
+
             open_link(options.hardware)  # is refused where no link understands it
         settings["variant"] = "hardware"
     if options.as_script:
@@ -169,30 +177,27 @@ def _run_system(options: argparse.Namespace) -> int:
     return _code(result, options)
 
 
-def _through(options: argparse.Namespace) -> Through:
-    if options.python:
-        return "python"
-    return "direct" if options.direct else "native" if options.native else "fmu"
+def _engine(options: argparse.Namespace) -> dict[str, str]:
+    """Who computes and how they are coupled, where the options say."""
+    given = {"compute": options.compute, "coupling": options.coupling}
+    return {key: value for key, value in given.items() if value is not None}
 
 
 def _print_script(options: argparse.Namespace, experiment: Experiment | None = None) -> int:
     from .run_script import fmpy_script, missing_in_fmpy, run_script
 
     refuse_view(options, "is not in a script; leave it out")
-    path, output, through = options.experiment, options.output, _through(options)
-    if experiment is not None and through in ("fmu", "python"):
+    path, output = options.experiment, options.output
+    if experiment is not None and experiment.run.coupling == "fmu":
         missing = missing_in_fmpy(experiment, options.realtime)
         if missing is None:
-            python, hardware = through == "python", experiment.hardware.use
+            python, hardware = experiment.run.compute == "python", experiment.hardware.use
             print(fmpy_script(path, output, options.set, python=python, hardware=hardware), end="")
             return GOOD
         what = f"{missing} is not in the script in plain FMPy; this one is by cardsflow_fmu"
         print(f"cardsflow: warning: {what}", file=sys.stderr)
     settings = settings_of(options.set)
-    print(
-        run_script(path, output, settings, through=through, realtime=options.realtime),
-        end="",
-    )
+    print(run_script(path, output, settings, realtime=options.realtime), end="")
     return GOOD
 
 
@@ -241,20 +246,14 @@ def add_build(commands: Commands) -> None:
         help="what the FMUs run on: linux64, win64, darwin64, aarch64-linux, ...; when not given "
         "this platform, native ones all that came with the package; others need the extra `cross`",
     )
-    kind = parser.add_mutually_exclusive_group()
-    kind.add_argument(
-        "--native",
-        action="store_true",
-        default=None,
-        help="plant, controller and reference in C, or nothing: without it those that can; "
-        "they need no Python where they run",
+    parser.add_argument(
+        "--compute",
+        choices=("c", "python"),
+        help="who computes: c in all FMUs, which need no Python where they run, or nothing is "
+        "built; python in none, a Python process hosts the models; c in those that can when left "
+        "out",
     )
-    kind.add_argument(
-        "--python",
-        dest="native",
-        action="store_false",
-        help="all models in Python, where C has them as well",
-    )
+    refuse_flags(parser, ("--native", "--python"), "give --compute c or --compute python")
     add_json(parser, "the files")
 
 
@@ -269,9 +268,9 @@ def _build(options: argparse.Namespace) -> int:
         fmi=options.fmi,
         arrays=not options.scalars,
         platforms=options.platforms,
-        native=options.native,
+        compute=options.compute,
     )
-    if options.native is None:
+    if options.compute is None:
         for model, what in why_python(experiment).items():
             print(f"cardsflow: {model}.fmu is in Python: C does not have {what}", file=sys.stderr)
     engines = ", ".join(f"{model} {engine}" for model, engine in system_engines(files).items())

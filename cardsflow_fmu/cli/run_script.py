@@ -36,7 +36,7 @@ def missing_in_fmpy(experiment: Experiment, realtime: bool) -> str | None:
             for target, source in experiment.wiring.items()
         ),
         "a disturbance that the controller does not know of": hidden,
-        f"coupling {experiment.run.coupling.scheme}": experiment.run.coupling != Coupling(),
+        f"the coupling scheme {experiment.run.scheme}": experiment.run.stepping != Coupling(),
         "hardware.approach": experiment.hardware.use and experiment.hardware.approach is not None,
     }
     return next((name for name, is_there in found.items() if is_there), None)
@@ -55,7 +55,7 @@ def fmpy_script(
         hardware: Whether hardware.fmu is in the plant's place unless its user says otherwise.
     """
     words = [str(path), *(word for change in settings for word in ("--set", change))]
-    words += ["--python"] if python else []
+    words += ["--compute", "python"] if python else []
     folder = shlex.quote("fmus" if output is None else str(output))
     description = f"""\
 The FMUs of {path.as_posix()}, stepped in plain FMPy; no import of this package.
@@ -74,7 +74,6 @@ def run_script(
     output: Path | None,
     settings: Mapping[str, Any],
     *,
-    through: str = "fmu",
     realtime: bool = False,
 ) -> str:
     """A script that runs an experiment, or the FMUs of an .ssp file, by this package.
@@ -83,15 +82,12 @@ def run_script(
         experiment: An experiment.toml, its folder, or an .ssp.
         output: Folder for the results; the experiment's own when None.
         settings: Changes by full key.
-        through: What is stepped: FMUs, plain Python objects, or a loop in C.
         realtime: Whether steps wait for their time by the clock.
     """
     is_system = experiment.suffix == ".ssp"
     options: dict[str, Any] = {} if output is None else {"output": str(output)}
     if is_system and settings:
         options["settings"] = dict(settings)
-    if through != "fmu":
-        options["through"] = through
     if realtime:
         options["realtime"] = True
     words = "".join(f", {key}={value!r}" for key, value in options.items())

@@ -101,9 +101,9 @@ class Experiment:
         return ("plant", "reference", *self.roles[len(ROLES) :], "controller")
 
     @property
-    def coupling(self) -> Coupling:
+    def stepping(self) -> Coupling:
         """In what order these are stepped: sensors and estimator right before the controller."""
-        own = self.run.coupling
+        own = self.run.stepping
         if own.scheme == "jacobi" or len(self.roles) == len(ROLES):
             return own
         at = own.order.index("controller")

@@ -76,10 +76,18 @@ def read_carried_experiment(file: Path) -> dict[str, Any]:
     """
     data = read_settings(file)
     require_closed(data, file)
+    _rename_scheme(data)
     found = experiment_settings(data, file)
     for own in (found["robot_files"], *(part.files for part in found.get("parts", ()))):
         require_carried(own, file.parent)
     return found
+
+
+def _rename_scheme(data: Any) -> None:
+    """Name the coupling scheme as experiments do; older FMUs carry it as `coupling`."""
+    run = data.get("run")
+    if isinstance(run, dict) and "coupling" in run:
+        run["scheme"] = run.pop("coupling")
 
 
 def _require_experiment(path: Path, file: Path) -> None:

@@ -117,7 +117,7 @@ def experiment_text(
         *_line("step", beginning.step, run),
         *_line("duration", motion.points[-1].time, run),
         *_line("output", "results", run),
-        *_defaults(run, {"format", "coupling"}),
+        *_defaults(run, {"format", "compute", "coupling", "scheme"}),
         "",
         "# Other tables:",
         *(f"# [{name}]  {_meaning(tables[name])}" for name in _BESIDE),

@@ -11,7 +11,6 @@ from .c_model import CModel
 from .controller import ControllerModel
 from .estimator import EstimatorModel
 from .experiment_model import ExperimentModel
-from .hardware import HardwareModel
 from .plant import PlantModel
 from .reference import ReferenceModel
 from .sensors import SensorsModel
@@ -25,11 +24,18 @@ C_MODELS: dict[str, type[CModel]] = {
 }
 """Models that compute in C wherever the experiment needs no Python and no DART."""
 
-MODELS: dict[str, type[ExperimentModel]] = {**C_MODELS, HARDWARE: HardwareModel}
+
+def model_class(name: str) -> type[ExperimentModel]:
+    """The class of a model."""
+    if name == HARDWARE:
+        from .hardware import HardwareModel  # with sessions and links
+
+        return HardwareModel
+    return C_MODELS[name]
 
 
 def native_model(
-    experiment: Experiment, model: str, instead: str = "build it without --native"
+    experiment: Experiment, model: str, instead: str = "build it without --compute c"
 ) -> NativeModel:
     """The native model of an experiment; arguments as of `require_in_c`.
 

@@ -25,12 +25,25 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.signals.ports import SOLVE_TIME
 from cardsflow_fmu.utils.arrays import FloatArray
 
-from .by_role import C_MODELS, require_in_c
+from .by_role import C_MODELS, missing_in_c, require_in_c
 from .native.binding import native_library
 from .native.opened_model import OpenedModel
 
 _CHUNK = 1024  # steps a call: some ten milliseconds, so that Ctrl-C takes effect
-_INSTEAD = 'run it as FMUs (without --native; in a study with engine = "fmu")'
+_INSTEAD = "run it with `compute = 'python'`, or as FMUs"
+
+
+def runs_in_c(experiment: Experiment) -> bool:
+    """Whether a run of the experiment, as its settings are, is one loop in C."""
+    run = experiment.run
+    return run.compute == "c" and run.coupling == "direct" and missing_in_loop(experiment) is None
+
+
+def missing_in_loop(experiment: Experiment) -> str | None:
+    """What a run of the experiment has that is not in C, in words; None where all of it is."""
+    lacking = _lacking(experiment, experiment.columns)
+    missing = (missing_in_c(experiment, name) for name in experiment.columns)
+    return lacking or next((what for what in missing if what is not None), None)
 
 
 def require_native(experiment: Experiment, names: Sequence[str]) -> None:
@@ -151,7 +164,7 @@ class NativeLoop(StepLoop):
         experiment = self._experiment
         copies = connect(parts, experiment.wiring)
         numbers = {part.name: k for k, part in enumerate(parts)}
-        groups, before = experiment.coupling.stages(list(numbers))
+        groups, before = experiment.stepping.stages(list(numbers))
         turns: list[list[int]] = []
         routes: list[tuple[int, ...]] = []
         changes: list[tuple[float, ...]] = []

@@ -11,10 +11,10 @@ from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.files import is_folder
 from cardsflow_fmu.hardware.protocol.recording import (
     MISSED,
-    RECORDING_FILE,
     is_recording,
     read_recording,
 )
+from cardsflow_fmu.results.files import RECORDING_FILE
 from cardsflow_fmu.results.saved_run import read_results
 from cardsflow_fmu.signals.hardware import MEASURED_TORQUE
 from cardsflow_fmu.signals.muscles import driven_muscles, tension_signals

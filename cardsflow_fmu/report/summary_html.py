@@ -91,7 +91,7 @@ _ROWS = (
     ("duration [s]", "duration"),
     ("step [s]", "step"),
     ("control period [s]", "control_period"),
-    ("coupling", "coupling"),
+    ("coupling scheme", "scheme"),
     ("tracking, RMS [{unit}]", "tracking.rms"),
     ("tracking, largest [{unit}]", "tracking.max"),
     ("ticks", "ticks"),

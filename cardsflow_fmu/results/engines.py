@@ -10,38 +10,45 @@ from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
 from cardsflow_fmu.experiment.settings.own_law import OwnLaw
 from cardsflow_fmu.models.by_role import missing_in_c
+from cardsflow_fmu.models.native_loop import missing_in_loop, runs_in_c
 from cardsflow_fmu.runtime.model_file import NATIVE_FILE
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import entry_bytes, opened_archive
 
-MASTERS = {
-    "fmu": "Python, over FMUs",
-    "python": "Python, over FMUs",
-    "direct": "Python, over objects",
-    "native": "C",
-}
-"""What steps the participants, by how a run goes."""
+OVER_FMUS = "Python, over FMUs"
 
 
-def engines(experiment: Experiment, through: str) -> dict[str, str]:
-    """Engines of plant and controller.
+def master(experiment: Experiment) -> str:
+    """What steps the participants."""
+    if experiment.run.coupling == "fmu":
+        return OVER_FMUS
+    return "C" if runs_in_c(experiment) else "Python, over objects"
 
-    Args:
-        experiment: The experiment.
-        through: As of `run`.
-    """
-    if through == "native":
+
+def engines(experiment: Experiment) -> dict[str, str]:
+    """Engines of plant and controller."""
+    if runs_in_c(experiment):
         return {"plant": "native", "controller": "native"}
     from sim_dart.plant.settings import chosen_engine
 
     plant = chosen_engine(experiment.plant.engine, experiment.scene, experiment.plant_robot)
     controller = "dart" if experiment.controller.engine == "dart" else "core"
     found = {"plant": str(plant), "controller": controller}
-    if through == "fmu":
+    if (experiment.run.compute, experiment.run.coupling) == ("c", "fmu"):
         found |= dict.fromkeys(found.keys() - why_python(experiment).keys(), "native")
     if experiment.hardware.use:
         found["plant"] = HARDWARE
     return found | {role: fmu.file.name for role, fmu in experiment.fmus.items() if role in found}
+
+
+def not_in_c(experiment: Experiment) -> dict[str, str]:
+    """What of a run is in Python although C is to compute, with what C does not have of it."""
+    if experiment.run.compute == "python":
+        return {}
+    if experiment.run.coupling == "fmu":
+        return why_python(experiment)
+    missing = missing_in_loop(experiment)
+    return {} if missing is None else {"loop": missing}
 
 
 def why_python(experiment: Experiment) -> dict[str, str]:

@@ -12,8 +12,9 @@ from typing import Self
 
 from addin_sdfusion.robot import CardsflowError, InputError, limits
 from addin_sdfusion.robot.files import file_error, read_file, write_files
-from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, is_recording
 from cardsflow_fmu.utils.folder_lock import made_folder
+
+from .files import RECORDING_FILE
 
 _SUMMARY = "summary.json"
 _OWN = (
@@ -96,11 +97,17 @@ class OutputFolder:
             what = f"holds {link}, which is a link; remove it, or choose another output folder"
             raise InputError(what, file=self.path)
         there = [name for name in _OWN if (self.path / name).exists()]
-        if RECORDING_FILE in there and is_recording(self.path / RECORDING_FILE):
+        if RECORDING_FILE in there and _is_recording(self.path / RECORDING_FILE):
             there.remove(RECORDING_FILE)  # of a run that was killed
         if there and not _is_summary(self.path / _SUMMARY):
             what = f"holds {there[0]}, which no run has written; choose another output folder"
             raise InputError(what, file=self.path)
+
+
+def _is_recording(file: Path) -> bool:
+    from cardsflow_fmu.hardware.protocol.recording import is_recording
+
+    return is_recording(file)
 
 
 def _is_summary(file: Path) -> bool:

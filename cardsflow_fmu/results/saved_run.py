@@ -120,7 +120,7 @@ def _findings(result: ExperimentRunData) -> dict[str, Any]:
     every = round(experiment.controller.period / experiment.run.step)
     ticks = list(range(0, rows, every))
     recording = Recording(result.names, result.rows, result.units, ticks, [], STARTED)
-    summary = summarize(experiment, recording, Speed(0.0, 0.0), "fmu")
+    summary = summarize(experiment, recording, Speed(0.0, 0.0))
     counts = ("infeasible_ticks", "not_converged_ticks", "ticks")
     found = ("tracking", "forces", *counts, "slack", "contact_friction", "warnings")
     return {key: summary[key] for key in found if key in summary}

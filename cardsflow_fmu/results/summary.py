@@ -28,7 +28,7 @@ from cardsflow_fmu.signals.world import FRICTION_ERROR, FRICTION_NOT_CONVERGED
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
-from .engines import MASTERS, engines, why_python
+from .engines import OVER_FMUS, engines, master, not_in_c
 from .estimation import estimation
 from .verdict import problems
 
@@ -53,7 +53,6 @@ def summarize(
     experiment: Experiment,
     recording: Recording,
     speed: Speed,
-    through: str,
     observed: Mapping[str, Any] = {},
 ) -> dict[str, Any]:
     """The summary of an experiment's run; signals that an external FMU lacks are left out.
@@ -62,7 +61,6 @@ def summarize(
         experiment: The experiment.
         recording: Its recording.
         speed: Its times.
-        through: `direct`, `fmu` or `native`.
         observed: What the sensors tell of the reference's poses; see `analysis.observable`.
     """
     robot, columns = experiment.robot, recording.columns
@@ -80,12 +78,12 @@ def summarize(
         "robot": robot.name,
         "cable_set": robot.cable_set,
         **_course(recording, columns),
-        "coupling": experiment.coupling.scheme,
+        "scheme": experiment.stepping.scheme,
         "step": experiment.run.step,
         "control_period": experiment.controller.period,
-        "engine": engines(experiment, through),
-        "not_in_c": why_python(experiment) if through == "fmu" else {},
-        "master": MASTERS[through],
+        "engine": engines(experiment),
+        "not_in_c": not_in_c(experiment),
+        "master": master(experiment),
         **(
             signals := _contacts(experiment, columns)
             | estimation(experiment, columns, observed)
@@ -103,7 +101,7 @@ def summarize_system(
     recording: Recording,
     speed: Speed,
     *,
-    coupling: str,
+    scheme: str,
     step: float,
     engine: Mapping[str, str],
 ) -> dict[str, Any]:
@@ -113,7 +111,7 @@ def summarize_system(
         name: Name of the system.
         recording: Its recording.
         speed: Its times.
-        coupling: Name of the coupling scheme.
+        scheme: Name of the coupling scheme.
         step: Communication step, in [s].
         engine: Engines of plant and controller.
     """
@@ -129,10 +127,10 @@ def summarize_system(
     return {
         "experiment": name,
         **_course(recording, columns),
-        "coupling": coupling,
+        "scheme": scheme,
         "step": step,
         "engine": dict(engine),
-        "master": MASTERS["fmu"],
+        "master": OVER_FMUS,
         **(signals := _signals(recording, columns, followed, forces, {})),
         **_torques(
             {n: (None, None, recording.units.get(n, "")) for n in columns if n.startswith("tau.")},

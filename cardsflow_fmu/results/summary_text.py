@@ -83,9 +83,10 @@ def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:
 def _title(summary: Mapping[str, Any]) -> str:
     period = summary.get("control_period")
     control = "" if period is None else f"control every {period:.6g} s, "
+    scheme = f"{summary['scheme']} coupling, " if "scheme" in summary else ""
     return (
         f"{summary['experiment']}: {summary['duration']:.6g} s, steps of {summary['step']:.6g} s, "
-        f"{control}{summary['coupling']} coupling, {summary['status']}"
+        f"{control}{scheme}{summary['status']}"
     )
 
 

@@ -6,13 +6,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from addin_sdfusion.robot.files import write_files
+from cardsflow_fmu.config.table import checked
 from cardsflow_fmu.experiment.carried_files import require_own
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.run import Compute
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
-from cardsflow_fmu.models.by_role import C_MODELS, MODELS, missing_in_c, native_model
+from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c, model_class, native_model
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
@@ -20,6 +22,7 @@ from cardsflow_fmu.ssp.from_experiment import experiment_system, with_plant
 from cardsflow_fmu.ssp.writer import write_ssp
 from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.folder_lock import made_folder
+from cardsflow_fmu.utils.renamed import refuse_arguments
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 SYSTEM_FILE = "system.ssp"
@@ -33,6 +36,7 @@ def model_name(role: str, experiment: Experiment) -> str:
     return HARDWARE if role == "plant" and experiment.hardware.use else role
 
 
+@refuse_arguments(native="give compute='c' for True, 'python' for False")
 def build(
     experiment: Experiment,
     folder: str | Path,
@@ -40,7 +44,7 @@ def build(
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     platforms: Sequence[str] | None = None,
-    native: bool | None = None,
+    compute: Compute | None = None,
 ) -> dict[str, Path]:
     """Build plant.fmu, controller.fmu, reference.fmu and hardware.fmu, and system.ssp of them.
 
@@ -53,16 +57,20 @@ def build(
         arrays: Whether FMUs of FMI 3.0 have arrays.
         platforms: Platforms of the FMUs, such as `linux64`. When None, on this platform; native
             ones on all whose library came with the package. Others need the extra `cross`.
-        native: Whether plant, controller and reference compute in C alone, and need no Python
-            where they run: when None, those that can; when True, all of them, and hardware.fmu,
-            which has its model in Python, is left out; when False, none.
+        compute: `c` for C in all of them, which need no Python where they run: hardware.fmu, which
+            has its model in Python, is left out; `python` for models that a Python process hosts.
+            When None, that of the experiment, and `c` is for those that can.
 
     Returns:
         The FMUs, by the name of the model; the .ssp stands beside them.
 
     Raises:
-        InputError: The folder cannot be written, or the external FMUs do not fit or may not travel.
+        InputError: The folder cannot be written, the external FMUs do not fit or may not travel,
+            or something is not in C where all is to be.
     """
+    native: bool | None = checked(Compute, compute or experiment.run.compute, "compute") == "c"
+    if compute is None and native:
+        native = None
     for fmu in experiment.fmus.values():
         require_own(fmu.file, experiment.roots, fmu.key)
     with temporary_folder() as aside:
@@ -139,9 +147,9 @@ def build_fmus(
     return {
         name: write_fmu(
             folder / f"{name}.fmu",
-            model_class=MODELS[name],
+            model_class=model_class(name),
             model_name=name,
-            ports=MODELS[name].table(experiment),
+            ports=model_class(name).table(experiment),
             resources=experiment_resources(experiment, with_hardware=name == HARDWARE),
             step=steps.get(name, experiment.run.step),
             stop_time=experiment.run.duration,
@@ -150,7 +158,7 @@ def build_fmus(
             arrays=arrays,
             libraries=(libraries or {}).get(kinds[name]),
             native=native_model(experiment, name) if kinds[name] else None,
-            dependencies=MODELS[name].dependencies(experiment),
+            dependencies=model_class(name).dependencies(experiment),
             sources=sources,
         )
         for name in names
@@ -160,7 +168,7 @@ def build_fmus(
 
 def _build_system(experiment: Experiment, fmus: Mapping[str, Path], folder: Path) -> Path:
     """The .ssp of FMI 2 FMUs with scalars, and of the external FMUs that take their place."""
-    tables = {name: MODELS[name].table(experiment) for name in _buildable(experiment)}
+    tables = {name: model_class(name).table(experiment) for name in _buildable(experiment)}
     files = {**fmus} | {name: fmu.file for name, fmu in experiment.fmus.items()}
     system = experiment_system(experiment, files, tables)
     sources = {f"resources/{name}.fmu": file for name, file in files.items()}

@@ -4,34 +4,41 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
-from addin_sdfusion.robot import InputError, SimulationError
+from addin_sdfusion.robot import SimulationError
 from addin_sdfusion.robot.json_text import finite
+from cardsflow_fmu.cosim.pace import Pace
 from cardsflow_fmu.cosim.recording import Progress, Recording, Watch
-from cardsflow_fmu.hardware.session.paced_run import Pace
+from cardsflow_fmu.cosim.step_loop import StepLoop
+from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling, RunSettings
 from cardsflow_fmu.results.files import MCAP, TABLE, Contents, metadata_files, table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import STARTED, Journal, no_rows
 from cardsflow_fmu.results.parquet import require_parquet
 from cardsflow_fmu.results.summary import Speed
-from cardsflow_fmu.ros_interface.message_types import require_ros
 from cardsflow_fmu.utils.interrupts import ignoring_interrupts
+from cardsflow_fmu.utils.renamed import refuse_arguments
 from cardsflow_fmu.utils.temporary import temporary_folder
 
-from .open_system import Opener, OpenSystem, R
 from .result import Result, SystemResult
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
+    from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
     from cardsflow_fmu.fmu.description import FmiVersion
 
-    from .from_experiment import PreparedFmu, Through
+    from .open import PreparedFmu
+
+R = TypeVar("R", bound=SystemResult, covariant=True)
+
+_INSTEAD = "give compute='c' or 'python', and coupling='fmu' or 'direct'"
 
 
 class RunError(SimulationError):
@@ -47,11 +54,42 @@ class RunError(SimulationError):
         self.result = result
 
 
+class OpenSystem(Protocol[R]):
+    """Participants, initialised: an `OpenExperiment` or an `OpenSsp`.
+
+    Attributes:
+        loop: Steps the participants.
+        step: Communication step, in [s].
+        hardware: Hardware that takes part; None where there is none, or it is not known.
+        contents: Files of the run beside its table, by name; empty where nothing is written.
+        streamed: Names of the files that participants write into the folder.
+    """
+
+    @property
+    def loop(self) -> StepLoop: ...  # noqa: D102 - described above
+    @property
+    def step(self) -> float: ...  # noqa: D102
+    @property
+    def hardware(self) -> HardwareSettings | None: ...  # noqa: D102
+    @property
+    def contents(self) -> Contents: ...  # noqa: D102
+    @property
+    def streamed(self) -> list[str]: ...  # noqa: D102
+
+    def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
+        """The summary of a recording."""
+
+    def result(self, recording: Recording, summary: dict[str, Any]) -> R:
+        """The result of a recording."""
+
+
+@refuse_arguments(through=_INSTEAD)
 def run(
     experiment: Experiment,
     output: str | Path | None = None,
     *,
-    through: Through = "fmu",
+    compute: Compute | None = None,
+    coupling: ModelCoupling | None = None,
     realtime: bool = False,
     progress: Progress | None = None,
     watch: Watch | None = None,
@@ -64,9 +102,10 @@ def run(
     Args:
         experiment: The experiment.
         output: Folder for the results; the experiment's own when None.
-        through: `fmu` for a co-simulation of FMUs, native ones where the models are in C; `python`
-            for FMUs with models in Python; `direct` for the same loop over plain Python objects;
-            `native` for the same loop in C, over models in C.
+        compute: `c` for models in C wherever C can, `python` for models that a Python process
+            hosts; `run.compute` of the experiment when None.
+        coupling: `fmu` for a co-simulation of FMUs; `direct` for the models without FMUs, in one
+            loop in C where all of them compute in C; `run.coupling` of the experiment when None.
         realtime: Whether steps wait for their time by the clock, as those with hardware do anyway.
         progress: Called now and then with the number of steps done.
         watch: Called now and then with the columns' names and the rows so far.
@@ -80,13 +119,18 @@ def run(
         InputError: The output folder cannot be used; nothing has been written.
         RunError: The run ended early; its result so far is written and marked incomplete.
     """
+    from .open import open_experiment  # with all models, which an .ssp needs not
+
     if experiment.run.format == "parquet":
         require_parquet()
     if experiment.run.recording == "mcap":
+        from cardsflow_fmu.ros_interface.message_types import require_ros
+
         require_ros("run.recording")
-    opener = _experiment_opener(experiment, through, realtime)
-    output = Path(output or experiment.run.output)
-    return _run(opener, output, realtime=realtime, progress=progress, watch=watch, started=started)
+    experiment = _with_settings(experiment, compute, coupling, realtime)
+    with _folders(output or experiment.run.output) as (folder, aside):
+        opening = open_experiment(experiment, aside, folder.path)
+        return _run(opening, folder, realtime, progress, watch, started)
 
 
 def run_system(
@@ -106,7 +150,7 @@ def run_system(
     Args:
         path: The .ssp.
         output: Folder for the results; `results` beside the file when None.
-        settings: `variant`, `run.step`, `run.duration`, `run.coupling`, `run.order`, and start
+        settings: `variant`, `run.step`, `run.duration`, `run.scheme`, `run.order`, and start
             values such as `plant.q_start.elbow`.
         hardware: Address of the hardware; that of the environment or the .ssp when empty.
         realtime: Whether steps wait for their time by the clock.
@@ -117,15 +161,19 @@ def run_system(
         InputError: The file cannot be run; nothing has been written.
         RunError: The run ended early; its result so far is written and marked incomplete.
     """
-    opener = _ssp_opener(Path(path), settings, hardware)
-    output = Path(output or Path(path).parent / "results")
-    return _run(opener, output, realtime=realtime, progress=progress, started=started)
+    from .open_ssp import open_ssp  # with FMPy, which takes a second
+
+    with _folders(output or Path(path).parent / "results") as (folder, aside):
+        opening = open_ssp(Path(path), settings or {}, hardware, aside, folder.path)
+        return _run(opening, folder, realtime, progress, started=started)
 
 
+@refuse_arguments(through=_INSTEAD)
 def simulate(
     experiment: Experiment,
     *,
-    through: Through = "fmu",
+    compute: Compute | None = None,
+    coupling: ModelCoupling | None = None,
     fmi: FmiVersion = "2.0",
     arrays: bool = True,
     realtime: bool = False,
@@ -137,9 +185,14 @@ def simulate(
 
     With `prepared` FMUs of this experiment, by the name of the model, none is built.
     """
-    options = {"fmi": fmi, "arrays": arrays, "prepared": prepared}
-    opener = _experiment_opener(experiment, through, realtime, options)
-    return _run(opener, None, realtime=realtime, progress=progress, watch=watch)
+    from .open import open_experiment
+
+    experiment = _with_settings(experiment, compute, coupling, realtime)
+    with temporary_folder() as aside:
+        opening = open_experiment(
+            experiment, aside, None, fmi=fmi, arrays=arrays, prepared=prepared
+        )
+        return _run(opening, None, realtime, progress, watch)
 
 
 def simulate_system(
@@ -150,83 +203,78 @@ def simulate_system(
     progress: Progress | None = None,
 ) -> SystemResult:
     """Run an .ssp file and write nothing. Arguments and errors as for `run_system`."""
-    opener = _ssp_opener(Path(path), settings)
-    return _run(opener, None, realtime=realtime, progress=progress)
+    from .open_ssp import open_ssp
+
+    with temporary_folder() as aside:
+        return _run(open_ssp(Path(path), settings or {}, "", aside, None), None, realtime, progress)
 
 
-def _experiment_opener(
-    experiment: Experiment, through: Through, realtime: bool, options: Mapping[str, Any] = {}
-) -> Opener[Result]:
-    from .from_experiment import open_experiment  # with all models, which an .ssp needs not
+def _with_settings(
+    experiment: Experiment,
+    compute: Compute | None,
+    coupling: ModelCoupling | None,
+    realtime: bool,
+) -> Experiment:
+    """The experiment as it is to run.
 
-    if through == "native" and realtime:
-        what = "a native loop does not wait for the clock; run it as FMUs (without --native)"
-        raise InputError(what, file=experiment.file)
-    return partial(open_experiment, experiment, through, **options)
+    Raises:
+        InputError: A setting is none of its choices.
+    """
+    own = experiment.run
+    compute, coupling = compute or own.compute, coupling or own.coupling
+    RunSettings(compute=compute, coupling=coupling)  # checks them
+    if realtime and coupling == "direct":
+        compute = "python"  # the loop in C does not wait for the clock
+    return replace(experiment, run=own.replaced(compute=compute, coupling=coupling))
 
 
-def _ssp_opener(
-    path: Path, settings: Mapping[str, Any] | None, hardware: str = ""
-) -> Opener[SystemResult]:
-    from .from_ssp import open_ssp  # with FMPy, which takes a second
-
-    return partial(open_ssp, path, settings or {}, hardware)
+@contextlib.contextmanager
+def _folders(output: str | Path) -> Iterator[tuple[OutputFolder, Path]]:
+    """The folder of the results, locked, and an empty one for temporary files."""
+    with OutputFolder(Path(output)) as folder, temporary_folder() as aside:
+        yield folder, aside
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is no number is refused in every row
 def _run(
-    opener: Opener[R],
-    output: Path | None,
-    *,
-    realtime: bool = False,
+    opening: AbstractContextManager[OpenSystem[R]],
+    folder: OutputFolder | None,
+    realtime: bool,
     progress: Progress | None = None,
     watch: Watch | None = None,
     started: float | None = None,
 ) -> R:
-    """Open a system, run it, and write its results where there is an output folder."""
+    """Open a system, step it to its end, and write its results where there is a folder."""
     started = time.perf_counter() if started is None else started
-    with contextlib.ExitStack() as stack:
-        folder = None if output is None else stack.enter_context(OutputFolder(output))
-        aside = stack.enter_context(temporary_folder())
-        with opener(aside, None if folder is None else folder.path) as system:
-            pace = Pace(system.step, realtime, system.hardware)
-            journal = None if folder is None else Journal(folder, system.contents, system.streamed)
-            recording, speed = _record(system, pace, journal, started, progress, watch)
-        result = system.result(
-            recording.names,
-            recording.rows,
-            recording.units,
-            finite(system.summarize(recording, speed) | pace.report(recording)),
-            solve_times=recording.times_of_ticks(),
-        )
-        if folder is not None:
-            with ignoring_interrupts():
-                _write(result, [*system.contents, *system.streamed], folder)
+    with opening as system:
+        loop, pace = system.loop, _pace(system, realtime)
+        journal = None if folder is None else Journal(folder, system.contents, system.streamed)
+        with contextlib.nullcontext() if journal is None else journal:
+            if journal is not None:
+                nothing = Recording(loop.names, no_rows(loop.names), loop.units, [], [], STARTED)
+                summary = system.summary(nothing, Speed(0.0, time.perf_counter() - started))
+                journal.begin(loop.names, loop.units, loop.count, summary)
+            with pace:
+                begin = time.perf_counter()
+                recording = pace.judged(loop.run(progress, pace.pacer, watch, journal))
+                speed = Speed(time.perf_counter() - begin, begin - started)
+    result = system.result(
+        recording, finite(system.summary(recording, speed) | pace.report(recording))
+    )
+    if folder is not None:
+        with ignoring_interrupts():
+            _write(result, [*system.contents, *system.streamed], folder)
     if recording.failure is not None:
         raise RunError(str(recording.failure), result) from recording.failure
     return result
 
 
-def _record(
-    system: OpenSystem[R],
-    pace: Pace,
-    journal: Journal | None,
-    started: float,
-    progress: Progress | None = None,
-    watch: Watch | None = None,
-) -> tuple[Recording, Speed]:
-    """Step an open system to its end, under the journal where there is one."""
-    loop = system.loop
-    with contextlib.nullcontext() if journal is None else journal:
-        if journal is not None:
-            nothing = Recording(loop.names, no_rows(loop.names), loop.units, [], [], STARTED)
-            summary = system.summarize(nothing, Speed(0.0, time.perf_counter() - started))
-            journal.begin(loop.names, loop.units, loop.count, summary)
-        with pace:
-            begin = time.perf_counter()
-            recording = pace.judged(loop.run(progress, pace.pacer, watch, journal))
-            speed = Speed(time.perf_counter() - begin, begin - started)
-    return recording, speed
+def _pace(system: OpenSystem[R], realtime: bool) -> Pace:
+    if system.hardware is None:
+        return Pace(system.step, realtime)
+    from cardsflow_fmu.hardware.session.paced_run import HardwarePace
+
+    return HardwarePace(system.step, realtime, system.hardware)
 
 
 def _write(result: SystemResult, written: list[str], folder: OutputFolder) -> None:

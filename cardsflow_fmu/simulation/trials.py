@@ -257,7 +257,7 @@ class Search:
             return Trial(math.inf, math.inf, 0, False, experiment.robot.coordinates[-1].name)
         with loop:
             recording = loop.run()
-        summary = summarize(experiment, recording, Speed(0.0, 0.0), "native")
+        summary = summarize(experiment, recording, Speed(0.0, 0.0))
         good = _SLOW_ERROR if modelled_muscles(self.robot) else _GOOD_ERROR
         return _judged(experiment.robot, summary, good)
 

@@ -1,4 +1,4 @@
-"""Settings for the run of a system: step, duration and coupling."""
+"""Settings for the run of a system: step, duration and coupling scheme."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ class SystemRunSettings(Table):
 
     step: Positive = setting("communication step, in s")
     duration: Positive = setting("in s")
-    coupling: Scheme = setting("in what order components are stepped")
+    scheme: Scheme = setting("in what order components are stepped")
     order: Annotated[tuple[str, ...], Listed] = setting("of the components", None)

@@ -145,7 +145,6 @@ class _StudyRun:
             study.experiment.resolve(),
             digest,
             study.settings,
-            study.engine,
             study.metrics,
             study.box,
             files.folder.resolve() / "fmus",
@@ -200,7 +199,7 @@ class _StudyRun:
             yield run, self.outcome(run)
 
     def _build(self) -> None:
-        if self.study.engine == "fmu":
+        if self.study.coupling == "fmu":
             remove_unpacked(self.job.fmus)
             build(self.base, self.job.fmus)
 

@@ -78,9 +78,9 @@ def test_moment_arms_are_the_derivative_of_the_lengths(example: str) -> None:
 @pytest.mark.parametrize("example", ["planar_2r", "roboy_left_arm"])
 def test_fmus_against_plain_python(example: str, tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / example, {"run.duration": 1.0})
-    plain = simulate(experiment, through="direct")
-    fmus = simulate(experiment, through="python")
-    native = co_simulate(experiment, tmp_path, native=True)
+    plain = simulate(experiment, compute="python", coupling="direct")
+    fmus = simulate(experiment, compute="python")
+    native = co_simulate(experiment, tmp_path, compute="c")
     positions = [k for k, name in enumerate(native.names) if name.startswith("q.")]
     columns = [plain.names.index(native.names[k]) for k in positions]
     record(
@@ -127,7 +127,7 @@ def test_order_of_the_integrators(integrator: str, order: int) -> None:
 
 @pytest.mark.parametrize("example", ["planar_2r", "roboy_left_arm"])
 def test_tracking_of_the_examples(example: str) -> None:
-    result = simulate(Experiment.load(EXAMPLES / example), through="direct")
+    result = simulate(Experiment.load(EXAMPLES / example), compute="python", coupling="direct")
     tracking = result.summary["tracking"]
     record(
         f"tracking, {example}",

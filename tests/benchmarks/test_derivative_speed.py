@@ -30,7 +30,7 @@ EXAMPLE_ROBOTS = ["planar_2r", "roboy_left_arm", "pneumatic_elbow", "hill_arm"]
 def test_a_direction(example: str, substeps: int, limit: float, tmp_path: Path) -> None:
     settings: dict[str, Any] = {"plant.energy": False, "plant.substeps": substeps}
     experiment = Experiment.load(EXAMPLES / example, settings)
-    file = build(experiment, tmp_path / "out", native=True)["plant"]
+    file = build(experiment, tmp_path / "out", compute="c")["plant"]
     fmpy.extract(str(file), str(tmp_path / "fmu"))
     step, host = experiment.run.step, load(tmp_path / "fmu")
     host.open()

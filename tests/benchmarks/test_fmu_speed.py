@@ -99,7 +99,7 @@ def pythonfmu_pair(folder: Path) -> Pair:
 def test_two_link_pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A step of plant and controller, by the same loop."""
     experiment = Experiment.load(PLANAR_2R)
-    files = build(experiment, tmp_path, native=False)
+    files = build(experiment, tmp_path, compute="python")
     pairs = {"plain": Pair(*(DirectParticipant(n, m(experiment)) for n, m in MODELS.items()))}
     for mode in ("in-process", "worker"):
         monkeypatch.setenv("CARDSFLOW_FMU_HOST", mode)

@@ -41,7 +41,7 @@ def test_ten_minutes_at_1_khz_stream_to_disk_with_bounded_memory(tmp_path: Path)
         if done % 6400 == 0:
             seen.append((resident(), (tmp_path / "results.csv").stat().st_size))
 
-    result = run(Experiment.load(PLANAR_2R, settings), tmp_path, through="direct", progress=look)
+    result = run(Experiment.load(PLANAR_2R, settings), tmp_path, coupling="direct", progress=look)
     assert result.complete
     assert len(result.rows) == 1000 * end + 1
     memory, written = zip(*seen, strict=True)

@@ -54,7 +54,7 @@ class Blocks:
 @pytest.mark.parametrize("period", [0.005, 0.001])
 def test_the_master_and_the_loop_in_c(period: float, tmp_path: Path) -> None:
     experiment = arm(period)
-    fmus = build(experiment, tmp_path, native=True)
+    fmus = build(experiment, tmp_path, compute="c")
     parts = {
         name: FmuInstance(name, fmus[name], tmp_path / name)
         for name in ("plant", "reference", "controller")
@@ -65,7 +65,7 @@ def test_the_master_and_the_loop_in_c(period: float, tmp_path: Path) -> None:
         fitting_wiring(experiment.wiring, experiment.fmus, parts.values(), loads),
         step=run.step,
         steps=run.steps,
-        coupling=run.coupling,
+        coupling=run.stepping,
         every={"controller": round(period / run.step)},
     )
     blocks = Blocks()
@@ -84,7 +84,7 @@ def test_the_master_and_the_loop_in_c(period: float, tmp_path: Path) -> None:
 
 def test_instantiating(tmp_path: Path) -> None:
     """Again, with its library loaded: as a study does it."""
-    fmus = build(arm(0.005), tmp_path, native=True)
+    fmus = build(arm(0.005), tmp_path, compute="c")
     best = {}
     for name in ("plant", "controller", "reference"):
         FmuInstance(name, fmus[name], tmp_path / name).close()

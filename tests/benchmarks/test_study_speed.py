@@ -66,16 +66,16 @@ def test_throughput(tmp_path: Path) -> None:
         assert ratio >= 1.7
 
 
-@pytest.mark.parametrize(("engine", "limit"), [("direct", 0.05), ("fmu", 0.3)])
-def test_overhead(tmp_path: Path, engine: str, limit: float) -> None:
+@pytest.mark.parametrize(("coupling", "limit"), [("direct", 0.05), ("fmu", 0.3)])
+def test_overhead(tmp_path: Path, coupling: str, limit: float) -> None:
     """Reading, building and looking at the results, after the first runs of a process."""
     load = os.getloadavg()[0]
-    top = f"count = 24\nengine = '{engine}'\nmetrics = ['tracking.rms', 'force.peak', 'energy']"
+    top = f"count = 24\ncoupling = '{coupling}'\nmetrics = ['tracking.rms', 'force.peak', 'energy']"
     study = small_study(tmp_path, MANY, top, SHORT)
     result = run_study(study, jobs=1, output=tmp_path / "out")
     overheads = [outcome.overhead for _, outcome in result.rows()][4:]
     median = float(np.median(overheads))
-    record(f"study_overhead_{engine}", median_s=median, least_s=min(overheads), load=load)
+    record(f"study_overhead_{coupling}", median_s=median, least_s=min(overheads), load=load)
     if load < QUIET:
         assert median < limit
 

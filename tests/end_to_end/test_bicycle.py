@@ -57,7 +57,10 @@ AROUND = {"controller.ki": 500.0, "controller.observer": 5.0, "controller.delay"
 @pytest.mark.native
 def test_native_fmus_and_python_do_the_same(around: dict[str, Any], tmp_path: Path) -> None:
     experiment = Experiment.load(BICYCLE, SHORT | around)
-    native, direct = run(experiment, tmp_path), simulate(experiment, through="direct")
+    native, direct = (
+        run(experiment, tmp_path),
+        simulate(experiment, compute="python", coupling="direct"),
+    )
     assert native.summary["engine"] == {"plant": "native", "controller": "native"}
     np.testing.assert_allclose(native.rows, direct.rows, rtol=1e-8, atol=1e-8)
 
@@ -90,7 +93,7 @@ def tip_experiment(folder: Path, **more: Any) -> Experiment:
 def test_the_tip_of_five_bars_follows_in_operational_space(tmp_path: Path) -> None:
     experiment = tip_experiment(tmp_path)
     found = run(experiment, tmp_path / "out")
-    direct = simulate(experiment, through="direct")
+    direct = simulate(experiment, compute="python", coupling="direct")
     assert found.summary["infeasible_ticks"] == 0
     assert found.summary["tracking"]["max"] < 2e-4  # [m]
     for name in ("q.crank_1", "q.rod_2", "y.tip_point.x", "f.cable_2", "f.cable_3"):

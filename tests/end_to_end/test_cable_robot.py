@@ -30,7 +30,7 @@ def test_the_robot_is_sound() -> None:
 def test_winches_follow_the_tensions_that_the_controller_asks_for(
     drives: dict[str, Any], tmp_path: Path
 ) -> None:
-    found = run(Experiment.load(ROBOT, drives | {"run.duration": 1.0}), tmp_path, through="native")
+    found = run(Experiment.load(ROBOT, drives | {"run.duration": 1.0}), tmp_path, coupling="direct")
     assert found.summary["infeasible_ticks"] == 0
     assert found.summary["tracking"]["max"] < 0.006
     names = [name[2:] for name in found.names if name.startswith("f.")]

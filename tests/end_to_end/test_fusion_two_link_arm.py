@@ -72,7 +72,7 @@ def test_the_exported_arm_tracks_as_the_example_does(tmp_path: Path) -> None:
                 "run.duration": 8.0,
             },
         ),
-        through="direct",
+        coupling="direct",
     )
     summary = result.summary
     assert summary["tracking"]["rms"] < 1e-5

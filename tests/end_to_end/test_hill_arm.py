@@ -25,7 +25,7 @@ TARGETS = {0.2: (0.336, -0.43), 1.4: (0.5, -0.12), 2.5: (0.32, -0.15), 4.0: (0.3
 
 @pytest.fixture(scope="module")
 def reached() -> Result:
-    return simulate(Experiment.load(HILL_ARM), through="direct")
+    return simulate(Experiment.load(HILL_ARM), compute="python", coupling="direct")
 
 
 @pytest.mark.slow
@@ -93,7 +93,7 @@ def test_weaker_muscles_work_harder_until_they_cannot() -> None:
             * dict(m.model.parameters)["max_isometric_force"]
             for m in robot.muscles
         }
-        return simulate(Experiment.load(HILL_ARM, changes), through="direct")
+        return simulate(Experiment.load(HILL_ARM, changes), compute="python", coupling="direct")
 
     half, faint = with_strength(0.5), with_strength(0.08)
     assert half.summary["infeasible_ticks"] == 0
@@ -105,7 +105,7 @@ def test_weaker_muscles_work_harder_until_they_cannot() -> None:
 @pytest.mark.slow
 def test_with_elastic_tendons_the_hand_comes_nearly_as_near() -> None:
     changes: dict[str, object] = {f"muscles.{name}.model.elastic_tendon": 1.0 for name in MUSCLES}
-    result = simulate(Experiment.load(HILL_ARM, changes), through="direct")
+    result = simulate(Experiment.load(HILL_ARM, changes), compute="python", coupling="direct")
     assert result.complete
     assert result.summary["tracking"]["max"] < 0.01
     assert f"fibre_length.{MUSCLES[0]}" in result.names
@@ -114,6 +114,6 @@ def test_with_elastic_tendons_the_hand_comes_nearly_as_near() -> None:
 @pytest.mark.slow
 def test_both_integrators_agree(reached: Result) -> None:
     exact = Experiment.load(HILL_ARM, {"plant.integrator": "rk4"})
-    other = simulate(exact, through="direct")
+    other = simulate(exact, compute="python", coupling="direct")
     for name in ("y.hand.x", "y.hand.z"):
         np.testing.assert_allclose(other[name], reached[name], rtol=0, atol=1e-3)

@@ -15,6 +15,7 @@ from support.fmu.co_simulation import FORCES, assert_native_agrees
 from support.robots.one_link import one_link
 from support.robots.random_robots import random_tree
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r, with_coordinates
+from support.ways import WAYS
 
 from addin_sdfusion.robot import Inertia, InputError, read_robot, revolute, write_sdf
 from addin_sdfusion.robot.writers.mujoco.model import write_mjcf
@@ -67,7 +68,7 @@ def load(folder: Path, effort: object, **settings: Any) -> Experiment:
 @pytest.mark.parametrize("through", few(["native", "fmu", "direct"]))
 def test_a_pendulum_on_a_motor_follows(pendulum: Path, through: Any) -> None:
     """J qdd + m g c cos(q) = tau: the torque of the law, the motion of the semi-implicit rule."""
-    result = simulate(load(pendulum, 50.0), through=through)
+    result = simulate(load(pendulum, 50.0), **WAYS[through])
     column = dict(zip(result.names, result.rows.T, strict=True))
     q, qd, tau = column["q.q"], column["qd.q"], column["tau.q"]
     desired = column["qdd_d.q"] + 40.0 * (column["qd_d.q"] - qd) + 400.0 * (column["q_d.q"] - q)
@@ -83,7 +84,7 @@ def test_a_pendulum_on_a_motor_follows(pendulum: Path, through: Any) -> None:
 
 
 def test_a_motor_that_is_too_weak_gives_what_it_has(pendulum: Path) -> None:
-    result = simulate(load(pendulum, "[-1.0, 5.5]"), through="direct")
+    result = simulate(load(pendulum, "[-1.0, 5.5]"), compute="python", coupling="direct")
     column = dict(zip(result.names, result.rows.T, strict=True))
     assert column["tau.q"].max() == 5.5
     assert column["tau.q"].min() >= -1.0
@@ -138,7 +139,7 @@ def test_a_motor_is_another_column_of_the_distribution() -> None:
     """Of all f and tau with -L'f + A tau as desired, those of the least sum of squares."""
     settings = {"controller.motor_weights": 4.0, "robot.joints.joint_2.effort": 500.0}
     experiment = Experiment.load(PLANAR_2R, ELBOW | settings)
-    result = simulate(experiment, through="direct")
+    result = simulate(experiment, compute="python", coupling="direct")
     column = dict(zip(result.names, result.rows.T, strict=True))
     robot = CoreDynamics(experiment.robot)
     free = 0
@@ -197,7 +198,7 @@ step = 0.001
 duration = 1.0
 """
     )
-    result = simulate(Experiment.load(file), through="native")
+    result = simulate(Experiment.load(file), coupling="direct")
     column = dict(zip(result.names, result.rows.T, strict=True))
     assert not column["infeasible"].any()
     for name in column:
@@ -330,11 +331,14 @@ HARDWARE = {
 def test_hardware_drives_motors(command: str, tmp_path: Path) -> None:
     """An emulated robot behind the whole protocol moves as the plant does; torques come back."""
     settings = ELBOW | {"run.duration": 0.2}
-    plain = simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+    plain = simulate(Experiment.load(PLANAR_2R, settings), compute="python", coupling="direct")
     if command == "length":
         settings |= {"hardware.motors": {"command": "length", "stiffness": 1e5}}
     driven = run(
-        Experiment.load(PLANAR_2R, settings | HARDWARE), tmp_path / "out", through="direct"
+        Experiment.load(PLANAR_2R, settings | HARDWARE),
+        tmp_path / "out",
+        compute="python",
+        coupling="direct",
     )
     before, after = (dict(zip(r.names, r.rows.T, strict=True)) for r in (plain, driven))
     tau = after["tau.joint_2"]
@@ -350,7 +354,7 @@ def test_hardware_drives_motors(command: str, tmp_path: Path) -> None:
 def test_hardware_needs_the_bounds_of_motors() -> None:
     settings = {"robot.joints.joint_2.motor": True} | HARDWARE
     with pytest.raises(InputError, match=r"largest torque.*either way"):
-        simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+        simulate(Experiment.load(PLANAR_2R, settings), compute="python", coupling="direct")
 
 
 def test_devices_without_motors_have_the_signature_that_they_had() -> None:
@@ -434,6 +438,7 @@ def test_a_law_of_ones_own_commands_motors(tmp_path: Path) -> None:
         """
 import numpy as np
 from controllers import JointSpaceController
+from support.ways import WAYS
 
 class Mine(JointSpaceController):
     def solve(self, q, qd, q_d, qd_d, qdd_d, **loads):
@@ -445,7 +450,7 @@ class Mine(JointSpaceController):
         "run.duration": 0.01,
         "reference.trajectory": "simple_joint_motion",
     }
-    result = simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+    result = simulate(Experiment.load(PLANAR_2R, settings), compute="python", coupling="direct")
     assert (result["tau.joint_2"][1:] == 3.0).all()
     assert result["infeasible"][1:].all()
     assert result["slack.joint_2"][-1] == pytest.approx(96.0)

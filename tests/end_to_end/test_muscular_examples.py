@@ -30,8 +30,8 @@ def test_fmus_give_equal_columns_and_a_figure(
 ) -> None:
     experiment = Experiment.load(EXAMPLES / example, {"run.duration": duration})
     fmu, direct = (
-        run(experiment, tmp_path, through="python"),
-        simulate(experiment, through="direct"),
+        run(experiment, tmp_path, compute="python"),
+        simulate(experiment, compute="python", coupling="direct"),
     )
     np.testing.assert_allclose(fmu.rows, direct.rows, rtol=1e-12, atol=1e-12)
     assert (tmp_path / "tracking.png").stat().st_size > 1000

@@ -10,6 +10,7 @@ import pytest
 from support.cases import LONG
 from support.fmu.co_simulation import co_simulate
 from support.robots.robots import EXAMPLES
+from support.ways import WAYS
 
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.simulation.run import simulate
@@ -29,10 +30,10 @@ def test_the_flower_stays_together(tmp_path: Path) -> None:
     arm = EXAMPLES / "roboy_left_arm"
     experiment = Experiment.load(arm)
     in_dart = {"plant.engine": "dart", "controller.engine": "dart"}
-    dart = simulate(Experiment.load(arm, in_dart), through="direct")
+    dart = simulate(Experiment.load(arm, in_dart), compute="python", coupling="direct")
     assert dart["time"][-1] >= 30.0
-    core, loop = (simulate(experiment, through=way) for way in ("direct", "native"))
-    fmus = co_simulate(experiment, tmp_path, native=True)
+    core, loop = (simulate(experiment, **WAYS[way]) for way in ("direct", "native"))
+    fmus = co_simulate(experiment, tmp_path, compute="c")
     assert fmus.failure is None
     np.testing.assert_array_equal(loop.rows, fmus.rows)
     off = {"core": apart(core.__getitem__, dart), "loop in C": apart(loop.__getitem__, dart)}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 from support.robots.robots import EXAMPLES
+from support.ways import WAYS
 
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu import Experiment, Result, build, run
@@ -23,7 +24,7 @@ ARMS = ("near", "far")
 @cache
 def picked_up(**settings: object) -> Result:
     changes = {key.replace("__", "."): value for key, value in settings.items()}
-    return simulate(Experiment.load(PICK_UP, changes), through="direct")
+    return simulate(Experiment.load(PICK_UP, changes), coupling="direct")
 
 
 def test_the_robot_is_sound() -> None:
@@ -106,7 +107,7 @@ def test_without_friction_enough_the_box_stays_on_the_table() -> None:
 @pytest.mark.slow
 def test_two_arms_lift_a_bar_together() -> None:
     """Both arms carry its weight, and it stays level and as high as the hands."""
-    result = simulate(Experiment.load(EXAMPLES / "two_arms"), through="direct")
+    result = simulate(Experiment.load(EXAMPLES / "two_arms"), coupling="direct")
     assert result.summary["infeasible_ticks"] == 0
     held = result["time"] > 3.5
     fingers = [f"contact.{arm}_{side}_finger.fz" for arm in ARMS for side in ("left", "right")]
@@ -128,11 +129,11 @@ def test_fmus_do_the_same_and_are_valid(tmp_path: Path) -> None:
         ],
     }
     experiment = Experiment.load(PICK_UP, settings)
-    direct, fmu = (simulate(experiment, through=way) for way in ("direct", "python"))
+    direct, fmu = (simulate(experiment, **WAYS[way]) for way in ("direct", "python"))
     names = [n for n in direct.names if n != "solve_time"]
     np.testing.assert_array_equal(fmu.columns(names), direct.columns(names))
     assert direct["contact.left_finger.fy"].max() > 1.0
-    newer = simulate(experiment, through="python", fmi="3.0")
+    newer = simulate(experiment, compute="python", fmi="3.0")
     np.testing.assert_array_equal(newer.columns(names), direct.columns(names))
     for fmi in ("2.0", "3.0"):
         for file in build(experiment, tmp_path / fmi, fmi=fmi).values():  # type: ignore[arg-type]
@@ -142,9 +143,9 @@ def test_fmus_do_the_same_and_are_valid(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("drawn_figures")
 def test_a_run_draws_ways_and_contacts(tmp_path: Path) -> None:
-    run(Experiment.load(PICK_UP, {"run.duration": 0.05}), tmp_path, through="direct")
+    run(Experiment.load(PICK_UP, {"run.duration": 0.05}), tmp_path, coupling="direct")
     assert (tmp_path / "world.png").read_bytes().startswith(b"\x89PNG")
     drawn = (tmp_path / "world.svg").read_text()
     assert "contact.left_finger" in drawn
     assert "object.box.z" in drawn
-    run(Experiment.load(PICK_UP, {"run.duration": 0.05}), tmp_path, through="direct")  # again
+    run(Experiment.load(PICK_UP, {"run.duration": 0.05}), tmp_path, coupling="direct")  # again

@@ -15,6 +15,7 @@ from fmpy import read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 from support.cases import few
 from support.robots.robots import PLANAR_2R
+from support.ways import WAYS
 
 from cardsflow_fmu import Experiment, Result, build, run
 from cardsflow_fmu.cli.main import main
@@ -52,7 +53,7 @@ def test_the_summary_is_what_the_columns_say(at_1_khz: Result) -> None:
 )
 def test_fmus_and_a_plain_python_loop_give_equal_columns(settings: dict) -> None:
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 3.0, **settings})
-    fmu, direct = (simulate(experiment, through=way) for way in ("python", "direct"))
+    fmu, direct = (simulate(experiment, **WAYS[way]) for way in ("python", "direct"))
     assert fmu.names == direct.names
     np.testing.assert_allclose(fmu.rows, direct.rows, rtol=0, atol=1e-12)
 
@@ -94,7 +95,7 @@ def test_control_at_100_hz_is_casprs_closed_loop(shared: Path, file: str, cable_
 )
 def test_whatever_an_experiment_says_holds_in_its_fmus(settings: dict) -> None:
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.05, **settings})
-    fmu, direct = (simulate(experiment, through=way) for way in ("python", "direct"))
+    fmu, direct = (simulate(experiment, **WAYS[way]) for way in ("python", "direct"))
     np.testing.assert_allclose(fmu.rows, direct.rows, rtol=0, atol=1e-12)
 
 
@@ -117,7 +118,7 @@ def test_each_fmu_runs_alone_in_fmpy_without_any_option(name: str, tmp_path: Pat
 @pytest.mark.slow
 def test_a_run_that_fails_leaves_no_files_of_the_run_before(tmp_path: Path) -> None:
     run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), tmp_path)
-    run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), tmp_path, through="direct")
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), tmp_path, coupling="direct")
     assert not list(tmp_path.glob("*.fmu"))
 
 
@@ -127,7 +128,7 @@ def test_finer_plant_steps_change_the_motion_by_the_order_of_the_step() -> None:
     rows = []
     for step in (1e-3, 5e-4, 2.5e-4):
         settings = {"run.duration": 1.0, "plant.step": step}
-        rows.append(simulate(Experiment.load(PLANAR_2R, settings), through="direct")["q.joint_1"])
+        rows.append(simulate(Experiment.load(PLANAR_2R, settings), coupling="direct")["q.joint_1"])
     coarse, fine = np.abs(rows[0] - rows[1]).max(), np.abs(rows[1] - rows[2]).max()
     assert 0 < fine < 0.8 * coarse
 
@@ -271,7 +272,7 @@ def test_check_warns_of_the_arms_zero_inertia(tmp_path: Path) -> None:
 def test_a_start_half_a_radian_off_is_recovered(start: list[float], period: float) -> None:
     """Either joint, either way: a moment of forces at their bounds, each tick of it reported."""
     experiment = Experiment.load(PLANAR_2R, {"start.q": start, "controller.period": period})
-    result = simulate(experiment, through="direct")
+    result = simulate(experiment, coupling="direct")
     summary = result.summary
     assert summary["tracking"]["rms"] < 0.05
     assert summary["infeasible_ticks"] <= 20
@@ -298,10 +299,10 @@ def test_other_controllers_of_joints_run_as_fmus(
     type_: str, kp: object, kd: object, largest: float, tmp_path: Path
 ) -> None:
     settings = {"controller.type": type_, "controller.kp": kp, "controller.kd": kd}
-    result = simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+    result = simulate(Experiment.load(PLANAR_2R, settings), coupling="direct")
     assert result.summary["tracking"]["max"] < largest
     experiment = Experiment.load(PLANAR_2R, settings | {"run.duration": 0.1})
-    fmu, direct = (simulate(experiment, through=way) for way in ("python", "direct"))
+    fmu, direct = (simulate(experiment, **WAYS[way]) for way in ("python", "direct"))
     np.testing.assert_allclose(fmu.rows, direct.rows, rtol=0, atol=1e-12)
     file = build(experiment, tmp_path)["controller"]
     assert validate_fmu(str(file)) == []

@@ -16,7 +16,7 @@ MUSCLES = ("flexor", "extensor")
 
 @pytest.fixture(scope="module")
 def followed() -> Result:
-    return simulate(Experiment.load(PNEUMATIC_ELBOW), through="direct")
+    return simulate(Experiment.load(PNEUMATIC_ELBOW), compute="python", coupling="direct")
 
 
 @pytest.mark.slow
@@ -70,7 +70,9 @@ def test_energy_is_the_muscles_work_less_what_the_joint_takes(followed: Result) 
 @pytest.mark.slow
 def test_air_that_comes_too_slowly_is_reported() -> None:
     slow = {f"muscles.{name}.model.pressure_time_constant": 4.0 for name in MUSCLES}
-    summary = simulate(Experiment.load(PNEUMATIC_ELBOW, slow), through="direct").summary
+    summary = simulate(
+        Experiment.load(PNEUMATIC_ELBOW, slow), compute="python", coupling="direct"
+    ).summary
     assert summary["status"] == "complete"
     assert summary["infeasible_ticks"] > 50
     assert summary["tracking"]["max"] > 0.01
@@ -79,5 +81,5 @@ def test_air_that_comes_too_slowly_is_reported() -> None:
 @pytest.mark.slow
 def test_both_integrators_agree(followed: Result) -> None:
     exact = Experiment.load(PNEUMATIC_ELBOW, {"plant.integrator": "rk4"})
-    other = simulate(exact, through="direct")
+    other = simulate(exact, compute="python", coupling="direct")
     np.testing.assert_allclose(other["q.elbow"], followed["q.elbow"], rtol=0, atol=1e-3)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from support.cases import LONG
 from support.robots.robots import EXAMPLES
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run
@@ -35,7 +36,7 @@ def flower(settings: Mapping[str, object] | None = None) -> Result:
 @cache
 def _run(settings: str) -> Result:
     experiment = Experiment.load(ROBOY_LEFT_ARM, ON_THE_FLOWER | json.loads(settings))
-    return simulate(experiment, through="direct")
+    return simulate(experiment, coupling="direct")
 
 
 def errors(result: Result):
@@ -118,7 +119,7 @@ def test_fmus_and_a_plain_python_loop_give_equal_columns() -> None:
         "plant.mass_scale": {"lower_arm_left": 1.05},
     }
     experiment = Experiment.load(ROBOY_LEFT_ARM, settings)
-    fmu, direct = (simulate(experiment, through=way) for way in ("python", "direct"))
+    fmu, direct = (simulate(experiment, **WAYS[way]) for way in ("python", "direct"))
     assert fmu.names == direct.names
     np.testing.assert_allclose(fmu.rows, direct.rows, rtol=0, atol=1e-12)
     assert fmu["w.hand.fz"][50] == 0.0
@@ -185,7 +186,7 @@ def test_the_published_xylo_trajectory_is_within_reach() -> None:
         "reference": {"trajectory": "xylo_1", "file": "xylo_trajectories.xml"},
         "start": {"seed": [1.45, 0.0, 0.0, -1.3]},
     }
-    result = simulate(Experiment.load(ROBOY_LEFT_ARM, settings), through="direct")
+    result = simulate(Experiment.load(ROBOY_LEFT_ARM, settings), coupling="direct")
     assert result["time"][-1] == 80.0
     assert rms(errors(result)) < 0.06
     assert result.summary["infeasible_ticks"] == 0
@@ -202,7 +203,7 @@ def test_a_flower_out_of_reach_is_refused_before_the_first_step() -> None:
 def test_a_disturbance_of_nothing_travels_in_the_fmus_too(known: bool) -> None:
     settings = {"run.duration": 0.01, "disturbance.force": {"hand": [0, 0, 0]}}
     experiment = Experiment.load(ROBOY_LEFT_ARM, settings | {"disturbance.known": known})
-    rows = [simulate(experiment, through=way).rows for way in ("python", "direct")]
+    rows = [simulate(experiment, **WAYS[way]).rows for way in ("python", "direct")]
     np.testing.assert_array_equal(*rows)
 
 

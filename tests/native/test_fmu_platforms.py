@@ -51,7 +51,7 @@ def fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 
 def unpacked(example: str, model: str, folder: Path, fmi: FmiVersion = "2.0") -> Unpacked:
     experiment = Experiment.load(EXAMPLES / example)
-    file = build(experiment, folder / "out", native=True, fmi=fmi)[model]
+    file = build(experiment, folder / "out", compute="c", fmi=fmi)[model]
     fmpy.extract(str(file), str(folder / "fmu"))
     platform = "linux64" if fmi == "2.0" else "x86_64-linux"
     return Unpacked(folder / "fmu", folder / f"fmu/binaries/{platform}/{model}.so")

@@ -65,7 +65,7 @@ def test_damaged_native_models(tmp_path: Path) -> None:
     for example in ("planar_2r", "roboy_left_arm", "no_joint_encoders", *MUSCULAR):
         settings = CONTROLLER_AROUND | PLANT_OPTIONS.get(example, {})
         experiment = Experiment.load(EXAMPLES / example, settings)
-        for name, file in build(experiment, tmp_path / example, native=True).items():
+        for name, file in build(experiment, tmp_path / example, compute="c").items():
             folder = tmp_path / f"{example}_{name}"
             fmpy.extract(str(file), str(folder))
             folders.append(folder / "resources")

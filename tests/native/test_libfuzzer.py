@@ -88,7 +88,7 @@ def native_resources(folder: Path) -> list[Path]:
     for example in ("planar_2r", "roboy_left_arm", "pneumatic_elbow", "hill_arm"):
         settings = {"controller.ki": 500.0, "controller.delay": 1}
         experiment = Experiment.load(EXAMPLES / example, settings)
-        for name, file in build(experiment, folder / f"fmus_{example}", native=True).items():
+        for name, file in build(experiment, folder / f"fmus_{example}", compute="c").items():
             if len(found) < FOLDERS and name != "reference":
                 target = folder / "native" / str(len(found))
                 fmpy.extract(str(file), str(folder / f"{example}_{name}"))

@@ -240,7 +240,7 @@ def native_law(seed: int, folder: Path) -> Iterator[NativeLaw]:
     write_sdf(robot, folder / "robot")
     y = CoreDynamics(robot).task_position(np.zeros(n)).tolist()
     (folder / "experiment.toml").write_text(EXPERIMENT.format(y=y, period=PERIOD, **GAINS))
-    file = build(Experiment.load(folder), folder / "fmus", native=True)["controller"]
+    file = build(Experiment.load(folder), folder / "fmus", compute="c")["controller"]
     with running(file, folder / "unpacked") as host:
         yield NativeLaw(host, robot)
 

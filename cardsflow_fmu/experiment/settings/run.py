@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
-from pydantic import model_validator
+from pydantic import field_validator, model_validator
 
 from cardsflow_fmu.config.messages import SettingError
 from cardsflow_fmu.config.table import File, Listed, Positive, Table, setting
 from cardsflow_fmu.cosim.coupling import Coupling, Scheme
 from cardsflow_fmu.signals.roles import ROLES
 
+Compute = Literal["c", "python"]
+ModelCoupling = Literal["fmu", "direct"]
 TableFormat = Literal["csv", "parquet"]
 RecordingFormat = Literal["none", "mcap"]
 
@@ -24,8 +26,21 @@ class RunSettings(Table):
     output: File = setting("folder for the results, relative to this file", "results")
     format: TableFormat = setting("of the table of results", "csv")
     recording: RecordingFormat = setting("beside the table, with messages of ROS 2", "none")
-    scheme: Scheme = setting("in what order participants are stepped", "sampled", alias="coupling")
+    compute: Compute = setting(
+        "who computes: C wherever C can, or models that a Python process hosts", "c"
+    )
+    coupling: ModelCoupling = setting(
+        "FMUs, or the models directly: in one loop in C where all of them compute in C", "fmu"
+    )
+    scheme: Scheme = setting("in what order participants are stepped", "sampled")
     order: Annotated[tuple[str, ...], Listed] = setting("of the participants, for gauss_seidel", ())
+
+    @field_validator("coupling", mode="before")
+    @classmethod
+    def _check_coupling(cls, value: Any) -> Any:
+        if value in get_args(Scheme):
+            raise SettingError(f"{value!r} is a coupling scheme: set run.scheme to it")
+        return value
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
@@ -37,7 +52,7 @@ class RunSettings(Table):
         return self
 
     @property
-    def coupling(self) -> Coupling:
+    def stepping(self) -> Coupling:
         """In what order plant, controller and reference are stepped."""
         return Coupling(self.scheme, self.order) if self.order else Coupling(self.scheme)
 
@@ -47,7 +62,6 @@ class RunSettings(Table):
         return round(self.duration / self.step)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """What FMUs carry of it: neither where results go nor their formats."""
-        return super().data(
-            ["output", "format", "recording", *([] if self.order else ["order"]), *leave_out]
-        )
+        """What FMUs carry of it: not who runs them, where results go and in which formats."""
+        of_a_run = ("output", "format", "recording", "compute", "coupling")
+        return super().data([*of_a_run, *([] if self.order else ["order"]), *leave_out])

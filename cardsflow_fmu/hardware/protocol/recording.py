@@ -43,7 +43,6 @@ from .exchange import Exchange
 from .recording_header import RecordingHeader as RecordingHeader
 from .recording_header import header_data, header_of
 
-RECORDING_FILE = "hardware.rec"
 MISSED = 1 << 16
 """Flag of a record without a new state."""
 

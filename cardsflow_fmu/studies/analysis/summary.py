@@ -42,7 +42,8 @@ def study_summary(study: Study, collected: Collected, rows: Rows) -> dict[str, A
     return {
         "study": study.name,
         "experiment": str(study.experiment),
-        "engine": study.engine,
+        "compute": study.compute,
+        "coupling": study.coupling,
         "seed": study.seed,
         "runs": len(collected.hashes),
         "complete": complete,

@@ -44,8 +44,11 @@ def read_study(path: Path) -> dict[str, Any]:
     file = path / STUDY_FILE if path.is_dir() else path
     data = read_settings(file)
     context = Context(file)
+    if "engine" in data:
+        raise context.error("engine", "is no longer a key: set compute and coupling")
     tables = StudyTables.read(data, context)
-    settings = _settings(tables.settings, context)
+    engine = {"run.compute": tables.compute, "run.coupling": tables.coupling}
+    settings = engine | _settings(tables.settings, context)
     check = PathCheck(tables.experiment, settings)
     base = check.base  # what is wrong with the experiment itself comes first
     variations = tuple(read_variations(tables.vary, check, context))
@@ -55,13 +58,12 @@ def read_study(path: Path) -> dict[str, Any]:
     sampler, count = _sampling(tables, variations, context)
     metrics = _metrics(tables, base, context)
     require_free_names(variations, metrics, context)
-    _require_engines(tables, base, context)
+    _require_parquet(tables, context)
     usual = "results" if file.name == STUDY_FILE.name else f"results/{file.stem}"
     return {
         "file": file,
         "experiment": tables.experiment,
         "settings": settings,
-        "engine": tables.engine,
         "seed": tables.seed,
         "variations": variations,
         "sampler": sampler,
@@ -137,13 +139,7 @@ def _metrics(tables: StudyTables, base: Experiment, context: Context) -> tuple[s
         return spelled_out(names, base.robot)
 
 
-def _require_engines(tables: StudyTables, base: Experiment, context: Context) -> None:
-    """That the loop in C has all that the experiment has, and that Parquet can be written."""
-    if tables.engine == "native":
-        from cardsflow_fmu.models.native_loop import require_native
-
-        with context.at("engine"):
-            require_native(base, base.roles)
+def _require_parquet(tables: StudyTables, context: Context) -> None:
     if "parquet" in tables.tables and importlib.util.find_spec("pyarrow") is None:
         raise context.error("tables", f"parquet needs pyarrow: {install('parquet')}")
 

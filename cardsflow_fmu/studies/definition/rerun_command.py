@@ -23,8 +23,6 @@ def rerun_command(study: Study, run: Run) -> str:
     words = ["cardsflow", "run", str(study.experiment)]
     for key, value in {**study.settings, **run.settings}.items():
         words += ["--set", f"{key}={toml_value(value)}"]
-    if study.engine != "fmu":
-        words.append(f"--{study.engine}")
     return shlex.join([*words, "-o", f"run_{run.hash[:8]}"])
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from .reader import STUDY_FILE, read_study
-from .tables import Box, Engine, Optimise, Sampler, TableKind
+from .tables import Box, Optimise, Sampler, TableKind
 from .variations import Variation
 
 
@@ -19,9 +19,8 @@ class Study:
     Attributes:
         file: Where it comes from.
         experiment: The experiment.toml, or the folder that holds one.
-        settings: Changes to it that all runs share, by full key.
-        engine: Plain Python objects in the worker, FMUs, or a loop in C: equal results, but for
-            rounding in C.
+        settings: Changes to it that all runs share, by full key; `run.compute` and `run.coupling`
+            are among them.
         seed: Where all random numbers come from.
         variations: What is varied.
         sampler: How the variations are combined.
@@ -36,7 +35,6 @@ class Study:
     file: Path
     experiment: Path
     settings: Mapping[str, Any]
-    engine: Engine
     seed: int
     variations: tuple[Variation, ...]
     sampler: Sampler
@@ -52,6 +50,16 @@ class Study:
         """Name of its file, without the ending; that of its folder for a study.toml."""
         own = self.file.stem
         return self.file.resolve().parent.name if own == STUDY_FILE.stem else own
+
+    @property
+    def compute(self) -> str:
+        """Who computes."""
+        return str(self.settings["run.compute"])
+
+    @property
+    def coupling(self) -> str:
+        """How the models are coupled."""
+        return str(self.settings["run.coupling"])
 
     @staticmethod
     def load(path: str | Path) -> Study:

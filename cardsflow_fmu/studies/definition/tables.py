@@ -26,11 +26,11 @@ from cardsflow_fmu.config.table import (
     Whole,
     setting,
 )
+from cardsflow_fmu.experiment.settings.run import Compute, ModelCoupling
 
 from .variations import Listed as ListedValues
 from .variations import LogUniform, Normal, Range, Relative, Seed, Uniform
 
-Engine = Literal["direct", "fmu", "native"]
 Sampler = Literal["grid", "list", "sobol", "latin_hypercube", "monte_carlo", "sensitivity"]
 Method = Literal["differential_evolution", "cma_es"]
 TableKind = Literal["csv", "parquet"]
@@ -237,7 +237,8 @@ class StudyTables(Table):
 
     experiment: File = setting("an experiment.toml, or the folder that holds one")
     settings: dict[str, Any] = setting("changes to the experiment that all runs share", {})
-    engine: Engine = setting("plain Python objects, FMUs, or a loop in C: equal results", "direct")
+    compute: Compute = setting("who computes, as run.compute of an experiment", "c")
+    coupling: ModelCoupling = setting("of the models, as run.coupling of an experiment", "direct")
     seed: _FromZero = setting("where all random numbers come from", 0)
     sampler: Sampler = setting("how the variations are combined", None)
     count: _Count = setting("number of samples", None)

@@ -12,9 +12,9 @@ from pathlib import Path
 
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
-from cardsflow_fmu.models.by_role import MODELS
+from cardsflow_fmu.models.by_role import model_class
 from cardsflow_fmu.simulation.build import build, model_name
-from cardsflow_fmu.simulation.from_experiment import PreparedFmu
+from cardsflow_fmu.simulation.open import PreparedFmu
 from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.temporary import TemporaryFolder
 
@@ -88,7 +88,7 @@ def with_parameters_of(base: Experiment, experiment: Experiment) -> Experiment:
 
 def _start_values(name: str, built: Experiment, experiment: Experiment) -> dict[str, float]:
     """The parameters in which a run differs from what its FMU has."""
-    model = MODELS[name]
+    model = model_class(name)
     pairs = zip(model.table(built), model.table(experiment), strict=True)
     return {
         new.name: new.start
@@ -98,8 +98,8 @@ def _start_values(name: str, built: Experiment, experiment: Experiment) -> dict[
 
 
 def _digest(experiment: Experiment) -> str:
-    """The hash of the resources of the FMUs."""
-    digest = hashlib.sha256()
+    """The hash of the resources of the FMUs, and of who computes."""
+    digest = hashlib.sha256(experiment.run.compute.encode())
     resources = experiment_resources(experiment, with_hardware=experiment.hardware.use)
     for name, source in sorted(resources.items()):
         content = contents_of(source)

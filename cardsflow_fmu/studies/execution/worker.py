@@ -17,7 +17,7 @@ from cardsflow_fmu.studies.definition.fingerprint import experiment_digest
 from cardsflow_fmu.studies.definition.metrics import metric_values
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.path_check import require_simulated
-from cardsflow_fmu.studies.definition.tables import Box, Engine
+from cardsflow_fmu.studies.definition.tables import Box
 
 _ONE_AT_A_TIME = threading.Lock()  # FMUs share their process' folder and signals
 _bases: dict[tuple[Path, str], tuple[Experiment, str]] = {}
@@ -31,7 +31,6 @@ class Job:
         experiment: The experiment.toml, or the folder that holds one.
         digest: Of the experiment, see `experiment_digest`.
         settings: Common changes of its settings.
-        engine: Plain Python objects, FMUs, or a loop in C.
         metrics: Names of the metrics.
         box: The box of the workspace.
         fmus: Folder with the built FMUs of the experiment; they are built again where it does not
@@ -41,7 +40,6 @@ class Job:
     experiment: Path
     digest: str
     settings: Mapping[str, Any]
-    engine: Engine
     metrics: tuple[str, ...]
     box: Box | None
     fmus: Path
@@ -97,9 +95,9 @@ def _simulate(job: Job, base: Experiment, experiment: Experiment) -> Result:
 
     from .fmu_cache import prepared_fmus
 
-    if job.engine == "fmu":
+    if experiment.run.coupling == "fmu":
         return simulate(experiment, prepared=prepared_fmus(base, experiment, job.fmus))
-    return simulate(experiment, through=job.engine)
+    return simulate(experiment)
 
 
 def _simulated(result: Result, ready: float) -> float:

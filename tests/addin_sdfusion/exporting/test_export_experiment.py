@@ -90,7 +90,7 @@ def test_an_export_runs_at_once_and_follows(tmp_path, capsys):
     export_built(built(), ALL, tmp_path / "arm")
     assert main(["run", str(tmp_path / "arm"), "--set", "run.duration=0.2"]) == 0
     assert (tmp_path / "arm/results/results.csv").is_file()
-    result = run(Experiment.load(tmp_path / "arm"), through="direct")
+    result = run(Experiment.load(tmp_path / "arm"), coupling="direct")
     assert result["time"][-1] == DURATION
     assert not result["infeasible"].any()
     for name in ("joint_1", "joint_2"):
@@ -105,7 +105,7 @@ def test_a_run_stays_within_limits(tmp_path, initial):
     robot = with_coordinates(planar_2r(), lower=-0.3, upper=0.3, initial=initial)
     export_built(built(robot), ALL, tmp_path / "arm")
     changes = {"run.duration": 1.0, "run.step": 0.01, "plant.step": 0.01, "controller.period": 0.01}
-    result = run(Experiment.load(tmp_path / "arm", changes), through="direct")
+    result = run(Experiment.load(tmp_path / "arm", changes), coupling="direct")
     for name in ("joint_1", "joint_2"):
         assert np.abs(result[f"q.{name}"]).max() <= 0.3 + 1e-3
 
@@ -115,7 +115,9 @@ def test_a_robot_whose_muscles_cannot_hold_it_runs_all_the_same(tmp_path):
     robot = chain(6, 1, 4)
     export_built(built(robot), ALL, tmp_path / "chain")
     result = run(
-        Experiment.load(tmp_path / "chain", {"run.duration": 0.2}), tmp_path / "r", through="direct"
+        Experiment.load(tmp_path / "chain", {"run.duration": 0.2}),
+        tmp_path / "r",
+        coupling="direct",
     )
     assert np.isfinite(result["q.joint_5"]).all()
 

@@ -127,7 +127,7 @@ def test_a_motion_that_moves_no_mass_is_one_rule_for_both_engines(
         f'[controller]\nkp = 1.0\nkd = 1.0\nengine = "{engine}"\n'
         f'[plant]\nengine = "{engine}"\n[run]\nstep = 0.001\n'
     )
-    message = cardsflow.refused("run", tmp_path, "--direct", "-o", tmp_path / "out")
+    message = cardsflow.refused("run", tmp_path, "--coupling", "direct", "-o", tmp_path / "out")
     assert "moves no mass: twist" in message
 
 

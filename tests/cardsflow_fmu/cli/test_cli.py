@@ -52,7 +52,7 @@ COMMANDS = dict(commands(_parser()))
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("results")
-    run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), folder, through="direct")
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.05}), folder, coupling="direct")
     return folder
 
 
@@ -186,7 +186,7 @@ def test_every_command_but_those_for_people_and_shells_has_json() -> None:
 @pytest.mark.parametrize("what", ["run", "info", "check", "size"])
 def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) -> None:
     words = {
-        "run": ("run", str(PLANAR_2R), *SHORT, "--direct", "-o", str(tmp_path)),
+        "run": ("run", str(PLANAR_2R), *SHORT, "--coupling", "direct", "-o", str(tmp_path)),
         "info": ("info", ROBOT),
         "check": ("check", ROBOT),
         "size": ("size", str(PLANAR_2R), *SHORT),
@@ -198,7 +198,7 @@ def test_commands_print_json(what: str, tmp_path: Path, cardsflow: CommandLine) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", few([["--direct"], ["--realtime"]]))
+@pytest.mark.parametrize("words", few([["--coupling", "direct"], ["--realtime"]]))
 def test_the_script_of_a_run_gives_the_same_bits(
     words: list[str],
     tmp_path: Path,
@@ -224,7 +224,7 @@ def test_the_script_of_a_run_gives_the_same_bits(
 @pytest.mark.parametrize(
     ("words", "missing"),
     [
-        ([PLANAR_2R, "--set", "run.coupling=jacobi"], "coupling jacobi"),
+        ([PLANAR_2R, "--set", "run.scheme=jacobi"], "the coupling scheme jacobi"),
         ([PLANAR_2R, "--set", "wiring.controller={'qd_d.joint_2'=0.0, 'q.joint_1'=0.1}"], "[wir"),
         ([PLANAR_2R, "--set", "wiring.controller={'qd_d.joint_2'=0.0}"], "[wiring]"),
     ],
@@ -293,7 +293,16 @@ def interrupted(
 @pytest.mark.parametrize("sign", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_run_that_is_interrupted_is_exit_code_130(tmp_path: Path, sign: signal.Signals) -> None:
     out = tmp_path / "out"
-    words = ["run", str(PLANAR_2R), "--direct", "-o", str(out), "--set", "run.duration=600"]
+    words = [
+        "run",
+        str(PLANAR_2R),
+        "--coupling",
+        "direct",
+        "-o",
+        str(out),
+        "--set",
+        "run.duration=600",
+    ]
     words += ["--set", 'reference={spline="linear", points=[{time=0, q=0}, {time=600, q=0.5}]}']
     assert interrupted(words, out, "results.csv", sign) == 130
     result = Result.load(out)
@@ -332,7 +341,16 @@ CONTROL = {chr(k).encode() for k in range(32)} - {b"\n"} | {b"\x7f", b"\x1b"}
 
 def long_work(folder: Path) -> list[list[str]]:
     return [
-        ["run", str(PLANAR_2R), "--direct", "--set", "run.duration=0.3", "-o", str(folder / "run")],
+        [
+            "run",
+            str(PLANAR_2R),
+            "--coupling",
+            "direct",
+            "--set",
+            "run.duration=0.3",
+            "-o",
+            str(folder / "run"),
+        ],
         ["study", str(write_study(folder)), "-j", "1", "-o", str(folder / "study")],
     ]
 

@@ -26,7 +26,7 @@ OFFSETS = (2e-3, -1e-3, 3e-3, -2e-3)
 @pytest.fixture(scope="module")
 def result() -> RunData:
     settings = {"run.duration": 2.0}
-    return simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+    return simulate(Experiment.load(PLANAR_2R, settings), coupling="direct")
 
 
 def table_of(result: RunData) -> tuple[list[str], np.ndarray]:
@@ -98,7 +98,7 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
         assert not (tmp_path / "new").exists()
     assert cardsflow.refused(*command(tmp_path / "none.csv", tmp_path / "new"))
     folder = tmp_path / "recorded"
-    short = ["run", PLANAR_2R, "--direct", "--set", "run.duration=0.3", "-o", folder]
+    short = ["run", PLANAR_2R, "--coupling", "direct", "--set", "run.duration=0.3", "-o", folder]
     assert cardsflow(*short)[0] == 0
     monkeypatch.chdir(folder)
     assert "recorded: there are" in cardsflow.refused(*command(Path(), tmp_path / "new"))

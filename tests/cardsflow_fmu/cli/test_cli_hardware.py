@@ -99,7 +99,7 @@ def rows_of(result: Result) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def plant_run() -> Result:
-    return simulate(experiment(), through="direct")
+    return simulate(experiment(), coupling="direct")
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +108,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory, plant_run: Result) -> Pat
     folder = tmp_path_factory.mktemp("recorded")
     with served("device", ARM) as device:
         driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
-        result = run(driven, folder, through="direct")
+        result = run(driven, folder, coupling="direct")
         assert device.end() == 0
     np.testing.assert_array_equal(rows_of(result), rows_of(plant_run))
     assert device.states()[-2:] == ["running", "safe"]
@@ -136,11 +136,11 @@ def test_a_replay_gives_the_same_run(recorded: Path, plant_run: Result) -> None:
     """In lock step bit for bit; beyond its end there is a clear status; and by the clock."""
     with served("replay-hardware", str(recorded), "--watchdog", "10000") as device:
         driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
-        result = simulate(driven, through="direct")
+        result = simulate(driven, coupling="direct")
         np.testing.assert_array_equal(rows_of(result), rows_of(plant_run))
         longer = experiment(**LOCKSTEP, **{"hardware.link": device.uri, "run.duration": 0.3})
         with pytest.raises(RunError, match="the robot behind the device has failed") as error:
-            simulate(longer, through="direct")
+            simulate(longer, coupling="direct")
         assert error.value.result["time"][-1] == pytest.approx(0.25, abs=2e-3)
         with Line(device.uri, recorded) as line:
             line.exchange(20)
@@ -233,7 +233,7 @@ def test_a_run_through_faults_ends_in_a_clear_status() -> None:
     words += " --outage 1000:1"
     with served("device", ARM, *words.split(), "--watchdog", "500") as device:
         changes = {"hardware.link": device.uri, "hardware.watchdog": 0.5, "hardware.use": True}
-        result = simulate(experiment(**changes, **{"hardware.max_missed": 100}), through="direct")
+        result = simulate(experiment(**changes, **{"hardware.max_missed": 100}), coupling="direct")
         assert result.complete
         assert device.end() == 0
     faults = device.totals["faults"]

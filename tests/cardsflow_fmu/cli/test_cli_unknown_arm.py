@@ -53,7 +53,7 @@ def test_an_arm_of_unknown_truth_is_calibrated_and_then_needs_no_encoders(
         settings |= {"estimator": estimator} if estimator else {}
         with served(emulated_device(there, there.hardware)) as uri:
             driven = Experiment.load(exciting, settings | {"hardware.link": uri})
-            return run(driven, tmp_path / out, through="direct").summary
+            return run(driven, tmp_path / out, coupling="direct").summary
 
     recorded(tmp_path / "cad", "recorded")
     words = [tmp_path / "recorded", "--robot", tmp_path / "cad", "--free", FREE, "-o", new]

@@ -62,7 +62,9 @@ def started(robot: Robot, folder: Path, cardsflow: CommandLine) -> tuple[dict, s
     code, out, err = cardsflow("init", folder / "robot", "-o", folder)
     assert code == 0, err
     assert out.startswith(str(folder / "experiment.toml"))
-    code, _, problem = cardsflow("run", folder, "--direct", "-o", folder / "out", "--strict")
+    code, _, problem = cardsflow(
+        "run", folder, "--coupling", "direct", "-o", folder / "out", "--strict"
+    )
     assert code == 0, problem
     return json.loads((folder / "out/summary.json").read_text()), err
 
@@ -154,7 +156,9 @@ def test_what_is_locked_may_be_left_to_a_spring_as_the_comments_say(
     springs = ("# coordinates.wrist", "# passive.wrist")
     lines = [x.removeprefix("# ") if x.startswith(springs) else x for x in lines]
     file.write_text("\n".join(lines))
-    code, out, err = cardsflow("run", tmp_path, "--direct", "-o", tmp_path / "sprung", "--strict")
+    code, out, err = cardsflow(
+        "run", tmp_path, "--coupling", "direct", "-o", tmp_path / "sprung", "--strict"
+    )
     assert code == 0, out + err
     summary = json.loads((tmp_path / "sprung/summary.json").read_text())
     assert_tracks(summary)
@@ -270,7 +274,7 @@ def test_published_robots_track(
 ) -> None:
     code, _, err = cardsflow("init", shared / "robots" / name, "-o", tmp_path)
     assert code == 0, err
-    code, out, _ = cardsflow("run", tmp_path, "--direct", "--json", "--strict")
+    code, out, _ = cardsflow("run", tmp_path, "--coupling", "direct", "--json", "--strict")
     assert code == 0
     assert_tracks(json.loads(out))
 

@@ -272,7 +272,7 @@ def test_meshes(tmp_path: Path, make: Callable[[Path], Path]) -> None:
     mesh = f'shape = "mesh"\nfile = "{make(folder).name}"\nmass = 1.0\n'
     with (folder / "experiment.toml").open("a") as stream:
         stream.write('\n[[world.objects]]\nname = "thing"\n' + mesh)
-    words = ["--direct", "--set", "run.duration=0.01"]
+    words = ["--coupling", "direct", "--set", "run.duration=0.01"]
     assert "outside" not in refused(peak(tmp_path, "run", folder, *words))
 
 

@@ -41,7 +41,7 @@ def test_a_first_experiment_runs_as_it_is(robot: Path, tmp_path: Path) -> None:
     assert list(VALID.iter_errors(tomllib.loads(file.read_text()))) == []
     experiment = Experiment.load(file)
     assert experiment.warnings() == []
-    result = run(experiment, tmp_path / "out", through="direct")
+    result = run(experiment, tmp_path / "out", coupling="direct")
     assert result.complete
     assert result.summary["infeasible_ticks"] == 0
     assert result.summary["tracking"]["max"] < 1e-3

@@ -38,7 +38,8 @@ def test_a_closed_end_of_the_output_changes_nothing(tmp_path: Path) -> None:
     assert shell(f"{INFO} >&- 2>&- <&-") == (0, "", "")
     assert shell(f"{WRONG} 2>&-") == (2, "", "")
     assert shell(f"{WRONG} 2>/dev/full") == (2, "", "")
-    run = f"{CARDSFLOW} run {PLANAR_2R} --direct --set run.duration=0.02 -o {tmp_path / 'out'}"
+    words = f"--coupling direct --set run.duration=0.02 -o {tmp_path / 'out'}"
+    run = f"{CARDSFLOW} run {PLANAR_2R} {words}"
     assert shell(f"{run} >&- 2>&-")[0] == 0
     assert json.loads((tmp_path / "out/summary.json").read_text())["status"] == "complete"
 
@@ -68,7 +69,7 @@ def test_an_output_that_is_full_is_a_failure_and_not_a_wrong_input() -> None:
 @pytest.mark.slow
 def test_an_output_of_few_letters_has_escapes(tmp_path: Path) -> None:
     folder = tmp_path / "r\u00e9sultats"
-    words = f"{CARDSFLOW} run {PLANAR_2R} --direct --set run.duration=0.02 -o {folder}"
+    words = f"{CARDSFLOW} run {PLANAR_2R} --coupling direct --set run.duration=0.02 -o {folder}"
     code, out, err = shell(words, PYTHONIOENCODING="ascii", PYTHONUTF8="0")
     assert code == 0, err
     assert "r\\xe9sultats" in out

@@ -57,7 +57,7 @@ def experiment(plant: object, **settings: Any) -> Experiment:
 
 def direct(experiment: Experiment) -> Result:
     """A run with our own models as plain Python objects around the external FMU."""
-    return simulate(experiment, through="direct")
+    return simulate(experiment, coupling="direct")
 
 
 def body(file: Path, fmi: str, **changes: Any) -> dict[str, Any]:
@@ -111,7 +111,7 @@ def test_a_boolean_input_can_be_held(bodies: dict[str, Path]) -> None:
 def test_versions_mixed_under_every_coupling(bodies: dict[str, Path], scheme: str) -> None:
     """Our FMI 2.0 controller and reference with an external FMI 3.0 plant."""
     order = {"run__order": ["reference", "controller", "plant"]}
-    settings = {"run__coupling": scheme, **(order if scheme == "gauss_seidel" else {})}
+    settings = {"run__scheme": scheme, **(order if scheme == "gauss_seidel" else {})}
     through = {fmi: direct(experiment(body(bodies[fmi], fmi), **settings)).rows for fmi in MAPS}
     assert len(through["3.0"]) == 51
     np.testing.assert_array_equal(through["2.0"], through["3.0"])
@@ -197,9 +197,9 @@ def test_our_own_fmus_may_be_named_without_a_map(tmp_path: Path, version: FmiVer
 
 def test_a_coupling_is_part_of_the_data_that_travels() -> None:
     order = ("reference", "controller", "plant")
-    settings = {"run.coupling": "gauss_seidel", "run.order": list(order)}
+    settings = {"run.scheme": "gauss_seidel", "run.order": list(order)}
     data = experiment_data(Experiment.load(PLANAR_2R, settings))["run"]
-    assert (data["coupling"], data["order"]) == ("gauss_seidel", list(order))
+    assert (data["scheme"], data["order"]) == ("gauss_seidel", list(order))
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.robots.robots import PLANAR_2R, planar_2r
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError, write_sdf
 from cardsflow_fmu import Experiment
@@ -231,7 +232,7 @@ def test_a_robot_without_operational_space_travels_in_an_fmu(tmp_path: Path) -> 
     changes = {"reference.file": str(trajectories), "run.duration": 0.01}
     (tmp_path / "arm/experiment.toml").write_text(text)
     experiment = Experiment.load(tmp_path / "arm", changes)
-    fmu, direct = (simulate(experiment, through=way) for way in ("python", "direct"))
+    fmu, direct = (simulate(experiment, **WAYS[way]) for way in ("python", "direct"))
     np.testing.assert_array_equal(fmu.rows, direct.rows)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
@@ -19,8 +20,9 @@ from cardsflow_fmu.analysis.observable import (
     observed_poses,
 )
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, read_recording
+from cardsflow_fmu.hardware.protocol.recording import read_recording
 from cardsflow_fmu.report.readings import read_readings
+from cardsflow_fmu.results.files import RECORDING_FILE
 from cardsflow_fmu.simulation.result import Result
 from cardsflow_fmu.simulation.run import simulate
 from sim_dart.calibration.calibrate import calibrate
@@ -57,7 +59,7 @@ def difference(a: Result, b: Result) -> float:
 def test_native_and_python_models_agree() -> None:
     """With all kinds of sensors; the estimate is good enough to be followed."""
     experiment = roboy(0.3, units=UNITS, sensors=SENSORS, encoder_noise={"joint_1": 1e-3})
-    native, direct = (simulate(experiment, through=how) for how in ("native", "direct"))
+    native, direct = (simulate(experiment, **WAYS[how]) for how in ("native", "direct"))
     assert difference(native, direct) < 1e-9
     assert native["valid"].all()
     for name in ("joint_1", "joint_2", "joint_3", "joint_4"):
@@ -75,7 +77,7 @@ def test_every_kind_of_muscle_and_motor_has_one(example: str) -> None:
     if example == "planar_2r":
         settings |= {"robot.joints.joint_2.motor": True}
     experiment = Experiment.load(EXAMPLES / example, settings)
-    native, fmu, python = (simulate(experiment, through=how) for how in ("native", "fmu", "python"))
+    native, fmu, python = (simulate(experiment, **WAYS[how]) for how in ("native", "fmu", "python"))
     assert difference(native, fmu) == 0.0
     assert difference(native, python) < 1e-8
     assert native["valid"].all()
@@ -95,7 +97,7 @@ def test_commands_ramp_down_where_the_estimate_is_lost(through: str) -> None:
     """A length that sticks: it is noticed, and forces fall to f_min in a straight line."""
     stuck = {"stuck": {"motor0": 1.0, "motor1": 1.0, "motor2": 1.0}}
     experiment = roboy(1.6, exact=False, sensors=stuck, ramp_down=0.1, gate=1000.0)
-    result = simulate(experiment, through=through)  # type: ignore[arg-type]
+    result = simulate(experiment, **WAYS[through])  # type: ignore[arg-type]
     ticks = slice(0, len(result.rows) - 1, 5)
     valid = result["valid"][ticks]
     forces = result.columns([f"f.{m.name}" for m in experiment.robot.muscles])[ticks]
@@ -113,7 +115,7 @@ def test_commands_ramp_down_where_the_estimate_is_lost(through: str) -> None:
 @pytest.mark.slow
 def test_the_first_pose_is_found_by_the_first_reading() -> None:
     """Without knowing where the arm starts."""
-    result = simulate(roboy(0.2, exact=False, search=True, slack=0.5), through="native")
+    result = simulate(roboy(0.2, exact=False, search=True, slack=0.5), coupling="direct")
     assert result["valid"].all()
     assert result["status"][0] == 1.0
     assert np.abs(result["q_hat.joint_1"][0] - result["q.joint_1"][0]) < 5e-3
@@ -122,9 +124,9 @@ def test_the_first_pose_is_found_by_the_first_reading() -> None:
 @pytest.mark.slow
 def test_an_estimator_may_only_watch() -> None:
     """The controller has the truth: the run is that without any estimator."""
-    watched = simulate(roboy(0.1, feeds=False), through="native")
+    watched = simulate(roboy(0.1, feeds=False), coupling="direct")
     alone = simulate(
-        Experiment.load(EXAMPLES / "roboy_left_arm", {"run.duration": 0.1}), through="native"
+        Experiment.load(EXAMPLES / "roboy_left_arm", {"run.duration": 0.1}), coupling="direct"
     )
     assert np.array_equal(watched["q.joint_2"], alone["q.joint_2"])
     assert "q_hat.joint_2" in watched.names
@@ -186,7 +188,7 @@ def test_what_cannot_be_observed_is_told_before_a_run() -> None:
         encoder_noise={"joint_4": 1e-3},
     )
     assert not observability_warnings(observed_poses(helped))
-    assert line in simulate(blind, through="native").summary["warnings"]
+    assert line in simulate(blind, coupling="direct").summary["warnings"]
 
 
 @pytest.mark.slow
@@ -196,7 +198,7 @@ def test_hardware_without_joint_encoders_sends_lengths_and_tensions_alone(tmp_pa
     settings["emulator"] = {"noise": 1e-4}
     own = {"estimator": {"search": True}, "hardware": settings, "run.duration": 0.1}
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", own)
-    result = run(experiment, tmp_path / "out", through="direct")
+    result = run(experiment, tmp_path / "out", compute="python", coupling="direct")
     header = read_recording(tmp_path / "out" / RECORDING_FILE).header
     assert {name.partition(".")[0] for name in header.state_names} == {"l", "tension"}
     assert result["valid"].all()

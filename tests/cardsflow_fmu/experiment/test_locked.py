@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from support.robots.robots import PLANAR_2R
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.simulation.from_experiment import Through
 from cardsflow_fmu.simulation.run import simulate
 from sim_dart import CoreDynamics
 
@@ -46,8 +46,8 @@ def locked(
     ("through", "engine"),
     [("direct", "core"), ("direct", "dart"), ("fmu", "auto"), ("native", "auto")],
 )
-def test_a_locked_joint_is_held_exactly(through: Through, engine: str, tmp_path: Path) -> None:
-    result = simulate(locked(tmp_path, **{"plant.engine": engine}), through=through)
+def test_a_locked_joint_is_held_exactly(through: str, engine: str, tmp_path: Path) -> None:
+    result = simulate(locked(tmp_path, **{"plant.engine": engine}), **WAYS[through])
     assert [name for name in result.names if name.startswith("q.")] == ["q.joint_1"]
     assert result.summary["infeasible_ticks"] == 0
     assert result.summary["tracking"]["max"] < 1e-4

@@ -99,7 +99,7 @@ def test_states_of_one_kind_stand_together() -> None:
 @pytest.mark.parametrize("name", ["plant", "controller"])
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_the_fmus_are_valid(name: str, version: Any, tmp_path: Path) -> None:
-    file = build(arm(MIXED, {"plant.energy": True}), tmp_path, fmi=version, native=False)[name]
+    file = build(arm(MIXED, {"plant.energy": True}), tmp_path, fmi=version, compute="python")[name]
     assert validate_fmu(str(file)) == []
     described = {v.name for v in read_model_description(str(file)).modelVariables}
     assert "u.cable_3" in described or "u" in described
@@ -109,7 +109,7 @@ def test_the_fmus_are_valid(name: str, version: Any, tmp_path: Path) -> None:
 @pytest.mark.parametrize("settings", [MIXED, DRIVEN, MIXED | {"plant.integrator": "rk4"}])
 def test_fmus_and_a_plain_python_loop_give_equal_columns(settings: dict[str, Any]) -> None:
     experiment = arm(settings, {"plant.energy": True, "plant.step": 5e-4})
-    fmu, direct = simulate(experiment, through="python"), simulate(experiment, through="direct")
+    fmu, direct = simulate(experiment, compute="python"), simulate(experiment, coupling="direct")
     assert fmu.names == direct.names
     np.testing.assert_allclose(fmu.rows, direct.rows, rtol=1e-12, atol=1e-12)
     units = dict(fmu.units)
@@ -118,7 +118,7 @@ def test_fmus_and_a_plain_python_loop_give_equal_columns(settings: dict[str, Any
 
 @pytest.fixture(scope="module")
 def pneumatic() -> Result:
-    return simulate(arm(DRIVEN, {"run.duration": 8.0}), through="direct")
+    return simulate(arm(DRIVEN, {"run.duration": 8.0}), coupling="direct")
 
 
 @pytest.mark.slow
@@ -147,7 +147,7 @@ def test_the_summary_and_the_figure_show_tensions(pneumatic: Result) -> None:
 @pytest.mark.slow
 def test_motors_that_are_too_slow_are_reported_as_infeasible_ticks() -> None:
     slow = {"muscles.cable_1.model": {**MCKIBBEN, "thread_length": 1.2, "max_pressure": 300.0}}
-    result = simulate(arm(DRIVEN, slow, {"run.duration": 0.5}), through="direct")
+    result = simulate(arm(DRIVEN, slow, {"run.duration": 0.5}), coupling="direct")
     assert result.summary["infeasible_ticks"] > 100
 
 
@@ -155,7 +155,7 @@ def test_motors_that_are_too_slow_are_reported_as_infeasible_ticks() -> None:
 def test_forces_stay_within_what_can_be_reached() -> None:
     """At every tick: between the tensions that no command at all and the largest lead to."""
     experiment = arm(MIXED, {"run.duration": 0.3})
-    result, drive = simulate(experiment, through="direct"), MuscleDrive(experiment.robot)
+    result, drive = simulate(experiment, coupling="direct"), MuscleDrive(experiment.robot)
     states = result.columns(["activation.cable_1", "pressure.cable_3"])
     q, qd = (result.columns([f"{p}.joint_{k}" for k in (1, 2)]) for p in ("q", "qd"))
     forces = result.columns([f"f.cable_{k}" for k in (1, 2, 3, 4)])
@@ -172,7 +172,7 @@ def result_rows(result: Result) -> range:
 
 
 def test_the_run_begins_with_muscles_that_hold_the_robot() -> None:
-    result = simulate(arm(DRIVEN, {"run.duration": 0.02}), through="direct")
+    result = simulate(arm(DRIVEN, {"run.duration": 0.02}), coupling="direct")
     dynamics_q = result.columns(["q.joint_1", "q.joint_2"])
     np.testing.assert_allclose(dynamics_q, dynamics_q[0] * np.ones_like(dynamics_q), atol=1e-5)
     assert np.abs(result["u.cable_1"] - result["u.cable_1"][0]).max() < 50.0
@@ -351,7 +351,7 @@ def test_the_plants_derivatives_are_those_of_its_steps() -> None:
 @pytest.mark.slow
 def test_energy_is_an_output_that_balances() -> None:
     settings = {"plant.energy": True, "plant.integrator": "rk4", "run.duration": 1.0}
-    result = simulate(arm(DRIVEN, settings), through="direct")
+    result = simulate(arm(DRIVEN, settings), coupling="direct")
     work = result.columns(["work.muscles", "work.outside", "work.damping"]).sum(axis=1)
     left = result["energy.kinetic"] + result["energy.potential"] - work
     np.testing.assert_allclose(left, left[0], atol=1e-8)

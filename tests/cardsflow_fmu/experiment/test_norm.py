@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.simulation.from_experiment import Through
 from cardsflow_fmu.simulation.run import simulate
 from controllers.force_distribution.methods import distribute
 from sim_dart import CoreDynamics
@@ -27,7 +27,7 @@ def experiment(**controller: Any) -> Experiment:
 def test_a_run_has_the_forces_of_its_norm(norm: Any) -> None:
     """At every state the torque that the forces make has no forces nearer to the pretension."""
     own = experiment(norm=norm, pretension=30.0)
-    result = simulate(own, through="direct")
+    result = simulate(own, coupling="direct")
     robot, p = CoreDynamics(own.robot), own.controller.norm
     q = np.column_stack([result[f"q.{name}"] for name in robot.coordinate_names])
     f = np.column_stack([result[f"f.{name}"] for name in robot.muscle_names])
@@ -40,9 +40,9 @@ def test_a_run_has_the_forces_of_its_norm(norm: Any) -> None:
 
 
 @pytest.mark.parametrize(("through", "norm"), [("native", 2), ("native", 4), ("fmu", "infinity")])
-def test_norm_and_pretension_are_the_same_in_every_engine(through: Through, norm: Any) -> None:
+def test_norm_and_pretension_are_the_same_in_every_engine(through: str, norm: Any) -> None:
     own = experiment(norm=norm, pretension=30.0)
-    one, other = simulate(own, through="direct"), simulate(own, through=through)
+    one, other = simulate(own, coupling="direct"), simulate(own, **WAYS[through])
     for muscle in own.robot.muscles:
         name = f"f.{muscle.name}"
         assert one[name].min() > 5.0

@@ -29,7 +29,9 @@ def test_springs_in_cables_are_told_with_their_size(tmp_path: Path, cardsflow: C
     code, _, err = cardsflow("init", tmp_path / "robot", "-o", tmp_path)
     assert code == 0
     assert line in err
-    code, out, err = cardsflow("run", tmp_path, "--direct", "--set", "run.duration=0.05")
+    code, out, err = cardsflow(
+        "run", tmp_path, "--coupling", "direct", "--set", "run.duration=0.05"
+    )
     assert code == 0
     assert line in err
     assert out.startswith(f"WARNING: {line}")

@@ -74,13 +74,13 @@ def with_law(folder: Path, name: str, **settings: Any) -> Experiment:
 
 @pytest.mark.slow
 def test_it_controls_as_ours_with_the_same_gains(folder: Path) -> None:
-    ours = simulate(Experiment.load(folder, {"run.duration": 0.2}), through="direct")
-    own = simulate(with_law(folder, "Stiff"), through="direct")
+    ours = simulate(Experiment.load(folder, {"run.duration": 0.2}), coupling="direct")
+    own = simulate(with_law(folder, "Stiff"), coupling="direct")
     np.testing.assert_allclose(own["q.joint_1"], ours["q.joint_1"], atol=1e-12)
 
 
 def test_forces_alone_are_held_at_the_bounds(folder: Path) -> None:
-    result = simulate(with_law(folder, "Forces"), through="direct")
+    result = simulate(with_law(folder, "Forces"), coupling="direct")
     assert (result["f.cable_1"][1:] == 20.0).all()
     assert (result["f.cable_2"][1:] == 100.0).all()
     assert result.summary["infeasible_ticks"] == result.summary["ticks"]
@@ -89,8 +89,8 @@ def test_forces_alone_are_held_at_the_bounds(folder: Path) -> None:
 @pytest.mark.slow
 def test_it_travels_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
     experiment = with_law(folder, "Stiff")
-    direct = simulate(experiment, through="direct")
-    result = run(experiment, tmp_path / "out", through="fmu")
+    direct = simulate(experiment, coupling="direct")
+    result = run(experiment, tmp_path / "out", coupling="fmu")
     np.testing.assert_array_equal(result["q.joint_1"], direct["q.joint_1"])
     shutil.rmtree(folder)
     with opened_run(tmp_path / "out") as again:
@@ -123,9 +123,9 @@ def test_one_in_task_space_says_so(folder: Path) -> None:
     with pytest.raises(InputError, match="does not follow a reference in operational space"):
         Experiment.load(arm, settings)
     own = simulate(
-        Experiment.load(arm, settings | {"controller.space": "operational"}), through="direct"
+        Experiment.load(arm, settings | {"controller.space": "operational"}), coupling="direct"
     )
-    ours = simulate(Experiment.load(arm, {"run.duration": 0.02}), through="direct")
+    ours = simulate(Experiment.load(arm, {"run.duration": 0.02}), coupling="direct")
     np.testing.assert_array_equal(own["f.motor1"], ours["f.motor1"])
 
 
@@ -144,7 +144,7 @@ def test_what_it_does_wrong_is_one_line_with_the_place(
     folder: Path, name: str, error: type[CardsflowError], message: str
 ) -> None:
     with pytest.raises(error) as caught:
-        simulate(with_law(folder, name), through="direct")
+        simulate(with_law(folder, name), coupling="direct")
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -161,7 +161,7 @@ def test_what_it_does_wrong_is_one_line_with_the_place(
 def test_a_file_that_cannot_be_run(folder: Path, code: str, message: str) -> None:
     (folder / "mine.py").write_text(code)
     with pytest.raises(InputError) as caught:
-        simulate(with_law(folder, "Mine"), through="direct")
+        simulate(with_law(folder, "Mine"), coupling="direct")
     assert message in str(caught.value)
 
 

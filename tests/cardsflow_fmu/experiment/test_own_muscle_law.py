@@ -101,11 +101,11 @@ def test_a_shipped_law_written_in_python_gives_its_results(
 ) -> None:
     """Of motion, tensions and the controller's commands; on all muscles, and beside the shipped."""
     dart = {"plant.engine": "dart", **settings}
-    shipped = simulate(with_law(folder, SHIPPED, **dart), through="direct")
+    shipped = simulate(with_law(folder, SHIPPED, **dart), coupling="direct")
     assert shipped.summary["tracking"]["max"] < 0.1
     for pattern in ("*", "cable_1"):
         rest = {} if pattern == "*" else {'muscles."*".model': SHIPPED}
-        own = simulate(with_law(folder, OWN, pattern, **rest, **settings), through="direct")
+        own = simulate(with_law(folder, OWN, pattern, **rest, **settings), coupling="direct")
         assert own.names == shipped.names
         assert own.summary["engine"]["plant"] == "dart"
         for name in shipped.names:
@@ -113,7 +113,7 @@ def test_a_shipped_law_written_in_python_gives_its_results(
 
 
 def test_a_passive_one_takes_no_command(folder: Path) -> None:
-    result = simulate(with_law(folder, "mine.py:Spring", "cable_1"), through="direct")
+    result = simulate(with_law(folder, "mine.py:Spring", "cable_1"), coupling="direct")
     assert "u.cable_1" not in result.names
     expected = np.maximum(100.0 * (result["l.cable_1"] - 0.5), 0.0)
     np.testing.assert_allclose(result["tension.cable_1"], expected, atol=1e-12)
@@ -122,8 +122,8 @@ def test_a_passive_one_takes_no_command(folder: Path) -> None:
 @pytest.mark.slow
 def test_it_travels_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
     experiment = with_law(folder, OWN)
-    direct = simulate(experiment, through="direct")
-    result = run(experiment, tmp_path / "out", through="python")
+    direct = simulate(experiment, coupling="direct")
+    result = run(experiment, tmp_path / "out", compute="python")
     np.testing.assert_array_equal(result["q.joint_1"], direct["q.joint_1"])
     shutil.rmtree(folder)
     with opened_run(tmp_path / "out") as again:
@@ -151,9 +151,9 @@ def test_loading_runs_nothing(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--native"], "does not have muscle laws in Python (Elastic of cable_"),
+        (["build", "--compute", "c"], "does not have muscle laws in Python (Elastic of cable_"),
         (
-            ["--direct", "--set", "plant.engine=core"],
+            ["run", "--coupling", "direct", "--set", "plant.engine=core"],
             'the engine "core" has no muscle laws in Python (Elastic',
         ),
     ],
@@ -162,7 +162,8 @@ def test_what_is_in_c_alone_refuses_it_by_name(
     folder: Path, tmp_path: Path, words: list[str], message: str, cardsflow: CommandLine
 ) -> None:
     model = 'muscles."*".model={kind="mine.py:Elastic", parameters={k=2000.0}}'
-    words = ["run", folder, "--set", model, "-o", tmp_path / "out", *words]
+    command, *others = words
+    words = [command, folder, "--set", model, "-o", tmp_path / "out", *others]
     assert message in cardsflow.refused(*words)
 
 
@@ -189,7 +190,7 @@ def test_what_is_in_c_alone_refuses_it_by_name(
 )
 def test_what_is_wrong_is_one_line_with_the_place(folder: Path, model: Any, message: str) -> None:
     with pytest.raises(CardsflowError) as caught:
-        simulate(with_law(folder, model), through="direct")
+        simulate(with_law(folder, model), coupling="direct")
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
     assert isinstance(caught.value, InputError | SimulationError)

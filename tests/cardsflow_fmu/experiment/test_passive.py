@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.robots.one_link import cable, one_link
+from support.ways import WAYS
 
 from addin_sdfusion.robot import (
     Coordinate,
@@ -21,7 +22,6 @@ from addin_sdfusion.robot import (
     write_sdf,
 )
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.simulation.from_experiment import Through
 from cardsflow_fmu.simulation.run import simulate
 from controllers import JointSpaceController
 from sim_dart import CoreDynamics
@@ -91,16 +91,16 @@ def test_forces_make_the_acceleration_of_what_is_driven() -> None:
     ("through", "engine"), [("direct", "dart"), ("native", "auto"), ("fmu", "auto")]
 )
 def test_the_driven_joint_follows_while_the_passive_one_swings(
-    through: Through, engine: str, tmp_path: Path
+    through: str, engine: str, tmp_path: Path
 ) -> None:
     found = experiment(tmp_path, **{"plant.engine": engine, "controller.engine": engine})
-    result = simulate(found, through=through)
+    result = simulate(found, **WAYS[through])
     summary = result.summary
     assert summary["infeasible_ticks"] == 0
     assert list(summary["tracking"]["per_signal"]) == ["q.q"]
     assert summary["tracking"]["max"] < 2e-3
     assert np.ptp(result["q.wrist"]) > 0.05
-    other = simulate(experiment(tmp_path), through="direct")
+    other = simulate(experiment(tmp_path), coupling="direct")
     np.testing.assert_allclose(result["q.wrist"], other["q.wrist"], atol=2e-4)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
@@ -50,7 +51,7 @@ def test_columns_of_a_csv_go_by_their_names(
 @pytest.mark.slow
 def test_a_run_can_be_repeated_from_its_results(tmp_path: Path) -> None:
     settings = {"run.duration": 0.5, "run.output": str(tmp_path / "first")}
-    first = simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+    first = simulate(Experiment.load(PLANAR_2R, settings), coupling="direct")
     file = write_csv(
         tmp_path / "results.csv",
         ",".join(first.names),
@@ -58,7 +59,7 @@ def test_a_run_can_be_repeated_from_its_results(tmp_path: Path) -> None:
     )
     again = simulate(
         Experiment.load(PLANAR_2R, {"reference": {"file": str(file)}, "run.duration": 0.5}),
-        through="direct",
+        coupling="direct",
     )
     np.testing.assert_allclose(again["q.joint_1"], first["q.joint_1"], atol=1e-4)
 
@@ -98,7 +99,7 @@ def test_it_travels_in_fmus_and_runs_in_c(tmp_path: Path) -> None:
     experiment = Experiment.load(
         PLANAR_2R, {"reference": {"samples": np.c_[T, Q]}, "run.duration": 0.2}
     )
-    direct, fmus = (simulate(experiment, through=way) for way in ("direct", "python"))
+    direct, fmus = (simulate(experiment, **WAYS[way]) for way in ("direct", "python"))
     np.testing.assert_array_equal(direct["q.joint_1"], fmus["q.joint_1"])
 
 
@@ -155,7 +156,7 @@ def test_a_signalling_nan_is_no_number_like_others(tmp_path: Path) -> None:
 def test_the_example_follows_what_encoders_recorded(tmp_path: Path) -> None:
     shutil.copytree(PLANAR_2R / "robot", tmp_path / "planar_2r/robot")
     shutil.copytree(EXAMPLES / "recorded_motion", tmp_path / "recorded_motion")
-    result = simulate(Experiment.load(tmp_path / "recorded_motion"), through="direct")
+    result = simulate(Experiment.load(tmp_path / "recorded_motion"), coupling="direct")
     assert result.summary["infeasible_ticks"] == 0
     assert result.summary["tracking"]["rms"] < 1e-4
 

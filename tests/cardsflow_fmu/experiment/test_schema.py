@@ -163,7 +163,7 @@ def test_an_unknown_key_of_a_study_names_the_nearest(
 
 # What a key needs beside it, or a table in it, so that the reader looks there.
 BESIDE: dict[str, dict[str, Any]] = {
-    "run.order": {"coupling": "gauss_seidel"},
+    "run.order": {"scheme": "gauss_seidel"},
     "start.seed": {"y": 1.0},
     "reference.points": {"spline": "linear"},
     "reference.name": {"spline": "linear", "points": []},

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from support.robots.robots import PLANAR_2R
 from support.robots.worlds import write_box_mesh
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError, Pose
 from cardsflow_fmu import Experiment, build, run
@@ -46,8 +47,8 @@ def test_a_world_of_nothing_leaves_every_result_as_it_was() -> None:
     """In the same engine, which a world chooses."""
     alone = load()
     in_dart = replace(alone, plant=alone.plant.replaced(engine="dart"))
-    plain = simulate(in_dart, through="direct")
-    world = simulate(load({"friction": 0.5}), through="direct")
+    plain = simulate(in_dart, coupling="direct")
+    world = simulate(load({"friction": 0.5}), coupling="direct")
     assert world.names == plain.names
     columns = [k for k, name in enumerate(plain.names) if name != "solve_time"]
     np.testing.assert_array_equal(world.rows[:, columns], plain.rows[:, columns])
@@ -141,7 +142,7 @@ def falling() -> dict[str, Any]:
 @pytest.mark.slow
 def test_a_ball_falls_and_rests_beside_the_arm_in_fmus_as_without() -> None:
     experiment = load(falling(), **{"run.duration": 1.2})
-    direct, fmu = (simulate(experiment, through=way) for way in ("direct", "python"))
+    direct, fmu = (simulate(experiment, **WAYS[way]) for way in ("direct", "python"))
     names = [n for n in direct.names if n != "solve_time"]
     np.testing.assert_array_equal(fmu.columns(names), direct.columns(names))
     time = direct["time"]
@@ -164,7 +165,7 @@ def test_a_world_and_its_meshes_travel_in_the_fmus(tmp_path: Path) -> None:
     die = DIE | {"file": str(mesh), "position": [4, 0, 0.8]}
     world = falling() | {"objects": [BALL, die]}
     experiment = load(world, **{"run.duration": 0.4})
-    expected = simulate(experiment, through="direct")
+    expected = simulate(experiment, coupling="direct")
     folder = tmp_path / "elsewhere"
     files = build(experiment, folder)
     mesh.unlink()
@@ -184,9 +185,9 @@ def test_a_world_and_its_meshes_travel_in_the_fmus(tmp_path: Path) -> None:
 def test_a_wrench_is_an_input_that_wiring_can_reach() -> None:
     settings = {"plant.wrenches": ["link_2"], "wiring.plant": {"w.link_2.ty": 5.0}}
     pushed, free = load(**settings), load(**{"plant.wrenches": ["link_2"]})
-    moved = simulate(pushed, through="direct")["q.joint_2"]
-    still = simulate(free, through="direct")["q.joint_2"]
-    plain = simulate(load(), through="direct")["q.joint_2"]
+    moved = simulate(pushed, coupling="direct")["q.joint_2"]
+    still = simulate(free, coupling="direct")["q.joint_2"]
+    plain = simulate(load(), coupling="direct")["q.joint_2"]
     np.testing.assert_array_equal(still, plain)
     assert (moved - still)[5:].max() > 1e-6
 
@@ -255,7 +256,7 @@ def test_two_robots_move_in_one_plant_as_each_alone(tmp_path: Path) -> None:
         }
         alone["reference"] = {"spline": "quintic", "points": points}
         (tmp_path / side).mkdir()
-        single = simulate(written(tmp_path / side, alone), through="direct")
+        single = simulate(written(tmp_path / side, alone), coupling="direct")
         for joint in ("joint_1", "joint_2"):
             np.testing.assert_allclose(both[f"q.{side}_{joint}"], single[f"q.{joint}"], atol=1e-9)
         np.testing.assert_allclose(both[f"f.{side}_cable_1"], single["f.cable_1"], atol=1e-4)
@@ -268,7 +269,7 @@ def test_robots_travel_in_fmus_and_read_back(tmp_path: Path) -> None:
     second = written(tmp_path / "again", experiment_data(first))
     assert second.robot == first.robot
     assert experiment_data(second) == experiment_data(first)
-    direct, fmu = (simulate(first, through=way) for way in ("direct", "python"))
+    direct, fmu = (simulate(first, **WAYS[way]) for way in ("direct", "python"))
     names = [n for n in direct.names if n != "solve_time"]
     np.testing.assert_array_equal(fmu.columns(names), direct.columns(names))
 
@@ -280,7 +281,7 @@ def test_two_robots_meet_in_a_world(tmp_path: Path) -> None:
     data["robots"][1]["position"] = [1.2, 0.0, 0.0]
     data["reference"]["points"][1]["q"] = [0.3, 0.8, -0.5, 0.5]
     data["run"]["duration"] = 1.0
-    result = simulate(written(tmp_path, data), through="direct")
+    result = simulate(written(tmp_path, data), coupling="direct")
     touched = max(np.abs(result[n]).max() for n in result.names if n.startswith("contact."))
     assert touched > 1.0
 
@@ -301,7 +302,7 @@ def test_an_sdf_worlds_objects_stand_in_the_world(tmp_path: Path) -> None:
     assert [t.name for t in scene.objects] == ["ball", "table"]
     settings = {"run.duration": 1.2}
     world = {"sdf": str(tmp_path / "scene.world"), "objects": [BALL], "ground": False}
-    result = simulate(load(world, **settings), through="direct")
+    result = simulate(load(world, **settings), coupling="direct")
     assert result["object.ball.z"][-1] == pytest.approx(0.55, abs=1e-3)
 
 
@@ -332,7 +333,7 @@ def test_a_mesh_that_is_none_is_named_when_the_plant_is_made(tmp_path: Path) -> 
     (tmp_path / "bad.stl").write_bytes(b"nonsense")
     die = DIE | {"file": str(tmp_path / "bad.stl")}
     with pytest.raises(InputError, match=r"bad.stl: "):
-        simulate(load({"objects": [die]}), through="direct")
+        simulate(load({"objects": [die]}), coupling="direct")
 
 
 @pytest.mark.slow

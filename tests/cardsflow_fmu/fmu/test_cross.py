@@ -90,7 +90,7 @@ def test_native_libraries_come_with_the_package(
     with pytest.raises(InputError, match=message):
         cross.libraries_for([other], tmp_path, native=True)
     experiment = Experiment.load(EXAMPLES / "planar_2r")
-    alone = build(experiment, tmp_path / "alone", native=True)["plant"]
+    alone = build(experiment, tmp_path / "alone", compute="c")["plant"]
     assert binaries(alone) == {f"binaries/{own.fmi2}/plant{own.suffix}": b"own"}
     prebuilt = tmp_path / sources.PREBUILT / f"{other}.dll"
     prebuilt.parent.mkdir()
@@ -100,7 +100,7 @@ def test_native_libraries_come_with_the_package(
     assert library.prebuilt_libraries() == {}
     mark.write_text(f"{sources.NATIVE.fingerprint()}\n")
     assert cross.libraries_for(["win64"], tmp_path, native=True) == {other: prebuilt}
-    both = build(experiment, tmp_path / "both", native=True)["plant"]
+    both = build(experiment, tmp_path / "both", compute="c")["plant"]
     assert binaries(both) == binaries(alone) | {"binaries/win64/plant.dll": b"other"}
 
 

@@ -21,6 +21,7 @@ from support.fmu.dependencies import (
 )
 from support.robots.muscle_bench import SOUND
 from support.robots.robots import EXAMPLES
+from support.ways import COMPUTE
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.models.plant import PlantModel
@@ -109,7 +110,7 @@ def a_base(experiment: Experiment) -> dict[str, float]:
 
 def checked(case: str, native: bool, folder: Path, fmi: Any = "2.0") -> None:
     experiment = experiment_of(case)
-    file = build(experiment, folder, fmi=fmi, arrays=False, native=native)["plant"]
+    file = build(experiment, folder, fmi=fmi, arrays=False, compute=COMPUTE[native])["plant"]
     with probe_of(file, folder / "unpacked", a_base(experiment)) as probe:
         at_once, seen = declared(file, at_start=False), seen_at_once(probe)
         assert undeclared(at_once, seen) == {}
@@ -139,7 +140,7 @@ def test_a_plant_in_fmi_3(tmp_path: Path) -> None:
 def test_positions_depend_on_no_input(tmp_path: Path) -> None:
     """The end of the loop that hosts saw between a plant and its controller."""
     for case in ("ideal", "muscles"):
-        file = build(experiment_of(case), tmp_path / case, native=True)["plant"]
+        file = build(experiment_of(case), tmp_path / case, compute="c")["plant"]
         at_once = declared(file, at_start=False)
         assert {knowns for name, knowns in at_once.items() if name[:2] in ("q.", "qd")} == {
             frozenset()
@@ -174,7 +175,9 @@ def test_a_controller(case: str, native: bool, tmp_path: Path) -> None:
     """At a tick that is met, and at one that is not, so that the slack shows as well."""
     example, settings = CONTROLLERS[case]
     experiment = Experiment.load(EXAMPLES / example, {"run.duration": 0.1, **settings})
-    file = build(experiment, tmp_path, fmi="3.0", arrays=False, native=native)["controller"]
+    file = build(experiment, tmp_path, fmi="3.0", arrays=False, compute=COMPUTE[native])[
+        "controller"
+    ]
     at_once = declared(file, at_start=False)
     assert at_once.pop(SOLVE_TIME) == frozenset()
     tuned = ("kp.", "kd.", "f_min.", "f_max.", "tau_min.", "tau_max.")
@@ -231,7 +234,9 @@ def a_state(experiment: Experiment, file: Path, far: float) -> dict[str, float]:
 @pytest.mark.slow
 def test_a_reference_depends_on_time_alone(tmp_path: Path) -> None:
     for native in (True, False):
-        file = build(experiment_of("ideal"), tmp_path / str(native), native=native)["reference"]
+        file = build(experiment_of("ideal"), tmp_path / str(native), compute=COMPUTE[native])[
+            "reference"
+        ]
         for at_start in (True, False):
             assert set(declared(file, at_start=at_start).values()) == {frozenset()}
 
@@ -240,7 +245,7 @@ def test_a_reference_depends_on_time_alone(tmp_path: Path) -> None:
 def test_arrays_depend_on_what_their_elements_do(tmp_path: Path) -> None:
     """FMI 3.0 with arrays says the same as with scalars, array by array."""
     experiment = experiment_of("muscles")
-    both = [build(experiment, tmp_path / str(n), fmi="3.0", arrays=n, native=True) for n in (0, 1)]
+    both = [build(experiment, tmp_path / str(n), fmi="3.0", arrays=n, compute="c") for n in (0, 1)]
     for name in both[0]:
         for at_start in (True, False):
             scalars, arrays = (declared(files[name], at_start=at_start) for files in both)
@@ -257,7 +262,7 @@ def test_arrays_depend_on_what_their_elements_do(tmp_path: Path) -> None:
 def test_derivatives_at_the_start_are_of_what_is_declared(native: bool, tmp_path: Path) -> None:
     """Zero where nothing is declared; what is declared has one, and not zero."""
     experiment = experiment_of("quick")
-    file = build(experiment, tmp_path, native=native)["plant"]
+    file = build(experiment, tmp_path, compute=COMPUTE[native])["plant"]
     at_start = declared(file, at_start=True)
     with probe_of(file, tmp_path / "unpacked", a_base(experiment)) as probe:
         probe.at_start()
@@ -277,7 +282,7 @@ def test_derivatives_at_the_start_are_of_what_is_declared(native: bool, tmp_path
 @pytest.mark.parametrize("native", [True, False])
 def test_derivatives_over_a_step_answer_for_what_is_declared(native: bool, tmp_path: Path) -> None:
     experiment = experiment_of("quick")
-    file = build(experiment, tmp_path, native=native)["plant"]
+    file = build(experiment, tmp_path, compute=COMPUTE[native])["plant"]
     with probe_of(file, tmp_path / "unpacked", a_base(experiment)) as probe:
         probe.at_start()
         probe.host.slave.exitInitializationMode()

@@ -48,7 +48,7 @@ def files(
 ) -> Mapping[str, Path]:
     fmi, arrays = version
     folder = tmp_path_factory.mktemp("fmus")
-    return build(Experiment.load(example, SHORT), folder, fmi=fmi, arrays=arrays, native=False)
+    return build(Experiment.load(example, SHORT), folder, fmi=fmi, arrays=arrays, compute="python")
 
 
 def read(file: Path, name: str) -> bytes:
@@ -137,7 +137,9 @@ def test_same_input_same_bytes(
     example: Path, version: Version, files: Mapping[str, Path], tmp_path: Path
 ) -> None:
     fmi, arrays = version
-    again = build(Experiment.load(example, SHORT), tmp_path, fmi=fmi, arrays=arrays, native=False)
+    again = build(
+        Experiment.load(example, SHORT), tmp_path, fmi=fmi, arrays=arrays, compute="python"
+    )
     for name, file in again.items():
         digests = [hashlib.sha256(f.read_bytes()).hexdigest() for f in (file, files[name])]
         assert digests[0] == digests[1], name
@@ -146,8 +148,8 @@ def test_same_input_same_bytes(
 def test_trajectories_are_those_of_plain_python(example: Path, version: Version) -> None:
     fmi, arrays = version
     experiment = Experiment.load(example, SHORT)
-    plain = simulate(experiment, through="direct")
-    result = simulate(experiment, through="python", fmi=fmi, arrays=arrays)
+    plain = simulate(experiment, coupling="direct")
+    result = simulate(experiment, compute="python", fmi=fmi, arrays=arrays)
     assert result.names == plain.names
     assert (result.rows == plain.rows).all()
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.ways import WAYS
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build
@@ -35,8 +36,8 @@ IN_C = {"plant": True, "controller": True, "reference": True, "hardware": False}
     ("words", "expected", "said"),
     [
         ((PLANAR_2R,), IN_C, ""),
-        ((PLANAR_2R, "--python"), dict.fromkeys(IN_C, False), ""),
-        ((PLANAR_2R, "--native"), {k: v for k, v in IN_C.items() if v}, ""),
+        ((PLANAR_2R, "--compute", "python"), dict.fromkeys(IN_C, False), ""),
+        ((PLANAR_2R, "--compute", "c"), {k: v for k, v in IN_C.items() if v}, ""),
         (
             (PICK_UP,),
             IN_C | {"plant": False},
@@ -78,7 +79,7 @@ def test_native_alone_or_nothing(
     setting: str, named: str, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     out = tmp_path / "out"
-    said = cardsflow.refused("build", PLANAR_2R, "--native", "--set", setting, "-o", out)
+    said = cardsflow.refused("build", PLANAR_2R, "--compute", "c", "--set", setting, "-o", out)
     assert named in said
     assert not out.exists()
 
@@ -88,7 +89,7 @@ def test_native_alone_or_nothing(
     ("words", "engine"),
     [
         ((PLANAR_2R,), {"plant": "native", "controller": "native"}),
-        ((PLANAR_2R, "--python"), {"plant": "core", "controller": "core"}),
+        ((PLANAR_2R, "--compute", "python"), {"plant": "core", "controller": "core"}),
         ((PICK_UP,), {"plant": "dart", "controller": "native"}),
     ],
 )
@@ -106,15 +107,16 @@ def test_run(words: tuple, engine: dict[str, str], tmp_path: Path, cardsflow: Co
 
 
 def test_a_script_asks_for_the_same(cardsflow: CommandLine) -> None:
-    assert " --python -o fmus\n" in cardsflow("run", PLANAR_2R, "--python", "--as-script")[1]
-    assert "--python" not in cardsflow("run", PLANAR_2R, "--as-script")[1]
+    words = ("run", PLANAR_2R, "--as-script")
+    assert " --compute python -o fmus\n" in cardsflow(*words, "--compute", "python")[1]
+    assert "--compute" not in cardsflow(*words)[1]
 
 
 @pytest.mark.slow
 def test_both_kinds_have_the_same_trajectories() -> None:
     """Not the same bits: sums are in another order."""
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.2})
-    native, python = (simulate(experiment, through=way) for way in ("fmu", "python"))
+    native, python = (simulate(experiment, **WAYS[way]) for way in ("fmu", "python"))
     assert native.names == python.names
     q = [name for name in native.names if name.startswith("q.")]
     np.testing.assert_allclose(native.columns(q), python.columns(q), rtol=0, atol=1e-12)

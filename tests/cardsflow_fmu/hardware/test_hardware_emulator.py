@@ -32,7 +32,7 @@ def simulated(name: str, changes: tuple[tuple[str, object], ...]) -> Result:
     settings: dict[str, object] = {}
     for key, value in changes:
         settings[key] = dict(value) if isinstance(value, tuple) else value
-    return simulate(Experiment.load(EXAMPLES / name, settings), through="direct")
+    return simulate(Experiment.load(EXAMPLES / name, settings), coupling="direct")
 
 
 @pytest.mark.slow

@@ -154,14 +154,14 @@ KEY = b"a key of sixteen bytes or more"
 @pytest.fixture(scope="module")
 def plant_run() -> Result:
     """The arm with its plant."""
-    return simulate(Experiment.load(PLANAR_2R, SETTINGS), through="direct")
+    return simulate(Experiment.load(PLANAR_2R, SETTINGS), coupling="direct")
 
 
 @pytest.fixture(scope="module")
 def late_run() -> Result:
     """The same with one step of delay, as hardware has it."""
     late = Experiment.load(PLANAR_2R, SETTINGS | {"controller.delay": 1})
-    return simulate(late, through="direct")
+    return simulate(late, coupling="direct")
 
 
 def load(**changes: object) -> Experiment:
@@ -227,7 +227,7 @@ def test_in_lock_step_no_fault_changes_a_trajectory(
     """The very run with the plant, as what is lost is sent again and what comes twice is known."""
     experiment = load(mode="lockstep", **key_file)
     world = world_of(monkeypatch, experiment, faults)
-    result = simulate(experiment, through="direct")
+    result = simulate(experiment, coupling="direct")
     np.testing.assert_array_equal(rows_of(result), rows_of(plant_run))
     assert result["missed"][-1] == 0
     beyond = len(world.robot.applied) - experiment.run.steps
@@ -263,7 +263,7 @@ def test_in_real_time_a_run_survives_faults_of_some_steps(
     """Forces in bounds and the watchdog are looked at with every event; see `World`."""
     experiment = load(**key_file)
     world = world_of(monkeypatch, experiment, faults)
-    result = simulate(experiment, through="direct")
+    result = simulate(experiment, coupling="direct")
     assert result.complete
     assert result["missed"][-1] <= most_missed * experiment.run.steps
     assert not world.device.failure
@@ -276,7 +276,7 @@ def test_measurements_in_real_time_are_one_step_old(monkeypatch: pytest.MonkeyPa
     """Forces given from t on are those for the state measured at t - h."""
     experiment = load()
     world = world_of(monkeypatch, experiment, Faults())
-    result = simulate(experiment, through="direct")
+    result = simulate(experiment, coupling="direct")
     assert np.all(result["q.joint_1"][:2] == experiment.start.q[0])
     assert world.robot.applied[1][0] - world.robot.applied[0][0] == pytest.approx(STEP)
     np.testing.assert_allclose(result["age"][1:], 0.0, atol=1e-9)
@@ -290,7 +290,7 @@ def test_the_device_is_safe_within_its_watchdog_when_the_line_is_dead(
     experiment = load()
     world = world_of(monkeypatch, experiment, Faults(outages=((0.1, 0.2),)))
     with pytest.raises(RunError, match="the hardware is lost: no state in 11 exchanges") as error:
-        simulate(experiment, through="direct")
+        simulate(experiment, coupling="direct")
     result = error.value.result
     assert result.summary["status"] == "incomplete"
     assert result["time"][-1] == pytest.approx(0.11, abs=2 * STEP)
@@ -309,9 +309,9 @@ def test_a_run_with_a_large_max_missed_ends_when_the_device_is_safe(
     experiment = load(max_missed=1000)
     world = world_of(monkeypatch, experiment, Faults(outages=((0.1, 0.2),)))
     with pytest.raises(RunError, match="the device has gone to its safe state") as error:
-        simulate(experiment, through="direct")
+        simulate(experiment, coupling="direct")
     assert error.value.result["time"][-1] == pytest.approx(0.3, abs=5e-3)
-    again = simulate(experiment, through="direct")
+    again = simulate(experiment, coupling="direct")
     assert again.complete
     assert again["q.joint_1"][0] == experiment.start.q[0]
     assert world.device.counters["runs"] == 2
@@ -325,10 +325,10 @@ def test_a_run_whose_hardware_is_lost_at_the_end_fails(
     experiment = load(max_missed=1000)
     world_of(monkeypatch, experiment, Faults(outages=((0.3, 10.0),)))
     with pytest.raises(RunError, match=r"lost at the end: the newest state is 0\.0[45]") as error:
-        simulate(experiment, through="direct")
+        simulate(experiment, coupling="direct")
     assert error.value.result.summary["status"] == "incomplete"
     world_of(monkeypatch, experiment, Faults(outages=((0.34, 10.0),)))
-    assert simulate(experiment, through="direct").complete  # so short a gap feeds the watchdog yet
+    assert simulate(experiment, coupling="direct").complete  # so short a gap feeds the watchdog yet
 
 
 @pytest.mark.slow
@@ -338,11 +338,11 @@ def test_a_device_that_has_restarted_needs_a_new_run(
     experiment = load(**key_file)
     world = world_of(monkeypatch, experiment, Faults(), {0.1: World.restart})
     with pytest.raises(RunError, match="the hardware is lost"):
-        simulate(experiment, through="direct")
+        simulate(experiment, coupling="direct")
     assert world.device.state == "idle"
     assert world.device.counters["signature" if key_file else "run"] >= 11
     assert world.robot.applied == []
-    assert simulate(experiment, through="direct").complete
+    assert simulate(experiment, coupling="direct").complete
 
 
 @pytest.mark.slow
@@ -364,9 +364,9 @@ def test_a_second_sender_is_refused_and_changes_nothing(
     experiment = load(**key_file)
     events = {0.05 + k * 0.01: intrude for k in range(10)}
     intruded = world_of(monkeypatch, experiment, Faults(), events)
-    disturbed = simulate(experiment, through="direct")
+    disturbed = simulate(experiment, coupling="direct")
     world_of(monkeypatch, experiment, Faults())
-    alone = simulate(experiment, through="direct")
+    alone = simulate(experiment, coupling="direct")
     np.testing.assert_array_equal(rows_of(disturbed), rows_of(alone))
     answers = [unpack(data, intruded.key) for data in intruded.intruders]
     assert [(a.kind, a.values[0]) for a in answers] == [(Kind.ERROR, ErrorCode.BUSY)] * 10

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Slave
 from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
@@ -115,9 +116,9 @@ def test_in_lock_step_hardware_has_the_trajectory_of_the_plant(
     host: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "worker" if host == "worker" else "in-process")
-    through: Any = "direct" if host == "direct" else "python"
-    with_hardware = simulate(experiment(), through=through)
-    ours = simulate(experiment({"hardware.use": False}), through=through)
+    way = "direct" if host == "direct" else "python"
+    with_hardware = simulate(experiment(), **WAYS[way])
+    ours = simulate(experiment({"hardware.use": False}), **WAYS[way])
     for name in ours.names:
         np.testing.assert_allclose(with_hardware[name], ours[name], rtol=0, atol=1e-9, err_msg=name)
     np.testing.assert_array_equal(
@@ -157,9 +158,11 @@ def test_in_lock_step_so_it_does_with_other_steps_motors_and_sensors(
     folder: Path, settings: dict[str, Any]
 ) -> None:
     length = {"run.duration": 0.04}
-    with_hardware = simulate(experiment(settings | length, folder), through="direct")
+    with_hardware = simulate(
+        experiment(settings | length, folder), compute="python", coupling="direct"
+    )
     alone = settings | length | {"hardware.use": False}
-    ours = simulate(experiment(alone, folder), through="direct")
+    ours = simulate(experiment(alone, folder), compute="python", coupling="direct")
     for name in ours.names:
         np.testing.assert_allclose(
             with_hardware[name], ours[name], rtol=1e-9, atol=1e-9, err_msg=name

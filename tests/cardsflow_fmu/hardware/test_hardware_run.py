@@ -27,11 +27,12 @@ from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
-from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE, read_recording
+from cardsflow_fmu.hardware.protocol.recording import read_recording
+from cardsflow_fmu.hardware.session.approach import with_approach
 from cardsflow_fmu.hardware.session.connect import KEY_FILE, LINK, RECORDING, Connection
-from cardsflow_fmu.hardware.session.paced_run import with_approach
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.report.summary_html import summary_tables
+from cardsflow_fmu.results.files import RECORDING_FILE
 from cardsflow_fmu.runtime.library import this_platform
 from cardsflow_fmu.simulation.build import build, build_fmus
 from cardsflow_fmu.simulation.run import run, simulate, simulate_system
@@ -165,14 +166,14 @@ def test_missing_devices_and_invalid_addresses_have_different_exit_codes(
 def test_a_paced_run_reports_its_timeliness(tmp_path: Path) -> None:
     begin = time.monotonic()
     settings = SHORT | {"run.duration": 0.2}
-    result = simulate(load(settings), through="direct", realtime=True)
+    result = simulate(load(settings), coupling="direct", realtime=True)
     assert time.monotonic() - begin >= 0.2
     report = result.summary["real_time"]
     assert report["steps"] == 201
     assert report["lateness"]["max"] >= report["lateness"]["median"] >= 0.0
     assert report["scheduling"]
     assert "real time   " in result.describe()
-    plain = simulate(load(settings), through="direct")
+    plain = simulate(load(settings), coupling="direct")
     assert "real_time" not in plain.summary
     np.testing.assert_array_equal(plain.rows, result.rows)
 
@@ -186,7 +187,7 @@ def test_a_run_that_cannot_keep_up_says_so(monkeypatch: pytest.MonkeyPatch) -> N
         step(self, t, h)
 
     monkeypatch.setattr(PlantModel, "step", slow)
-    result = simulate(load(SHORT), through="direct", realtime=True)
+    result = simulate(load(SHORT), coupling="direct", realtime=True)
     report = result.summary["real_time"]
     assert report["kept_up"] is False
     assert report["behind"] >= 48

@@ -100,7 +100,7 @@ def world_of(
 def run_of(world: World) -> tuple[Result, str]:
     """A run as far as it comes, and why it ends before its end."""
     try:
-        return simulate(world.experiment, through="direct"), ""
+        return simulate(world.experiment, coupling="direct"), ""
     except RunError as error:
         result, why = error.result, str(error)
     assert isinstance(result, Result)
@@ -208,7 +208,7 @@ def test_lengths_that_are_swapped_from_the_first_on_start_nothing(
     """The pose that fits them is not where the run is to start."""
     world = world_of(monkeypatch, swapped(0, 1), begin=0.0)
     with pytest.raises(HardwareError, match=r"is to start at .* hardware\.start_tolerance"):
-        simulate(world.experiment, through="direct")
+        simulate(world.experiment, coupling="direct")
     assert world.robot.applied == []
 
 

@@ -201,7 +201,7 @@ def test_a_law_of_single_precision_does_nearly_the_same(
     with served(made) as (_, port):
         done = driven(program, port, "lockstep")
         assert (done.returncode, done.stderr) == (0, "")
-    expected, found = simulate(made, through="direct"), rows(done.stdout)
+    expected, found = simulate(made, coupling="direct"), rows(done.stdout)
     n, ticks = len(made.robot.coordinates), made.run.steps
     q = np.array([expected[f"q.{c.name}"] for c in made.robot.coordinates])[:, :ticks]
     f = np.array([expected[f"f.{muscle.name}"] for muscle in made.robot.muscles])[:, :ticks]
@@ -237,7 +237,7 @@ def test_in_lock_step_it_does_what_the_experiments_controller_does(
         assert (done.returncode, done.stderr) == (0, "")
         assert device.state == "safe"
         assert device.counters["stops"] == 1
-    expected, found = simulate(made, through="direct"), rows(done.stdout)
+    expected, found = simulate(made, coupling="direct"), rows(done.stdout)
     q = [expected[f"q.{c.name}"] for c in made.robot.coordinates]
     f = [expected[f"f.{muscle.name}"] for muscle in made.robot.muscles]
     n, ticks = len(q), made.run.steps
@@ -263,7 +263,7 @@ def test_without_joint_encoders_the_pose_is_estimated(
     with served(made, way=BlindWay) as (_, port):
         done = driven(program, port, "lockstep")
         assert (done.returncode, done.stderr) == (0, "")
-    true = simulate(Experiment.load(ARM, settings), through="direct")
+    true = simulate(Experiment.load(ARM, settings), coupling="direct")
     found = rows(done.stdout)
     names = [c.name for c in made.robot.coordinates]
     q = np.array([true[f"q.{name}"] for name in names])[:, : len(found)]
@@ -353,7 +353,7 @@ def test_forces_that_are_no_numbers_are_not_sent(planar: Path) -> None:
 def test_in_real_time_it_tracks_and_stops(planar: Path) -> None:
     """A busy machine delays set-points, and the robot drifts meanwhile: one of many runs counts."""
     made = Experiment.load(PLANAR_2R, SHORT | {"hardware.watchdog": 10.0})
-    expected = simulate(made, through="direct")
+    expected = simulate(made, coupling="direct")
     joints = np.array([expected["q.joint_1"], expected["q.joint_2"]])[:, :100].T
     for _ in range(20):
         with served(made) as (device, port):

@@ -58,7 +58,19 @@ def controller(machines: Machines, uri: str, out: Path, *words: object) -> subpr
     """A run whose robot is at an address."""
     settings = ["hardware.max_missed=2000", "hardware.watchdog=4.0", "run.duration=0.6"]
     sets: Sequence[object] = [word for line in settings for word in ("--set", line)]
-    run = ["run", PLANAR_2R, "--direct", "--hardware", uri, *sets, "--json", "-o", out, *words]
+    run = [
+        "run",
+        PLANAR_2R,
+        "--coupling",
+        "direct",
+        "--hardware",
+        uri,
+        *sets,
+        "--json",
+        "-o",
+        out,
+        *words,
+    ]
     command = machines.command(machines.controller, run)
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 

@@ -16,6 +16,7 @@ from fmpy.validation import validate_fmu
 from support.fmu.bare_environment import BareEnvironment
 from support.fmu.fmu_host import SUPPORT
 from support.robots.robots import EXAMPLES
+from support.ways import COMPUTE
 
 from cardsflow_fmu import Experiment, build
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
@@ -80,7 +81,7 @@ def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     case: Case = request.param
     folder = tmp_path_factory.mktemp(case.example)
     experiment = Experiment.load(EXAMPLES / case.example, settings_of(case.step, case.steps))
-    build(experiment, folder, native=case.native)
+    build(experiment, folder, compute=COMPUTE[case.native])
     components = read_system(unpack_ssp(folder / "system.ssp", folder / "unpacked")).components
     names = [  # all but times of computation
         f"{component.name}.{connector.name}"
@@ -113,7 +114,7 @@ def test_other_masters_give_our_trajectories(
         except OSError:
             pytest.skip("ecos needs libtbb12")
     theirs, near = run(bare, importer, system), system.case.near
-    ours = simulate_system(system.path, {"run.coupling": "jacobi"})
+    ours = simulate_system(system.path, {"run.scheme": "jacobi"})
     for name, column in zip(system.names, theirs.T, strict=True):
         own = ours[name.split(".", 1)[1]][1:]
         np.testing.assert_allclose(column, own, rtol=near, atol=near, err_msg=name)
@@ -156,7 +157,7 @@ def test_plant_and_controller_run_in_fmpy_alone(
 ) -> None:
     """The arm falls, nothing pulling; the controller ticks with inputs of zero."""
     experiment = Experiment.load(EXAMPLES / "planar_2r", {"run.duration": 0.1})
-    fmus = build(experiment, tmp_path, fmi=version, arrays=arrays, native=False)
+    fmus = build(experiment, tmp_path, fmi=version, arrays=arrays, compute="python")
     for role, model in (("plant", PlantModel), ("controller", ControllerModel)):
         direct = model(experiment)
         direct.initialize()
@@ -178,8 +179,8 @@ def test_native_plant_and_controller_run_in_fmpy_alone(
 ) -> None:
     """It validates too; positions and forces in the end are those of FMI 2.0."""
     experiment = Experiment.load(EXAMPLES / example, settings_of(NATIVE_STEP, NATIVE_STEPS))
-    fmus = build(experiment, tmp_path / "out", fmi=version, arrays=arrays, native=True)
-    plain = build(experiment, tmp_path / "plain", native=True)
+    fmus = build(experiment, tmp_path / "out", fmi=version, arrays=arrays, compute="c")
+    plain = build(experiment, tmp_path / "plain", compute="c")
     signals = {
         "plant": ("q", [c.name for c in experiment.robot.coordinates]),
         "controller": ("f", [muscle.name for muscle in experiment.robot.muscles]),
@@ -215,7 +216,7 @@ def test_checkers_find_nothing_in_native_fmus(
         tmp_path,
         fmi=version,
         arrays=arrays,
-        native=True,
+        compute="c",
     )
     for file in files.values():
         assert validate_fmu(str(file)) == []

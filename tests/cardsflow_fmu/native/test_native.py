@@ -51,7 +51,7 @@ def test_a_closed_loop_is_the_same(
 @pytest.mark.slow
 def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / "planar_2r")
-    for file in build(experiment, tmp_path, native=True).values():
+    for file in build(experiment, tmp_path, compute="c").values():
         names = zipfile.ZipFile(file).namelist()
         resources = {name for name in names if name.startswith("resources/")}
         assert resources >= {f"resources/{NATIVE_FILE}", "resources/ports.bin"}
@@ -75,7 +75,7 @@ def test_nothing_of_python_is_in_it(tmp_path: Path) -> None:
 def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
     """Run on, go back, run on; and the same in another instance, from serialised bytes."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", ESTIMATED)
-    file = build(experiment, tmp_path, native=True)[model]
+    file = build(experiment, tmp_path, compute="c")[model]
     check_states_repeat(file, tmp_path / "unpacked", step=1e-2)
 
 
@@ -83,7 +83,7 @@ def test_states_repeat_bit_for_bit(model: str, tmp_path: Path) -> None:
     ("example", "settings", "message"),
     [
         ("planar_2r", {"controller.solver": "daqp"}, "the QP solver 'daqp'"),
-        ("pick_up", {}, "worlds with contacts.*without --native"),
+        ("pick_up", {}, "worlds with contacts.*without --compute c"),
     ],
 )
 def test_what_the_core_lacks_is_refused_by_name(
@@ -91,7 +91,7 @@ def test_what_the_core_lacks_is_refused_by_name(
 ) -> None:
     experiment = Experiment.load(EXAMPLES / example, settings)
     with pytest.raises(InputError, match=message):
-        build(experiment, tmp_path / "out", native=True)
+        build(experiment, tmp_path / "out", compute="c")
     assert not (tmp_path / "out").exists()
 
 
@@ -102,7 +102,7 @@ def test_what_the_core_lacks_is_refused_by_name(
 def test_a_damaged_file_is_refused(model: str, tmp_path: Path) -> None:
     """Also with a checksum that fits: no number in it is trusted."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", ESTIMATED)
-    file = build(experiment, tmp_path, native=True)[model]
+    file = build(experiment, tmp_path, compute="c")[model]
     folder = tmp_path / "unpacked"
     fmpy.extract(str(file), str(folder))
     target = folder / "resources" / NATIVE_FILE

@@ -12,6 +12,7 @@ from support.fmu.co_simulation import assert_rows_agree
 from support.fmu.native_states import check_bits, check_states_repeat
 from support.robots.bent import bent
 from support.robots.robots import EXAMPLES
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError, Robot, read_robot, write_sdf
 from cardsflow_fmu import Experiment
@@ -60,7 +61,7 @@ def test_runs_are_the_same(tmp_path: Path) -> None:
     experiment = flower(tmp_path, 0.2, 0.3, own=0.25, **settings)
     found = [muscle.bend_friction for muscle in experiment.plant_robot.muscles[:2]]
     assert found == [(1.2 * 0.25,), (1.2 * 0.2,)]
-    native, python = (simulate(experiment, through=through) for through in ("native", "direct"))
+    native, python = (simulate(experiment, **WAYS[through]) for through in ("native", "direct"))
     assert native.names == python.names
     assert native.summary["engine"]["plant"] == "native"
     assert_rows_agree(native, python, forces=1e-9, others=1e-11)
@@ -92,7 +93,7 @@ def test_the_bits_are_those_of_the_core_of_winches(tmp_path: Path) -> None:
 @pytest.mark.parametrize("part", ["plant", "controller"])
 def test_states_are_whole(part: str, tmp_path: Path) -> None:
     """What is gone back to goes on as before."""
-    file = build(flower(tmp_path, 0.2, 0.3, **WINCHES), tmp_path / "fmus", native=True)[part]
+    file = build(flower(tmp_path, 0.2, 0.3, **WINCHES), tmp_path / "fmus", compute="c")[part]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
@@ -111,7 +112,7 @@ def test_the_hand_keeps_to_the_flower(
 
 def hand(experiment: Experiment) -> float:
     """RMS of the hand's distance from the flower, in [mm], after the approach."""
-    result = simulate(experiment, through="native")
+    result = simulate(experiment, coupling="direct")
     columns = [[result.names.index(f"{k}.hand.{axis}") for axis in "xyz"] for k in ("y", "y_d")]
     rows = result.rows[result.rows[:, result.names.index("time")] > 2.0]
     off = rows[:, columns[0]] - rows[:, columns[1]]

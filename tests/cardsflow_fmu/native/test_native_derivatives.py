@@ -212,7 +212,7 @@ def test_a_joint_at_its_limit(tmp_path: Path) -> None:
 def test_closed_forms(example: str, tmp_path: Path) -> None:
     """dqd+ = -h (M + h D)^-1 L' df, dq+ = h dqd+, dl+ = L dq+, dy+ = J dq+: to 1e-12."""
     experiment = Experiment.load(EXAMPLES / example)
-    slave = Slave(build(experiment, tmp_path, native=True)["plant"], tmp_path / "unpacked")
+    slave = Slave(build(experiment, tmp_path, compute="c")["plant"], tmp_path / "unpacked")
     slave.restart()
     forces = slave.references("f")
     slave.slave.setReal(forces, [20.0] * len(forces))
@@ -235,7 +235,7 @@ def test_closed_forms(example: str, tmp_path: Path) -> None:
 def test_at_the_start(tmp_path: Path) -> None:
     """dl/dq_start = L, dy/dq_start = J."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
-    slave = Slave(build(experiment, tmp_path, native=True)["plant"], tmp_path / "unpacked")
+    slave = Slave(build(experiment, tmp_path, compute="c")["plant"], tmp_path / "unpacked")
     q = np.array(experiment.start.q)
     found = np.array([slave.derivative([k], np.ones(1)) for k in slave.references("q_start")]).T
     d = CoreDynamics(experiment.robot)
@@ -250,7 +250,7 @@ def test_at_the_start(tmp_path: Path) -> None:
 def test_the_instance_stays_as_it_is(tmp_path: Path) -> None:
     """A run with questions in between is the same bit for bit; what is no known is refused."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
-    file = build(experiment, tmp_path, native=True)["plant"]
+    file = build(experiment, tmp_path, compute="c")["plant"]
     rows = []
     for asks in (False, True):
         slave = Slave(file, tmp_path / str(asks))

@@ -123,7 +123,7 @@ def test_laws_over_wraps_at_a_limit(tmp_path: Path) -> None:
 @pytest.mark.parametrize("example", ["pneumatic_elbow", "hill_arm"])
 def test_examples_say_that_they_have_them(example: str, tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / example, {"plant.energy": False})
-    files = build(experiment, tmp_path, native=True)
+    files = build(experiment, tmp_path, compute="c")
     for name, file in files.items():
         description = fmpy.read_model_description(str(file))
         has = description.coSimulation.providesDirectionalDerivative
@@ -205,7 +205,7 @@ def test_fmi_3_says_the_same(tmp_path: Path) -> None:
     experiment = Experiment.load(EXAMPLES / "pneumatic_elbow", {"plant.energy": False})
     answers = []
     for version in ("2.0", "3.0"):
-        file = build(experiment, tmp_path / f"out{version}", native=True, fmi=version)["plant"]  # type: ignore[arg-type]
+        file = build(experiment, tmp_path / f"out{version}", compute="c", fmi=version)["plant"]  # type: ignore[arg-type]
         with running(file, tmp_path / f"fmu{version}") as host:
             own = [v for v in host.variables if v.name != "time"]
             outputs = [v for v in own if v.causality == "output"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from support.fmu.co_simulation import assert_rows_agree, co_simulate
 from support.robots.robots import EXAMPLES
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
@@ -23,9 +25,9 @@ SHORT = {"planar_2r": {"run.duration": 0.4}, "roboy_left_arm": {"run.duration": 
 VARIANTS: dict[str, dict[str, Any]] = {
     "plain": {},
     "slow controller": {"controller.period": 0.002, "run.step": 0.0005, "plant.step": 0.00025},
-    "jacobi": {"run.coupling": "jacobi"},
+    "jacobi": {"run.scheme": "jacobi"},
     "gauss_seidel": {
-        "run.coupling": "gauss_seidel",
+        "run.scheme": "gauss_seidel",
         "run.order": ["plant", "reference", "controller"],
     },
     "around": {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1},
@@ -49,7 +51,10 @@ def test_the_rows_are_those_of_python_objects(example: str, variant: str) -> Non
     if variant == "held input" and example != "planar_2r":
         pytest.skip("its coordinates have other names")
     experiment = load(example, VARIANTS[variant])
-    direct, native = simulate(experiment, through="direct"), simulate(experiment, through="native")
+    direct, native = (
+        simulate(experiment, compute="python", coupling="direct"),
+        simulate(experiment, coupling="direct"),
+    )
     assert native.units == direct.units
     assert_rows_agree(native, direct, forces=1e-9, others=1e-12)
     np.testing.assert_array_equal(native.solve_times[:, 0], direct.solve_times[:, 0])
@@ -59,7 +64,7 @@ def test_the_rows_are_those_of_python_objects(example: str, variant: str) -> Non
 @pytest.mark.parametrize("example", SHORT)
 def test_the_rows_are_those_of_native_fmus_bit_for_bit(example: str, tmp_path: Path) -> None:
     experiment = load(example)
-    fmus = co_simulate(experiment, tmp_path, native=True)
+    fmus = co_simulate(experiment, tmp_path, compute="c")
     np.testing.assert_array_equal(recorded(experiment).rows, fmus.rows)
 
 
@@ -78,9 +83,9 @@ def test_a_run_that_fails_keeps_what_it_had(tmp_path: Path) -> None:
     found: dict[str, Result] = {}
     for through in ("direct", "native"):
         with pytest.raises(RunError, match="diverged at t ="):
-            simulate(experiment, through=through)
+            simulate(experiment, **WAYS[through])
         with pytest.raises(RunError) as caught:
-            run(experiment, tmp_path / through, through=through)
+            run(experiment, tmp_path / through, **WAYS[through])
         found[through] = caught.value.result
         assert found[through].summary["status"] == "incomplete"
         assert (tmp_path / through / "results.csv").is_file()
@@ -90,12 +95,14 @@ def test_a_run_that_fails_keeps_what_it_had(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_the_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
     experiment = load("planar_2r")
-    result = run(experiment, tmp_path / "out", through="native")
+    result = run(experiment, tmp_path / "out", coupling="direct")
     assert result.summary["engine"] == {"plant": "native", "controller": "native"}
     assert result.summary["master"] == "C"
     assert result.summary["real_time_factor"] > 0
     assert "engine      plant native, controller native; master C" in result.describe()
-    direct = simulate(load("planar_2r", {"plant.engine": "dart"}), through="direct")
+    direct = simulate(
+        load("planar_2r", {"plant.engine": "dart"}), compute="python", coupling="direct"
+    )
     assert direct.summary["engine"] == {"plant": "dart", "controller": "core"}
     assert direct.summary["master"] == "Python, over objects"
 
@@ -109,17 +116,20 @@ def test_the_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
         ({"world": {"ground": {}}}, "worlds with contacts"),
     ],
 )
-def test_what_it_lacks_is_refused_by_name(settings: dict[str, Any], message: str) -> None:
-    experiment = load("planar_2r", settings)
-    with pytest.raises(
-        InputError, match=rf"experiment\.toml: .*{message}.*; run it as FMUs \(without --native;"
-    ):
-        simulate(experiment, through="native")
+def test_what_it_lacks_is_said_by_name(settings: dict[str, Any], message: str) -> None:
+    """And refused by those who ask for the loop itself."""
+    experiment = load("planar_2r", settings | {"run.duration": 0.01})
+    with pytest.raises(InputError, match=rf"experiment\.toml: .*{message}.*; run it with `compute"):
+        NativeLoop(experiment)
+    summary = simulate(experiment, coupling="direct").summary
+    assert summary["master"] == "Python, over objects"
+    assert re.search(message, summary["not_in_c"]["loop"])
 
 
 def test_the_clock_is_not_its_own() -> None:
-    with pytest.raises(InputError, match="does not wait for the clock"):
-        simulate(load("planar_2r"), through="native", realtime=True)
+    experiment = load("planar_2r", {"run.duration": 0.01})
+    summary = simulate(experiment, coupling="direct", realtime=True).summary
+    assert summary["master"] == "Python, over objects"
 
 
 @pytest.mark.parametrize("key", ["plant.engine", "controller.engine"])
@@ -140,7 +150,9 @@ def test_engines_give_the_same_run() -> None:
     for plant in ("core", "dart"):
         for controller in ("core", "dart"):
             settings = {"plant.engine": plant, "controller.engine": controller}
-            rows.append(simulate(load("roboy_left_arm", settings), through="direct"))
+            rows.append(
+                simulate(load("roboy_left_arm", settings), compute="python", coupling="direct")
+            )
     names = [f"q.{c.name}" for c in rows[0].experiment.robot.coordinates]
     for other in rows[1:]:
         for name in names:

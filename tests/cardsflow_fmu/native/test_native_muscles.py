@@ -12,6 +12,7 @@ from support.fmu.co_simulation import assert_native_agrees
 from support.fmu.fmu_host import refused, running
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
+from support.ways import COMPUTE
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
@@ -92,7 +93,9 @@ def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("case", ["pneumatic", "mixed", "others", "motors"])
 def test_variables_are_the_same(case: str, tmp_path: Path) -> None:
     experiment = experiment_of(case)
-    python, native = (build(experiment, tmp_path / str(n), native=n) for n in (False, True))
+    python, native = (
+        build(experiment, tmp_path / str(n), compute=COMPUTE[n]) for n in (False, True)
+    )
     for model in native:
         ports = [
             [(v.name, v.unit, v.causality, v.start) for v in description.modelVariables]
@@ -109,14 +112,14 @@ def test_variables_are_the_same(case: str, tmp_path: Path) -> None:
 @pytest.mark.native
 def test_states_repeat_bit_for_bit(case: str, model: str, tmp_path: Path) -> None:
     """Go on, go back, go on; and in another instance from serialised bytes."""
-    file = build(experiment_of(case), tmp_path, native=True)[model]
+    file = build(experiment_of(case), tmp_path, compute="c")[model]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
 @pytest.mark.slow
 @pytest.mark.native
 def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
-    file = build(experiment_of("mixed"), tmp_path, native=True)["plant"]
+    file = build(experiment_of("mixed"), tmp_path, compute="c")["plant"]
     with running(file, tmp_path / "unpacked") as host:
         refused(lambda: host.set(**{"u.cable_3": math.nan}) or host.slave.doStep(0.0, 1e-3))
         assert "u.cable_3" in host.last

@@ -13,6 +13,7 @@ from support.fmu.co_simulation import LAWS, assert_native_agrees, assert_rows_ag
 from support.fmu.fmu_host import refused, running
 from support.fmu.native_states import check_bits, check_states_repeat
 from support.robots.robots import EXAMPLES, with_coordinates
+from support.ways import COMPUTE, WAYS
 
 from addin_sdfusion.robot import InputError, SimulationError, read_robot, write_sdf
 from cardsflow_fmu import Experiment
@@ -61,7 +62,7 @@ def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("case", CASES)
 def test_variables_are_the_same(case: str, version: FmiVersion, tmp_path: Path) -> None:
     python, native = (
-        build(experiment_of(case), tmp_path / str(n), native=n, fmi=version)["plant"]
+        build(experiment_of(case), tmp_path / str(n), compute=COMPUTE[n], fmi=version)["plant"]
         for n in (False, True)
     )
     ours, theirs = (
@@ -90,7 +91,7 @@ def test_the_bits_are_those_of_the_core_from_python(case: str, tmp_path: Path) -
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ["rk4", "energy", "wrenches", "all"])
 def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: Path) -> None:
-    file = build(experiment_of(case), tmp_path, native=True)["plant"]
+    file = build(experiment_of(case), tmp_path, compute="c")["plant"]
     with running(file, tmp_path / "unpacked") as host:
         inputs, outputs = host.of("input"), host.of("output")
         host.slave.doStep(0.0, 1e-3)
@@ -109,7 +110,7 @@ def test_a_plant_gives_the_derivatives_that_it_says_it_has(case: str, tmp_path: 
 @pytest.mark.native
 def test_states_repeat_bit_for_bit(case: str, tmp_path: Path) -> None:
     """The work that was done is part of the state."""
-    file = build(experiment_of(case), tmp_path, native=True)["plant"]
+    file = build(experiment_of(case), tmp_path, compute="c")["plant"]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
 
@@ -117,7 +118,10 @@ def test_states_repeat_bit_for_bit(case: str, tmp_path: Path) -> None:
 def test_the_loop_in_c_gives_the_same_rows(case: str) -> None:
     """As Python objects on the core do: plants bit for bit, with the same inputs."""
     experiment = experiment_of(case)
-    direct, native = simulate(experiment, through="direct"), simulate(experiment, through="native")
+    direct, native = (
+        simulate(experiment, compute="python", coupling="direct"),
+        simulate(experiment, coupling="direct"),
+    )
     assert_rows_agree(native, direct, forces=1e-9, others=1e-11, of=LAWS)
 
 
@@ -133,7 +137,7 @@ def energy_lost(rule: str, step: float, folder: Path) -> float:
     """Error of the energy balance of an arm under cables and wrenches after a tenth of a second."""
     settings = {"plant.wrenches": ["link_2"], "plant.energy": True, "plant.integrator": rule}
     experiment = Experiment.load(EXAMPLES / "planar_2r", settings | {"plant.step": step})
-    file = build(experiment, folder, native=True)["plant"]
+    file = build(experiment, folder, compute="c")["plant"]
     with running(file, folder / "unpacked") as host:
         energies, works = (
             [name for name in host.references if name.startswith(prefix)]
@@ -176,8 +180,8 @@ def test_friction_in_joints_is_the_same(tmp_path: Path) -> None:
     """In C, as Python objects on the core, and on DART, which softens its impulses."""
     experiment = rough_experiment(tmp_path / "rough")
     softened = rough_experiment(tmp_path / "again", **{"plant.engine": "dart"})
-    native, core = (simulate(experiment, through=through) for through in ("native", "direct"))
-    dart = simulate(softened, through="direct")
+    native, core = (simulate(experiment, **WAYS[through]) for through in ("native", "direct"))
+    dart = simulate(softened, compute="python", coupling="direct")
     assert native.summary["engine"]["plant"] == "native"
     assert core.summary["engine"]["plant"] == "core"
     assert native.names == core.names == dart.names
@@ -201,7 +205,7 @@ def test_friction_and_the_fourth_order_rule_are_refused(tmp_path: Path) -> None:
 def test_a_push_that_is_no_number_is_refused_by_name(
     name: str, value: float, tmp_path: Path
 ) -> None:
-    file = build(experiment_of("all"), tmp_path, native=True)["plant"]
+    file = build(experiment_of("all"), tmp_path, compute="c")["plant"]
     with running(file, tmp_path / "unpacked") as host:
         refused(lambda: host.set(**{name: value}) or host.slave.doStep(0.0, 1e-3))
         assert name in host.last

@@ -10,6 +10,7 @@ from fmpy import read_model_description
 from support.fmu.fmu_host import running
 from support.fmu.native_slopes import FloatArray
 from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.ways import COMPUTE
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
@@ -40,7 +41,7 @@ def slopes(
     of: str = "qd",
 ) -> tuple[FloatArray, FloatArray]:
     """Of outputs behind a step, by commands one by one, and along a direction of mixed signs."""
-    file = build(experiment, folder, native=native, fmi=fmi, arrays=False)["plant"]
+    file = build(experiment, folder, compute=COMPUTE[native], fmi=fmi, arrays=False)["plant"]
     with running(file, folder / "unpacked") as host:
         muscles = [n for n in host.references if n.split(".")[0] in ("f", "u")]
         inputs = [host.references[name] for name in muscles]
@@ -104,7 +105,7 @@ def test_commands_start_as_those_before_the_first_tick(example: str, tmp_path: P
         assert [port.start for port in commands] == [m.f_min for m in experiment.robot.muscles]
     tables = []
     for native in (True, False):
-        file = build(experiment, tmp_path / str(native), native=native)["plant"]
+        file = build(experiment, tmp_path / str(native), compute=COMPUTE[native])["plant"]
         variables = read_model_description(file).modelVariables
         tables.append({v.name: v.start for v in variables if v.causality == "input"})
     assert tables[0] == tables[1]

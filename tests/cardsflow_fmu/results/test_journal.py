@@ -90,7 +90,7 @@ def test_old_results_stay_until_a_run_begins(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.02})
-    run(experiment, tmp_path, through="direct")
+    run(experiment, tmp_path, coupling="direct")
     before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
 
     def broken(self: Any, *_: Any) -> None:
@@ -98,7 +98,7 @@ def test_old_results_stay_until_a_run_begins(
 
     monkeypatch.setattr("cardsflow_fmu.models.plant.PlantModel.__init__", broken)
     with pytest.raises(InputError, match="does not start"):
-        run(experiment, tmp_path, through="direct")
+        run(experiment, tmp_path, coupling="direct")
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
 
 
@@ -119,7 +119,7 @@ def test_a_full_disk_ends_the_run_with_whole_lines(
     monkeypatch.setattr("cardsflow_fmu.results.journal.FileIO", Full)
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 2.0})
     with pytest.raises(RunError, match="cannot be written: No space left") as error:
-        run(experiment, tmp_path, through="direct")
+        run(experiment, tmp_path, coupling="direct")
     assert (tmp_path / "results.csv").stat().st_size <= 22_000
     assert (tmp_path / "results.csv").read_text().endswith("\n")
     kept = read_results(tmp_path)
@@ -185,7 +185,7 @@ def test_memory_is_bounded_while_rows_come(tmp_path: Path) -> None:
 def test_what_a_killed_run_could_not_say_is_reported_when_it_is_read(tmp_path: Path) -> None:
     """The same rows under the summary of a run that has just begun, and of one that has ended."""
     settings = {"run.duration": 0.3, "plant.mass_scale": 1.2, "controller.period": 0.005}
-    result = run(Experiment.load(PLANAR_2R, settings), tmp_path, through="direct")
+    result = run(Experiment.load(PLANAR_2R, settings), tmp_path, coupling="direct")
     assert result.summary["tracking"]["rms"] > 1e-5
     unknown = {"rms": None, "max": None, "unit": None, "per_signal": {}}
     begun = result.summary | {"status": "incomplete", "error": str(STARTED), "tracking": unknown}
@@ -231,7 +231,7 @@ def test_a_run_that_is_killed_leaves_readable_results(tmp_path: Path, rows: int)
             f"planar_2r: {killed['time'].max(initial=0):.6g} s"
         )
     settings["run.duration"] = max(len(killed.rows), 1) * 1e-3  # its last row has no tick
-    again = run(Experiment.load(PLANAR_2R, settings), out, through="direct")
+    again = run(Experiment.load(PLANAR_2R, settings), out, coupling="direct")
     np.testing.assert_allclose(killed.rows, again.rows[: len(killed.rows)], rtol=0, atol=1e-12)
 
 

@@ -23,7 +23,7 @@ Change = Callable[[Path], object]
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory, drawn_figures: None) -> Path:
     folder = tmp_path_factory.mktemp("good") / "results"
-    run(Experiment.load(PLANAR_2R, {"run.duration": 0.1}), folder, through="direct")
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.1}), folder, coupling="direct")
     return folder
 
 
@@ -177,7 +177,7 @@ def test_another_robots_results_are_reported(
 ) -> None:
     other = tmp_path / "other"
     settings = {"run.duration": 0.01, "reference.flower.duration": 1.0}
-    run(Experiment.load(EXAMPLES / "roboy_left_arm", settings), other, through="direct")
+    run(Experiment.load(EXAMPLES / "roboy_left_arm", settings), other, coupling="direct")
     code, out, _ = cardsflow("compare", results, other)
     assert (code, "missing in the second: " in out) == (1, True)
     shutil.copy(results / "experiment.zip", other)
@@ -280,7 +280,7 @@ def test_a_report_of_several_robots_shows_each(tmp_path: Path) -> None:
         + "".join(f"[[reference.points]]\ntime = {t}\nq = 0.3\n" for t in (0.0, 0.01))
         + "[muscles.b_cable_1]\nf_max = 77.25\n"
     )
-    run(Experiment.load(tmp_path), tmp_path / "out", through="direct")
+    run(Experiment.load(tmp_path), tmp_path / "out", coupling="direct")
     page = tmp_path / "report.html"
     report(tmp_path / "out", page)
     text = page.read_text()

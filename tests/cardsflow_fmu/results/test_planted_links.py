@@ -41,7 +41,7 @@ def test_a_run_refuses_a_folder_with_links_in_the_place_of_its_files(
         {"run.duration": 0.01, "hardware.use": True, "hardware.link": "emulated:"},
     )
     with pytest.raises(InputError, match=f"holds {name}, which is a link"):
-        run(experiment, folder, through="direct")
+        run(experiment, folder, coupling="direct")
     assert precious.read_text() == PRECIOUS
     assert not (tmp_path / "nothing.txt").exists()
 

@@ -32,7 +32,7 @@ from cardsflow_fmu.simulation.result import SystemResult
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
     folder = tmp_path_factory.mktemp("run")
-    return folder, run(Experiment.load(PLANAR_2R, {"run.duration": 0.3}), folder, through="direct")
+    return folder, run(Experiment.load(PLANAR_2R, {"run.duration": 0.3}), folder, coupling="direct")
 
 
 def table(rows: Any, *names: str) -> SystemResult:
@@ -48,7 +48,7 @@ def test_parquet_keeps_everything(finished: tuple[Path, Result], tmp_path: Path)
     import pyarrow.parquet as pq
 
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.3, "run.format": "parquet"})
-    result = run(experiment, tmp_path / "out", through="direct")
+    result = run(experiment, tmp_path / "out", coupling="direct")
     assert not (tmp_path / "out/results.csv").exists()
     assert set(result.summary["files"]) == {p.name for p in (tmp_path / "out").iterdir()}
     assert is_run(tmp_path / "out")
@@ -65,7 +65,7 @@ def test_parquet_keeps_everything(finished: tuple[Path, Result], tmp_path: Path)
     assert metadata["versions"] == result.summary["versions"]
     assert metadata["experiment"] == json.loads(json.dumps(experiment_data(experiment)))
     assert pq.read_schema(alone).field("f.cable_1").metadata == {b"unit": b"N"}
-    run(Experiment.load(PLANAR_2R, {"run.duration": 0.01}), tmp_path / "out", through="direct")
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.01}), tmp_path / "out", coupling="direct")
     assert not (tmp_path / "out/results.parquet").exists()
 
 
@@ -281,7 +281,7 @@ def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("flower")
     settings = {"run.duration": 30.0, "run.step": 0.005, "controller.period": 0.005}
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", settings)
-    run(experiment, folder / "out", through="direct")
+    run(experiment, folder / "out", coupling="direct")
     return report(folder / "out", folder / "the report.html")
 
 

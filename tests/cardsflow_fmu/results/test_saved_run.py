@@ -26,7 +26,7 @@ TRIANGLE = (
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
     folder = tmp_path_factory.mktemp("run")
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.05, "plant.mass_scale": 1.1})
-    return folder, run(experiment, folder, through="direct")
+    return folder, run(experiment, folder, coupling="direct")
 
 
 def test_a_folder_gives_back_what_was_run(finished: tuple[Path, Result]) -> None:
@@ -92,7 +92,7 @@ def test_meshes_travel_with_the_results(tmp_path: Path) -> None:
     link = '<link name="upper_arm_left">'
     (robot / "model.sdf").write_text(sdf.replace(link, link + visual, 1))
     settings = {"run.duration": 0.01, "reference.flower.duration": 1.0}
-    run(Experiment.load(tmp_path / "arm", settings), tmp_path / "out", through="direct")
+    run(Experiment.load(tmp_path / "arm", settings), tmp_path / "out", coupling="direct")
     shutil.rmtree(tmp_path / "arm")
     with opened_run(tmp_path / "out") as back:
         experiment = back.experiment
@@ -139,7 +139,7 @@ def test_meshes_of_several_robots_travel_each_with_its_own(tmp_path: Path) -> No
         + "[controller]\nkp = 100.0\nkd = 20.0\n[reference]\nspline = 'linear'\n"
         + "".join(f"[[reference.points]]\ntime = {t}\nq = {{ {table} }}\n" for t in (0.0, 0.002))
     )
-    run(Experiment.load(tmp_path), tmp_path / "out", through="direct")
+    run(Experiment.load(tmp_path), tmp_path / "out", coupling="direct")
     for name in names:
         shutil.rmtree(tmp_path / name)
     kept = zipfile.ZipFile(tmp_path / "out" / EXPERIMENT).namelist()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
+from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu import Experiment, run
@@ -25,11 +26,12 @@ def words(settings: dict[str, float]) -> list[str]:
     return [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
 
 
-@pytest.mark.parametrize("engine", ["--direct", "--native"])
+@pytest.mark.parametrize("compute", ["python", "c"])
 def test_a_run_leads_with_what_is_wrong(
-    engine: str, cardsflow: CommandLine, tmp_path: Path
+    compute: str, cardsflow: CommandLine, tmp_path: Path
 ) -> None:
-    code, out, _ = cardsflow("run", PLANAR_2R, engine, *words(WEAK), "-o", tmp_path)
+    engine = ("--compute", compute, "--coupling", "direct")
+    code, out, _ = cardsflow("run", PLANAR_2R, *engine, *words(WEAK), "-o", tmp_path)
     assert code == 0
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["infeasible_ticks"] > 0
@@ -43,14 +45,14 @@ def test_a_run_leads_with_what_is_wrong(
 
 @pytest.mark.slow
 def test_strict_runs_with_warnings_exit_with_3(cardsflow: CommandLine, tmp_path: Path) -> None:
-    common = ("run", PLANAR_2R, "--direct", "--strict", "-o", tmp_path)
+    common = ("run", PLANAR_2R, "--coupling", "direct", "--strict", "-o", tmp_path)
     assert cardsflow(*common, *words(WEAK))[0] == 3
     assert cardsflow(*common, "--set", "run.duration=0.05")[0] == 0
 
 
 @pytest.mark.slow
 def test_report_and_replay_lead_with_it(tmp_path: Path) -> None:
-    result = run(Experiment.load(PLANAR_2R, WEAK), tmp_path, through="direct")
+    result = run(Experiment.load(PLANAR_2R, WEAK), tmp_path, coupling="direct")
     line = result.summary["warnings"][0]
     page = report_page(result)
     assert page.index(line) < page.index("Summary")
@@ -65,7 +67,7 @@ def test_a_run_that_diverges_ends_with_an_error(through: str, tmp_path: Path) ->
     }
     experiment = Experiment.load(PLANAR_2R, settings)
     with pytest.raises(RunError, match="diverged") as caught:
-        run(experiment, tmp_path, through=through)  # type: ignore[arg-type]
+        run(experiment, tmp_path, **WAYS[through])  # type: ignore[arg-type]
     result = caught.value.result
     assert not result.complete
     assert result.rows[-1, 0] < experiment.run.duration
@@ -119,4 +121,4 @@ def test_masses_that_are_scaled_to_nothing_are_refused(through: str, tmp_path: P
         InputError,
         match=r"plant\.mass_scale: link 'link_2': no inertia about.*; give the link a mass",
     ):
-        run(experiment, tmp_path, through=through)
+        run(experiment, tmp_path, **WAYS[through])

@@ -307,7 +307,7 @@ def test_results_without_their_robot_and_hardware_are_recorded_too(
 @pytest.mark.slow
 def test_a_run_leaves_a_recording_where_it_is_asked_for(tmp_path: Path) -> None:
     settings = {"run.recording": "mcap", "run.duration": 0.05}
-    result = run(Experiment.load(PLANAR_2R, settings), tmp_path / "out", through="direct")
+    result = run(Experiment.load(PLANAR_2R, settings), tmp_path / "out", coupling="direct")
     messages = messages_in(result.files["recording.mcap"])
     names = coordinate_signals("q", result.experiment.robot)
     np.testing.assert_array_equal(
@@ -316,7 +316,7 @@ def test_a_run_leaves_a_recording_where_it_is_asked_for(tmp_path: Path) -> None:
     place = messages["/signals"][0][1].name.index("solve_time")
     times = column(messages, "/signals", "value")[:, place]
     np.testing.assert_array_equal(times[np.isfinite(times)], result.solve_times[:, 1])
-    run(Experiment.load(PLANAR_2R, {"run.duration": 0.01}), tmp_path / "out", through="direct")
+    run(Experiment.load(PLANAR_2R, {"run.duration": 0.01}), tmp_path / "out", coupling="direct")
     assert not (tmp_path / "out/recording.mcap").exists()
 
 

@@ -235,7 +235,7 @@ def test_through_fmi(tmp_path: Path, version: str, arrays: bool, moving: ArrayMo
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_descriptions_say_so(tmp_path: Path, version: str) -> None:
-    files = build(Experiment.load(PLANAR_2R), tmp_path, fmi=version, native=False)  # type: ignore[arg-type]
+    files = build(Experiment.load(PLANAR_2R), tmp_path, fmi=version, compute="python")  # type: ignore[arg-type]
     flags = {}
     for name in ("plant", "controller", "reference"):
         with zipfile.ZipFile(files[name]) as archive:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from support.fmu.fmu_host import refused, running
 from support.robots.robots import PLANAR_2R
+from support.ways import COMPUTE
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build
@@ -22,7 +23,7 @@ REASONS = {"plant": "the plant's internal step", "controller": "the controller's
 def files(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict:
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.1})
     folder = tmp_path_factory.mktemp("fmus")
-    return build(experiment, folder, native=bool(request.param))
+    return build(experiment, folder, compute=COMPUTE[bool(request.param)])
 
 
 @pytest.mark.parametrize("model", REASONS)

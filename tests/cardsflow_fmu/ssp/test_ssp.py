@@ -37,7 +37,7 @@ def system(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def built(experiment: Experiment, folder: Path) -> Path:
     """The system that is built beside the FMUs."""
-    build(experiment, folder, native=False)
+    build(experiment, folder, compute="python")
     return folder / "system.ssp"
 
 
@@ -100,14 +100,14 @@ def test_what_was_written_is_read_back(system: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("scheme", ["sampled", "jacobi", "gauss_seidel"])
 def test_a_system_runs_as_its_experiment(system: Path, scheme: str) -> None:
     order = {"run.order": ["reference", "controller", "plant"]} if scheme[0] == "g" else {}
-    settings = {"run.coupling": scheme, **order}
-    ours = simulate(Experiment.load(PLANAR_2R, SETTINGS | settings), through="direct")
+    settings = {"run.scheme": scheme, **order}
+    ours = simulate(Experiment.load(PLANAR_2R, SETTINGS | settings), coupling="direct")
     result = simulate_system(system, settings)
     assert set(result.names) == set(ours.names)
     for name in result.names:
         np.testing.assert_array_equal(result[name], ours[name], err_msg=name)
     assert result.units == {name: ours.units[name] for name in result.names}
-    for key in ("tracking", "infeasible_ticks", "ticks", "status", "coupling", "engine"):
+    for key in ("tracking", "infeasible_ticks", "ticks", "status", "scheme", "engine"):
         assert result.summary[key] == ours.summary[key]
 
 
@@ -116,7 +116,7 @@ def test_a_slower_controller_gives_its_period_to_the_system(tmp_path: Path) -> N
     settings = SETTINGS | {"controller.period": 0.005, "plant.step": 0.001, "run.step": 0.001}
     path = built(Experiment.load(PLANAR_2R, settings), tmp_path)
     result = simulate_system(path)
-    ours = simulate(Experiment.load(PLANAR_2R, settings), through="direct")
+    ours = simulate(Experiment.load(PLANAR_2R, settings), coupling="direct")
     assert result.summary["step"] == 0.005
     np.testing.assert_array_equal(result["q.joint_1"], ours["q.joint_1"][::5])
 
@@ -143,7 +143,7 @@ def test_the_command_runs_a_system(
     assert "cable_1" in Result.load(out).experiment.robot.muscles[0].name
     assert main(["report", str(out), "-o", str(tmp_path / "report.html")]) == 0
     assert main(["view", str(system), "--html", str(page)]) == 2
-    assert main(["run", str(system), "--direct"]) == 2
+    assert main(["run", str(system), "--coupling", "direct"]) == 2
     assert main(["run", str(tmp_path / "none.ssp")]) == 2
 
 
@@ -176,7 +176,7 @@ def test_a_external_fmu_travels_with_its_units(tmp_path: Path, compiler: str) ->
     }
     settings = SETTINGS | {"fmus.plant": plant, "wiring.plant.brake": 0.0}
     experiment = Experiment.load(PLANAR_2R, settings)
-    ours = simulate(experiment, through="direct")
+    ours = simulate(experiment, coupling="direct")
     result = simulate_system(built(experiment, tmp_path / "built"))
     np.testing.assert_allclose(np.radians(result["angle_1"]), ours["q.joint_1"], rtol=1e-13)
     assert result.units["angle_1"] == "deg"
@@ -254,7 +254,7 @@ def test_what_is_wrong_is_refused_in_one_line(
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"run.coupling": "strong"}, "no coupling 'strong'"),
+        ({"run.scheme": "strong"}, "no scheme 'strong'"),
         ({"run.order": ["plan"]}, "no participant 'plan'"),
         ({"run.order": 3}, "must be a list of names"),
         ({"run.steps": 3}, "no key 'steps'"),

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from support.command_line import CommandLine
 from support.robots.robots import PLANAR_2R
+from support.ways import COMPUTE
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, build
@@ -73,7 +74,7 @@ def test_a_broken_structure_is_named_in_its_archive(tmp_path: Path) -> None:
 def test_the_summary_of_a_system_has_its_engines(
     settings: dict[str, Any], native: bool, engines: tuple[str, str], tmp_path: Path
 ) -> None:
-    build(Experiment.load(PLANAR_2R, SHORT | settings), tmp_path, native=native)
+    build(Experiment.load(PLANAR_2R, SHORT | settings), tmp_path, compute=COMPUTE[native])
     summary = simulate_system(tmp_path / "system.ssp").summary
     assert summary["engine"] == dict(zip(("plant", "controller"), engines, strict=True))
     assert summary["master"] == "Python, over FMUs"

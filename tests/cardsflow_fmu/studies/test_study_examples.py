@@ -18,7 +18,7 @@ STUDIES = ROOT / "examples" / "design_study"
 
 def test_attachments_need_less_than_seven_tenths_of_the_papers_peak_force(tmp_path: Path) -> None:
     """Each of three searches; the robot that is written, run on its own, at the paper's rate."""
-    published = simulate(Experiment.load(PLANAR), through="direct").summary["forces"]["max"]
+    published = simulate(Experiment.load(PLANAR), coupling="direct").summary["forces"]["max"]
     result = run_study(Study.load(STUDIES / "attachments.toml"), jobs=2, output=tmp_path / "out")
     ends = [history[-1] for history in result.summary["history"].values()]
     assert len(ends) == 3

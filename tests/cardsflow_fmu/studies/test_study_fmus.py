@@ -59,11 +59,11 @@ def numbers(folder: Path) -> list[list[float]]:
 @pytest.mark.slow
 @pytest.mark.parametrize("text", [PARAMETERS, ROBOTS])
 def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, text: str) -> None:
-    engines = ("direct", "fmu", "native")
-    for engine in engines:
-        study = small_study(tmp_path, text, f"{TOP}engine = '{engine}'")
-        run_here(study, tmp_path / engine)
-    direct, fmu, native = (numbers(tmp_path / engine) for engine in engines)
+    ways = {"direct": ("python", "direct"), "fmu": ("c", "fmu"), "native": ("c", "direct")}
+    for way, (compute, coupling) in ways.items():
+        top = f"{TOP}compute = '{compute}'\ncoupling = '{coupling}'"
+        run_here(small_study(tmp_path, text, top), tmp_path / way)
+    direct, fmu, native = (numbers(tmp_path / way) for way in ways)
     assert len(direct) >= 4
     for one, other, in_c in zip(direct, fmu, native, strict=True):
         assert one == pytest.approx(other, rel=1e-9, abs=1e-9)
@@ -75,12 +75,12 @@ def test_fmus_and_the_loop_in_c_give_what_plain_objects_give(tmp_path: Path, tex
 def test_muscles_with_laws_run_through_fmus(tmp_path: Path) -> None:
     """They have no hardware.fmu, which no run needs."""
     rows = []
-    for engine in ("direct", "fmu"):
-        top = f"experiment = '{HILL}'\nengine = '{engine}'\nmetrics = ['force.peak.*']\n"
+    for coupling in ("direct", "fmu"):
+        top = f"experiment = '{HILL}'\ncoupling = '{coupling}'\nmetrics = ['force.peak.*']\n"
         file = tmp_path / "study.toml"
         file.write_text(f"{top}[settings]\nrun.duration = 0.02\n{LAWS}")
-        run_here(Study.load(file), tmp_path / engine)
-        rows.append(numbers(tmp_path / engine))
+        run_here(Study.load(file), tmp_path / coupling)
+        rows.append(numbers(tmp_path / coupling))
     assert rows[0] == [pytest.approx(row, rel=1e-9, abs=1e-9) for row in rows[1]]
     assert rows[0][0] != rows[0][1]
 
@@ -127,7 +127,7 @@ def test_few_sets_of_fmus_are_kept(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_fmus_of_the_experiment_are_built_once_for_all(tmp_path: Path) -> None:
-    study = small_study(tmp_path, PARAMETERS, "engine = 'fmu'", SHORT)
+    study = small_study(tmp_path, PARAMETERS, "coupling = 'fmu'", SHORT)
     run_here(study, tmp_path / "out")
     assert {file.name for file in (tmp_path / "out" / "fmus").iterdir()} == {
         "system.ssp",

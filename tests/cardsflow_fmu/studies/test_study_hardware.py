@@ -44,7 +44,7 @@ TOP = "count = 6\nmetrics = ['tracking.rms', 'force.low', 'missed']"
 def emulated(**faults: object) -> Result:
     settings = {f"hardware.emulator.{name}": value for name, value in faults.items()}
     always = {"hardware.use": True, "hardware.link": "emulated:", "run.duration": 0.5}
-    return simulate(Experiment.load(PLANAR, always | settings), through="direct")
+    return simulate(Experiment.load(PLANAR, always | settings), coupling="direct")
 
 
 @pytest.mark.slow
@@ -94,11 +94,11 @@ def test_an_outage_loses_the_hardware() -> None:
 @pytest.mark.slow
 def test_faults_are_varied_the_same_through_fmus(tmp_path: Path) -> None:
     rows = {}
-    for engine in ("direct", "fmu"):
-        study = small_study(tmp_path, FAULTS, f"{TOP}\nengine = '{engine}'", EMULATED)
-        result = run_here(study, tmp_path / engine)
+    for coupling in ("direct", "fmu"):
+        study = small_study(tmp_path, FAULTS, f"{TOP}\ncoupling = '{coupling}'", EMULATED)
+        result = run_here(study, tmp_path / coupling)
         assert result.summary["complete"] == 6
-        rows[engine] = [outcome.metrics for _, outcome in result.rows()]
+        rows[coupling] = [outcome.metrics for _, outcome in result.rows()]
     for direct, fmu in zip(rows["direct"], rows["fmu"], strict=True):
         assert fmu == pytest.approx(direct, rel=1e-12)
     assert len({row["missed"] for row in rows["direct"]}) > 1

@@ -27,7 +27,7 @@ SETTINGS = {"controller.period": 0.01, "run.step": 0.01, "run.duration": 0.3}
 
 @pytest.fixture(scope="module")
 def result() -> Result:
-    return simulate(Experiment.load(PLANAR, SETTINGS), through="direct")
+    return simulate(Experiment.load(PLANAR, SETTINGS), coupling="direct")
 
 
 def with_columns(result: Result, **columns: np.ndarray) -> Result:
@@ -69,7 +69,7 @@ def test_a_passive_spring_has_no_bounds_and_no_margin_to_them() -> None:
     spring = {"kind": "passive_spring", "K": 40.0, "l0": 0.4}
     passive = {"f_min": 0.0, "f_max": 0.0, "model": spring}
     settings = SETTINGS | {f"muscles.cable_4.{key}": value for key, value in passive.items()}
-    result = simulate(Experiment.load(PLANAR, settings), through="direct")
+    result = simulate(Experiment.load(PLANAR, settings), coupling="direct")
     active = np.stack([result[f"f.cable_{k}"] for k in (1, 2, 3)])
     found = metric_values(["margin.upper", "margin.lower"], result, None)
     assert found["margin.upper"] == 100.0 - active.max()
@@ -80,7 +80,7 @@ def test_a_passive_spring_has_no_bounds_and_no_margin_to_them() -> None:
 
 def test_loop_margins_are_the_smallest_of_all_loops() -> None:
     settings = {**SETTINGS, "controller.kp.joint_2": 400.0}
-    result = simulate(Experiment.load(PLANAR, settings), through="direct")
+    result = simulate(Experiment.load(PLANAR, settings), coupling="direct")
     loops = [margins(kp, 90.0, 0.01) for kp in (2000.0, 400.0)]
     found = metric_values(["margin.phase", "margin.gain", "margin.delay"], result, None)
     assert list(found.values()) == [
@@ -113,7 +113,7 @@ def test_stiffness_is_the_slope_of_the_held_forces_torque(result: Result) -> Non
 def test_wrench_closure_is_the_part_of_the_workspace() -> None:
     """Two cables that pull link 1 the same way close nothing; the paper's four do."""
     box = Box(lower=(-0.4, -0.4), upper=(0.4, 0.4), points=3)
-    good = simulate(Experiment.load(PLANAR, SETTINGS), through="direct")
+    good = simulate(Experiment.load(PLANAR, SETTINGS), coupling="direct")
     assert metric_values(["wrench_closure"], good, box) == {"wrench_closure": 1.0}
     changes = {
         f"robot.muscles.cable_{k}.points[{p}].position[0]": x

@@ -102,7 +102,8 @@ def test_an_unknown_path_names_the_nearest(tmp_path: Path, path: str, nearest: s
         (KP + KP, "", "twice"),
         (KP + vary("controller.kd", "values = [1.0]"), "sampler = 'list'", "equally many"),
         (KP, "count = 3", "as many runs as its values"),
-        (KP, "engine = 'fum'", "did you mean 'fmu'"),
+        (KP, "coupling = 'fum'", "did you mean 'fmu'"),
+        (KP, "engine = 'direct'", "engine: is no longer a key: set compute and coupling"),
         (KP, "metrics = ['tracking.rsm']", "did you mean 'tracking.rms'"),
         (KP, "metrics = ['force.peak.cable_9']", "no muscle 'cable_9'"),
         (KP, "metrics = []", "at least one name"),
@@ -168,5 +169,5 @@ def test_an_unknown_name_as_a_value_fails_the_run_only(tmp_path: Path) -> None:
 
 def test_the_nearest_muscle_is_named(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError) as caught:
-        Study.load(write_study(tmp_path, top="engine = 'nothing'"))
-    assert caught.value.known == ("direct", "fmu", "native")
+        Study.load(write_study(tmp_path, top="coupling = 'nothing'"))
+    assert caught.value.known == ("fmu", "direct")

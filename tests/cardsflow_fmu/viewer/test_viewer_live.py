@@ -31,7 +31,7 @@ from sim_dart import MusclePaths
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("results")
-    run(Experiment.load(PLANAR_2R, {"run.duration": 2.0}), folder, through="direct")
+    run(Experiment.load(PLANAR_2R, {"run.duration": 2.0}), folder, coupling="direct")
     return folder
 
 
@@ -129,9 +129,9 @@ def test_a_run_is_followed_and_comes_out_the_same(opened: Any) -> None:
         seen.append(len(rows))
         follow(names, rows)
 
-    result = simulate(experiment, through="direct", watch=watch)
+    result = simulate(experiment, coupling="direct", watch=watch)
     assert seen == [128, 256, 384, 512, 640, 768, 896]
-    np.testing.assert_array_equal(result.rows, simulate(experiment, through="direct").rows)
+    np.testing.assert_array_equal(result.rows, simulate(experiment, coupling="direct").rows)
     assert opened.scene.get_handle_by_name("/0/links/rod_100") is not None
     assert opened.scene.get_handle_by_name("/0/trail/ball_100") is not None
 

@@ -53,7 +53,7 @@ def falling(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
         "contacts": ["lying"],
     }
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.4, "world": world})
-    return folder / "out", run(experiment, folder / "out", through="direct")
+    return folder / "out", run(experiment, folder / "out", coupling="direct")
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +133,7 @@ def test_a_missing_mesh_is_drawn_as_a_small_sphere(tmp_path: Path) -> None:
     mesh = write_box_mesh(tmp_path)
     world = {"objects": [{"name": "die", "shape": "mesh", "file": str(mesh)}], "links": "none"}
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.01, "world": world})
-    result = run(experiment, tmp_path / "out", through="direct")
+    result = run(experiment, tmp_path / "out", coupling="direct")
     mesh.unlink()
     drawn = {shape.name: shape for shape in act_of(result).stage.scene(0)}["objects/die"]
     assert isinstance(drawn, s.Sphere)
@@ -167,7 +167,7 @@ def test_two_robots_of_one_plant_are_both_drawn(tmp_path: Path) -> None:
         + "[controller]\nkp = 100.0\nkd = 20.0\n[reference]\nspline = 'linear'\n"
         + "".join(f"[[reference.points]]\ntime = {t}\nq = 0.3\n" for t in (0.0, 0.01))
     )
-    result = run(Experiment.load(tmp_path), tmp_path / "out", through="direct")
+    result = run(Experiment.load(tmp_path), tmp_path / "out", coupling="direct")
     shapes = {shape.name: shape for shape in act_of(result).stage.scene(0)}
     for part in ("links/{}_link_1/0", "muscles/{}_cable_1"):
         a, b = (shapes[part.format(name)].points for name in "ab")

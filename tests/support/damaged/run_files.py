@@ -188,7 +188,7 @@ def killed_run(folder: Path) -> None:
 def study_folder(folder: Path) -> None:
     from ..small_studies import KP, run_here, small_study, write_study
 
-    top = 'engine = "direct"\nmetrics = ["tracking.rms"]'
+    top = 'coupling = "direct"\nmetrics = ["tracking.rms"]'
     write_study(folder, KP.replace("count = 6", "count = 2"), top)
     study = small_study(folder, KP.replace("count = 6", "count = 2"), top)
     run_here(study, folder / "out")
@@ -283,7 +283,7 @@ _SDF_WORLD = """<sdf version="1.9"><world name="w"><gravity>0 0 -9.8</gravity>
 
 def captured(folder: Path) -> None:
     """A run without encoders, and markers as motion capture saw them."""
-    result = simulate(Experiment.load(PLANAR_2R, {"run.duration": 1.0}), through="direct")
+    result = simulate(Experiment.load(PLANAR_2R, {"run.duration": 1.0}), coupling="direct")
     q = result.columns(["q.joint_1", "q.joint_2"])[::10]
     tables = {
         "run.csv": ["time", *(f"{x}.cable_{k}" for x in "lf" for k in range(1, 5))],

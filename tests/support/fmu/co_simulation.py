@@ -13,13 +13,14 @@ from cardsflow_fmu.cosim.external_fmu import fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.experiment.settings.run import Compute
 from cardsflow_fmu.signals.ports import load_signals
 from cardsflow_fmu.simulation.build import build
 
 
-def co_simulate(experiment: Experiment, folder: Path, *, native: bool) -> Recording:
+def co_simulate(experiment: Experiment, folder: Path, *, compute: Compute) -> Recording:
     """A run over the FMUs that are built."""
-    fmus = build(experiment, folder, native=native)
+    fmus = build(experiment, folder, compute=compute)
     fmus.pop("hardware", None)  # there is none
     parts = {name: FmuInstance(name, file, folder / name) for name, file in fmus.items()}
     loads = load_signals(experiment.robot)
@@ -28,7 +29,7 @@ def co_simulate(experiment: Experiment, folder: Path, *, native: bool) -> Record
         fitting_wiring(experiment.wiring, experiment.fmus, parts.values(), loads),
         step=experiment.run.step,
         steps=experiment.run.steps,
-        coupling=experiment.run.coupling,
+        coupling=experiment.run.stepping,
         every={"controller": round(experiment.controller.period / experiment.run.step)},
     )
     recording = master.run()
@@ -69,8 +70,8 @@ def assert_native_agrees(
         python_of: That of the Python models, where it is another one.
         tolerances: Of `assert_rows_agree`.
     """
-    python = co_simulate(python_of or experiment, folder / "python", native=False)
-    native = co_simulate(experiment, folder / "native", native=True)
+    python = co_simulate(python_of or experiment, folder / "python", compute="python")
+    native = co_simulate(experiment, folder / "native", compute="c")
     assert native.failure is None
     assert_rows_agree(native, python, **tolerances)
     return native

@@ -18,7 +18,7 @@ def check_bits(experiment: Experiment, folder: Path) -> None:
     """With commands, loads and wrenches at random: outputs of the FMU, and of the plant's model."""
     model = PlantModel(experiment)
     model.initialize()
-    file = build(experiment, folder, native=True)["plant"]
+    file = build(experiment, folder, compute="c")["plant"]
     rng, step = np.random.default_rng(3), experiment.run.step
     starts = np.array(model.inputs)
     with running(file, folder / "unpacked") as host:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Mapping
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +16,11 @@ from cardsflow_fmu.cosim.fmu_description import read_description
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import Participant
+from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
-from cardsflow_fmu.hardware.protocol.recording import RECORDING_FILE
-from cardsflow_fmu.hardware.session.connect import Connection, with_link
 from cardsflow_fmu.results.engines import system_engines
-from cardsflow_fmu.results.files import EXPERIMENT
-from cardsflow_fmu.results.summary import summarize_system
+from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
+from cardsflow_fmu.results.summary import Speed, summarize_system
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.signals.units import conversion, variable_units
 from cardsflow_fmu.ssp.carried_experiment import system_experiment, system_hardware
@@ -29,15 +28,55 @@ from cardsflow_fmu.ssp.reader import archive_named, read_system, unpack_ssp
 from cardsflow_fmu.ssp.settings import SystemRunSettings
 from cardsflow_fmu.ssp.system import Component, System
 
-from .open_system import OpenSystem
 from .result import SystemResult
+
+
+@dataclass(frozen=True)
+class OpenSsp:
+    """The FMUs of an .ssp file, initialised.
+
+    Attributes:
+        name: Name of the system.
+        loop: Steps the FMUs.
+        step: Communication step, in [s].
+        scheme: Name of the coupling scheme.
+        engine: Engines of plant and controller.
+        hardware: Hardware that takes part; None where there is none, or it is not known.
+        contents: Files of the run beside its table, by name; empty where nothing is written.
+        streamed: Names of the files that FMUs write into the folder.
+    """
+
+    name: str
+    loop: Master
+    step: float
+    scheme: str
+    engine: Mapping[str, str]
+    hardware: HardwareSettings | None
+    contents: Contents
+    streamed: list[str]
+
+    def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
+        """The summary of a recording."""
+        return summarize_system(
+            self.name, recording, speed, scheme=self.scheme, step=self.step, engine=self.engine
+        )
+
+    def result(self, recording: Recording, summary: dict[str, Any]) -> SystemResult:
+        """The result of a recording."""
+        return SystemResult(
+            recording.names,
+            recording.rows,
+            recording.units,
+            summary,
+            solve_times=recording.times_of_ticks(),
+        )
 
 
 @contextlib.contextmanager
 def open_ssp(
     path: Path, settings: Mapping[str, Any], hardware: str, aside: Path, folder: Path | None
-) -> Iterator[OpenSystem[SystemResult]]:
-    """The FMUs of an .ssp file, with their connections, ready to run.
+) -> Iterator[OpenSsp]:
+    """Start the FMUs of an .ssp file, and connect them.
 
     Args:
         path: The .ssp.
@@ -57,7 +96,7 @@ def open_ssp(
     streamed = [RECORDING_FILE] if folder is not None and variant == HARDWARE else []
     recording = folder / RECORDING_FILE if folder is not None and streamed else None
     with (
-        Connection(hardware, recording=recording).exported(),
+        _reached(hardware, recording),
         archive_named(path, aside / "system") as unpacked,
     ):
         unpack_ssp(path, unpacked)
@@ -76,25 +115,34 @@ def open_ssp(
                 by_name=False,
                 changes={".".join(c.target): c.change for c in system.connections},
             )
-            yield OpenSystem(
+            yield OpenSsp(
+                system.name,
                 loop,
                 step,
+                coupling.scheme,
+                system_engines(files),
                 driven,
-                partial(
-                    summarize_system,
-                    system.name,
-                    coupling=coupling.scheme,
-                    step=step,
-                    engine=system_engines(files),
-                ),
-                SystemResult,
                 {} if carried is None else {EXPERIMENT: carried},
                 streamed,
             )
 
 
+@contextlib.contextmanager
+def _reached(hardware: str, recording: Path | None) -> Iterator[None]:
+    """FMUs that are started inside find the address of the hardware."""
+    if not hardware and recording is None:
+        yield
+        return
+    from cardsflow_fmu.hardware.session.connect import Connection
+
+    with Connection(hardware, recording=recording).exported():
+        yield
+
+
 def _hardware(path: Path) -> HardwareSettings | None:
     """The hardware of the variant of that name; None where it is not known."""
+    from cardsflow_fmu.hardware.session.connect import Connection, with_link
+
     known = system_hardware(path)
     return None if known is None else with_link(known, path, Connection.from_environment().link)
 
@@ -110,12 +158,12 @@ def _run_settings(
     usual = {
         "step": system.step,
         "duration": system.stop_time,
-        "coupling": "sampled" if "controller" in names else "jacobi",
+        "scheme": "sampled" if "controller" in names else "jacobi",
     }
     run = SystemRunSettings.read(usual | dict(given), Context(path), "run")
     require_multiple(run.duration, run.step, "run.step", file=path, key="run.duration")
-    order = ("controller",) if run.coupling == "sampled" else names
-    coupling = Coupling(run.coupling, order if run.order is None else run.order)
+    order = ("controller",) if run.scheme == "sampled" else names
+    coupling = Coupling(run.scheme, order if run.order is None else run.order)
     return run.step, round(run.duration / run.step), coupling
 
 

@@ -1,0 +1,58 @@
+"""The approach of hardware: from where it is measured to where the reference begins."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.plant import StartSettings
+from cardsflow_fmu.experiment.settings.reference import ApproachSettings
+from sim_dart import MusclePaths
+
+from .connect import measured_positions
+
+
+def with_approach(experiment: Experiment) -> Experiment:
+    """The experiment with an approach from the measured positions, if it asks for one.
+
+    The run is longer by the duration of the approach; an approach of the reference is replaced.
+
+    Raises:
+        HardwareError: The hardware does not answer.
+        InputError: The reference is an external FMU, which begins where it begins.
+    """
+    seconds = approach_time(experiment)
+    if seconds is None:
+        return experiment
+    q = measured_positions(experiment)
+    reference, run = experiment.reference, experiment.run
+    before = reference.approach.duration if reference.approach else 0.0
+    begin = q if reference.space == "joint" else _task_position(experiment, q)
+    return replace(
+        experiment,
+        start=StartSettings(q=q, qd=(0.0,) * len(q)),
+        reference=replace(reference, approach=ApproachSettings(duration=seconds, start=begin)),
+        run=run.replaced(duration=run.duration + seconds - before),
+    )
+
+
+def approach_time(experiment: Experiment) -> float | None:
+    """How long the approach from the measured positions takes, in [s]; None without one.
+
+    Raises:
+        InputError: The reference is an external FMU, which begins where it begins.
+    """
+    seconds = experiment.hardware.approach
+    if seconds is None or not experiment.hardware.use:
+        return None
+    if "reference" in experiment.fmus:
+        what = "cannot lead an external FMU to where the hardware is: leave it out"
+        raise InputError(what, file=experiment.file, key="hardware.approach")
+    return seconds
+
+
+def _task_position(experiment: Experiment, q: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(MusclePaths(experiment.robot).task_position(np.array(q)).tolist())

@@ -1,0 +1,267 @@
+"""Experiments opened for a run: FMUs, plain objects, or one loop in C, initialised and wired."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from cardsflow_fmu.analysis.observable import observability_warnings, observed_poses
+from cardsflow_fmu.cosim.described_fmu import DescribedFmu
+from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, fitting_wiring
+from cardsflow_fmu.cosim.fmu_instance import FmuInstance
+from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.cosim.participant import Participant
+from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.cosim.step_loop import StepLoop
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
+from cardsflow_fmu.experiment.writer import experiment_resources
+from cardsflow_fmu.fmu.description import FmiVersion
+from cardsflow_fmu.models.by_role import model_class
+from cardsflow_fmu.models.direct_participant import DirectParticipant, IdleParticipant
+from cardsflow_fmu.models.native_loop import NativeLoop, runs_in_c
+from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
+from cardsflow_fmu.results.saved_run import experiment_archive
+from cardsflow_fmu.results.summary import Speed, summarize
+from cardsflow_fmu.signals.ports import outer_signals
+from cardsflow_fmu.signals.roles import HARDWARE
+from cardsflow_fmu.utils.archive import contents_of
+from cardsflow_fmu.utils.temporary import temporary_folder
+
+from .build import build_fmus, model_name
+from .result import Result
+
+if TYPE_CHECKING:
+    from cardsflow_fmu.hardware.session.connect import Connection
+
+
+class PreparedFmu(NamedTuple):
+    """An FMU that is built, and perhaps unpacked, for several runs.
+
+    Attributes:
+        file: The .fmu.
+        folder: Where it is unpacked, or empty.
+        start_values: Values of its parameters, by name; its own where left out.
+    """
+
+    file: Path
+    folder: Path
+    start_values: Mapping[str, float] = {}
+
+
+@dataclass(frozen=True)
+class OpenExperiment:
+    """An experiment whose participants are initialised.
+
+    Attributes:
+        experiment: The experiment as it runs: with the approach of its hardware.
+        loop: Steps the participants.
+        contents: Files of the run beside its table, by name; empty where nothing is written.
+        streamed: Names of the files that participants write into the folder.
+        observed: What sensors tell of the reference's poses; see `analysis.observable`.
+    """
+
+    experiment: Experiment
+    loop: StepLoop
+    contents: Contents
+    streamed: list[str]
+    observed: dict[str, Any]
+
+    @property
+    def step(self) -> float:
+        """Communication step, in [s]."""
+        return self.experiment.run.step
+
+    @property
+    def hardware(self) -> HardwareSettings | None:
+        """Hardware that takes part; None where there is none."""
+        return self.experiment.hardware if self.experiment.hardware.use else None
+
+    def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
+        """The summary of a recording, with what could not be observed among its warnings."""
+        summary = summarize(self.experiment, recording, speed, self.observed)
+        summary["warnings"] = [*observability_warnings(self.observed), *summary["warnings"]]
+        return summary
+
+    def result(self, recording: Recording, summary: dict[str, Any]) -> Result:
+        """The result of a recording."""
+        return Result(
+            recording.names,
+            recording.rows,
+            recording.units,
+            summary,
+            solve_times=recording.times_of_ticks(),
+            experiment=self.experiment,
+        )
+
+
+@contextlib.contextmanager
+def open_experiment(
+    experiment: Experiment,
+    aside: Path,
+    folder: Path | None,
+    *,
+    fmi: FmiVersion = "2.0",
+    arrays: bool = True,
+    prepared: Mapping[str, PreparedFmu] | None = None,
+) -> Iterator[OpenExperiment]:
+    """Start the participants of an experiment, and wire them.
+
+    Args:
+        experiment: The experiment; `run.compute` and `run.coupling` say how it runs.
+        aside: Empty folder for temporary files.
+        folder: Folder of the results; None where nothing is written.
+        fmi: Version of FMI of the FMUs that are built.
+        arrays: Whether FMUs of FMI 3.0 have arrays.
+        prepared: FMUs that make up this experiment, by the name of the model; none is built.
+
+    Raises:
+        InputError: An FMU cannot be used.
+        SimulationError: A participant does not start.
+    """
+    driven, fmus = experiment, prepared or {}
+    if experiment.hardware.use and prepared is None:
+        from cardsflow_fmu.hardware.session.approach import with_approach
+
+        driven = with_approach(experiment)
+    if prepared is None and experiment.run.coupling == "fmu":
+        fmus = _built(experiment, driven, aside, fmi, arrays)
+    contents: Contents = {}
+    if folder is not None:
+        contents |= {fmu.file.name: contents_of(fmu.file) for fmu in fmus.values()}
+        contents[EXPERIMENT] = experiment_archive(experiment)
+    streamed = [RECORDING_FILE] if folder is not None and driven.hardware.use else []
+    connection = _connection(driven, folder if streamed else None)
+    with contextlib.ExitStack() as stack:
+        loop: StepLoop
+        if runs_in_c(driven):
+            loop = stack.enter_context(NativeLoop(driven))
+        else:
+            participants: dict[str, Participant] = {}
+            for role in reversed(driven.roles):  # the plant last: hardware does not wait for long
+                with contextlib.nullcontext() if connection is None else connection.exported():
+                    participant = _started(driven, role, aside, fmus, connection)
+                stack.callback(participant.close)
+                participants[role] = _adapted(driven, role, participant)
+            loop = _master(driven, participants)
+        yield OpenExperiment(driven, loop, contents, streamed, observed_poses(driven))
+
+
+@np.errstate(over="ignore", invalid="ignore")  # as in a run
+def require_openable(experiment: Experiment) -> None:
+    """Refuse what a run refuses before its first step, in the same words.
+
+    Hardware is not connected to, and no code of others is run, be it in FMUs or Python. Muscles
+    with a law in Python leave nothing to look at.
+
+    Args:
+        experiment: The experiment.
+
+    Raises:
+        InputError: Something does not fit, or cannot be made.
+        SimulationError: A participant does not start.
+    """
+    if experiment.hardware.use:
+        from cardsflow_fmu.hardware.session.approach import approach_time
+        from cardsflow_fmu.hardware.session.connect import require_connectable
+
+        require_connectable(experiment)
+        approach_time(experiment)
+    if any(muscle.model.own is not None for muscle in experiment.robot.muscles):
+        return
+    experiment_resources(experiment)
+    with temporary_folder() as aside, contextlib.ExitStack() as stack:
+        participants: dict[str, Participant] = {}
+        for role in reversed(experiment.roles):
+            participant = _idle(experiment, role, aside)
+            stack.callback(participant.close)
+            participants[role] = _adapted(experiment, role, participant)
+        _master(experiment, participants)
+
+
+def _built(
+    experiment: Experiment, driven: Experiment, folder: Path, fmi: FmiVersion, arrays: bool
+) -> dict[str, PreparedFmu]:
+    """Build the FMUs of an experiment that may have been made to begin elsewhere."""
+    names = [model_name(role, experiment) for role in experiment.roles]
+    files: dict[str, Path] = {}
+    for name in names:  # the controller is the same wherever the robot begins
+        of = experiment if name == "controller" else driven
+        native = None if of.run.compute == "c" else False
+        files |= build_fmus(of, folder, [name], fmi, arrays, native=native, sources=False)
+    return {name: PreparedFmu(file, folder / f"unpacked_{name}") for name, file in files.items()}
+
+
+def _connection(experiment: Experiment, folder: Path | None) -> Connection | None:
+    """The way to the hardware, with a recording in a folder; None where there is no hardware."""
+    hardware = experiment.hardware
+    if not (hardware.use or hardware.link):
+        return None
+    from cardsflow_fmu.hardware.session.connect import Connection
+
+    recording = None if folder is None else folder / RECORDING_FILE
+    return Connection(hardware.link, hardware.key_file, recording)
+
+
+def _started(
+    experiment: Experiment,
+    role: str,
+    aside: Path,
+    fmus: Mapping[str, PreparedFmu],
+    connection: Connection | None,
+) -> Participant:
+    """Start an FMU where there is one, else the model itself."""
+    name = model_name(role, experiment)
+    if (external := experiment.fmus.get(name)) is not None:
+        unpacked = aside / f"external_{name}"
+        return FmuInstance(role, external.file, unpacked, external.parameters)
+    if name in fmus:
+        return FmuInstance(role, *fmus[name])
+    if name == HARDWARE:
+        from cardsflow_fmu.models.hardware import HardwareModel
+
+        return DirectParticipant(role, HardwareModel(experiment, connection=connection))
+    return DirectParticipant(role, model_class(name)(experiment))
+
+
+def _idle(experiment: Experiment, role: str, aside: Path) -> Participant:
+    """The same, but of what is not ours its inputs and outputs alone."""
+    name = model_name(role, experiment)
+    if (external := experiment.fmus.get(name)) is not None:
+        unpacked = aside / f"external_{name}"
+        return DescribedFmu(role, external.file, unpacked, external.parameters)
+    own_law = name == "controller" and experiment.controller.own_law is not None
+    if name != HARDWARE and not own_law:
+        return DirectParticipant(role, model_class(name)(experiment))
+    return IdleParticipant(role, model_class(name).table(experiment))
+
+
+def _adapted(experiment: Experiment, role: str, participant: Participant) -> Participant:
+    """The participant under the experiment's names and units, where it is an external FMU."""
+    name = model_name(role, experiment)
+    external = experiment.fmus.get(name)
+    if external is None:
+        return participant
+    return AdaptedFmu(participant, external, model_class(name).table(experiment))
+
+
+def _master(experiment: Experiment, participants: Mapping[str, Participant]) -> Master:
+    settings = experiment.run
+    return Master(
+        [participants[name] for name in experiment.columns],
+        fitting_wiring(
+            experiment.wiring,
+            experiment.fmus,
+            participants.values(),
+            outer_signals(experiment.robot, experiment.plant.wrenches),
+        ),
+        step=settings.step,
+        steps=settings.steps,
+        coupling=experiment.stepping,
+        every={"controller": round(experiment.controller.period / settings.step)},
+    )
