@@ -125,7 +125,15 @@ def test_such_a_run_is_incomplete_and_its_files_are_json(
 
     monkeypatch.setattr(PlantModel, "initialize", started)
     monkeypatch.setattr(PlantModel, "step", stepped)
-    words = ["--coupling", "direct", "-o", tmp_path, "--set", "run.duration=0.02", "--json"]
+    words = [
+        "--compute=python",
+        "--coupling=direct",
+        "-o",
+        tmp_path,
+        "--set",
+        "run.duration=0.02",
+        "--json",
+    ]
     code, out, err = cardsflow("run", PLANAR_2R, *words)
     assert code == 1
     assert f"l.cable_1 is nan at t = {at * 1e-3:g} s" in err

@@ -145,7 +145,7 @@ def test_an_unknown_key_of_a_study_is_refused_by_both(path: Path_) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("engin = 'fmu'\n", "engin: no key 'engin'; did you mean 'engine'"),
+        ("couplin = 'fmu'\n", "couplin: no key 'couplin'; did you mean 'coupling'"),
         ("[optimize]\nobjective = 'x'\n", "optimize: .*did you mean 'optimise'"),
         ("[[vary]]\npth = 'x'\n", r"vary\[0\].pth: no key 'pth'; did you mean 'path'"),
         ("[[vary]]\nunifrm = [0, 1]\n", r"vary\[0\].unifrm: .*did you mean 'uniform'"),

@@ -148,7 +148,7 @@ def test_same_input_same_bytes(
 def test_trajectories_are_those_of_plain_python(example: Path, version: Version) -> None:
     fmi, arrays = version
     experiment = Experiment.load(example, SHORT)
-    plain = simulate(experiment, coupling="direct")
+    plain = simulate(experiment, compute="python", coupling="direct")
     result = simulate(experiment, compute="python", fmi=fmi, arrays=arrays)
     assert result.names == plain.names
     assert (result.rows == plain.rows).all()

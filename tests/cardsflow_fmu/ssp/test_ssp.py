@@ -101,7 +101,9 @@ def test_what_was_written_is_read_back(system: Path, tmp_path: Path) -> None:
 def test_a_system_runs_as_its_experiment(system: Path, scheme: str) -> None:
     order = {"run.order": ["reference", "controller", "plant"]} if scheme[0] == "g" else {}
     settings = {"run.scheme": scheme, **order}
-    ours = simulate(Experiment.load(PLANAR_2R, SETTINGS | settings), coupling="direct")
+    ours = simulate(
+        Experiment.load(PLANAR_2R, SETTINGS | settings), compute="python", coupling="direct"
+    )
     result = simulate_system(system, settings)
     assert set(result.names) == set(ours.names)
     for name in result.names:
@@ -116,7 +118,7 @@ def test_a_slower_controller_gives_its_period_to_the_system(tmp_path: Path) -> N
     settings = SETTINGS | {"controller.period": 0.005, "plant.step": 0.001, "run.step": 0.001}
     path = built(Experiment.load(PLANAR_2R, settings), tmp_path)
     result = simulate_system(path)
-    ours = simulate(Experiment.load(PLANAR_2R, settings), coupling="direct")
+    ours = simulate(Experiment.load(PLANAR_2R, settings), compute="python", coupling="direct")
     assert result.summary["step"] == 0.005
     np.testing.assert_array_equal(result["q.joint_1"], ours["q.joint_1"][::5])
 
@@ -176,7 +178,7 @@ def test_a_external_fmu_travels_with_its_units(tmp_path: Path, compiler: str) ->
     }
     settings = SETTINGS | {"fmus.plant": plant, "wiring.plant.brake": 0.0}
     experiment = Experiment.load(PLANAR_2R, settings)
-    ours = simulate(experiment, coupling="direct")
+    ours = simulate(experiment, compute="python", coupling="direct")
     result = simulate_system(built(experiment, tmp_path / "built"))
     np.testing.assert_allclose(np.radians(result["angle_1"]), ours["q.joint_1"], rtol=1e-13)
     assert result.units["angle_1"] == "deg"

@@ -55,7 +55,8 @@ def test_a_box_is_a_variation_an_axis(tmp_path: Path) -> None:
 def test_settings_are_full_keys_or_tables(tmp_path: Path) -> None:
     short = '[settings]\n"run.step" = 0.01\nrun.duration = 0.2\ncontroller = { period = 0.01 }'
     study = small_study(tmp_path, short=short)
-    assert study.settings == {"run.step": 0.01, "run.duration": 0.2, "controller.period": 0.01}
+    own = {"run.step": 0.01, "run.duration": 0.2, "controller.period": 0.01}
+    assert study.settings == own | {"run.compute": "c", "run.coupling": "direct"}
 
 
 @pytest.mark.parametrize(
