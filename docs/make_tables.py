@@ -57,6 +57,7 @@ def commands_page() -> str:
     for name, parser in _commands("cardsflow", _parser()):
         parts += [f"## {name}", str(parser.description)]
         shown = [a for a in parser._actions if a.dest not in ("help", "debug")]
+        shown = [a for a in shown if a.help != argparse.SUPPRESS]
         parts += [table(["", ""], map(_option, shown))]
         if parser.epilog:
             parts.append(f"For example `{parser.epilog.partition(chr(10))[2].strip()}`.")
