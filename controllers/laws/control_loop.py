@@ -20,7 +20,6 @@ from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, actuator_names, bias_torque
 from controllers.force_distribution.solution import STATUSES, ForceSolution
-from controllers.qp import loop_in_c
 from controllers.validation import (
     check_sizes,
     is_finite,
@@ -29,6 +28,8 @@ from controllers.validation import (
     require_period,
     resting,
 )
+
+from . import loop_in_c
 
 
 class ControlLaw(Protocol):

@@ -22,11 +22,13 @@ static inline int solve_from(dual_newton *program, real *start)
     return status;
 }
 
-/* The program in the second memory, made anew: that in which rows give way; or in joint space, of twice the
-   variables, that of forces in two parts for the norm 1.                                              */
+/* The program in the second memory: that in which rows give way; or in joint space, of twice the variables, that
+   of forces in two parts for the norm 1.                                                              */
 static inline dual_newton *second_program(computed_torque *s, size_t variables)
 {
-    return dual_newton_open((int)variables, (int)s->rows, s->second);
+    if (s->second_variables != variables) dual_newton_open((int)variables, (int)s->rows, s->second);
+    s->second_variables = variables;
+    return s->second;
 }
 
 #endif

@@ -58,7 +58,8 @@
 struct computed_torque {
     size_t n, m, k, r, rows;
     dual_newton *hard;  /* the program with hard rows */
-    void *second;       /* memory of another, see program.h */
+    void *second;       /* memory of another, see program.h, made for that many variables */
+    size_t second_variables;
     dual_newton *built; /* the last program that was built */
     real rank;          /* the priority that it is for */
     int limited;        /* whether joint limits bound its qdd */

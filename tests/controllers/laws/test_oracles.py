@@ -18,7 +18,8 @@ from cardsflow_fmu import Experiment
 from controllers import JointSpaceController, OperationalSpaceController, Posture
 from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, bias_torque
-from controllers.qp import loop_in_c, solver
+from controllers.laws import loop_in_c
+from controllers.qp import solver
 from controllers.qp.law_in_c import FAILED, SOFT, SOLVED, WRONG, LawInC, library
 from sim_dart import DartDynamics
 

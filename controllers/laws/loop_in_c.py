@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from controllers.arrays import FloatArray
-
-from . import law_in_c
+from controllers.qp import law_in_c
 
 _P = ctypes.c_void_p
 _CFUNC = ctypes.PYFUNCTYPE
