@@ -1,0 +1,63 @@
+"""What the build makes of the table of laws, and refuses to make."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from addin_sdfusion.robot import CardsflowError
+from addin_sdfusion.robot.model.laws import LAW_NAMES, TENSION_LAWS
+from addin_sdfusion.robot.model.laws.law import Rule, TensionLaw, positive
+from sim_dart.core import library
+from sim_dart.muscles.law_headers import CSRC, LawTableError, write_headers
+
+
+def _write(folder: Path, law: TensionLaw, c_file: str) -> str:
+    """The list of laws for a source tree with one law."""
+    laws = folder / CSRC / "laws"
+    laws.mkdir(parents=True)
+    (folder / "sim_dart/generated").mkdir()
+    (laws / "one.c").write_text(c_file)
+    names = write_headers({law.kind: law}, "law one k\n", folder)
+    return "\n".join((folder / name).read_text() for name in names)
+
+
+def _law(**more: object) -> TensionLaw:
+    return TensionLaw("one", "a law", "f = k", (positive("k", "N", None, "k"),), **more)  # type: ignore[arg-type]
+
+
+SOUND = "TENSION_LAW(one) = {0};\n"
+
+
+def test_conditions_are_those_of_the_table(tmp_path: Path) -> None:
+    made = _write(tmp_path, _law(rules=(Rule("2 * k < 3 or k == 5"),)), SOUND)
+    assert "value_of(p->k) > 0 && isfinite(p->k)" in made
+    assert "(value_of((2.0 * p->k)) < 3.0) || (value_of(p->k) == 5.0)" in made
+    assert '#include "../csrc/laws/one.c"' in made
+
+
+@pytest.mark.parametrize(
+    ("law", "c_file", "what"),
+    [
+        (_law(), "", "no C file has TENSION_LAW(one)"),
+        (_law(), SOUND + "TENSION_LAW(two) = {0};\n", "no module has the law 'two'"),
+        (_law(rules=(Rule("c > 0"),)), SOUND, "one: 'c > 0' is no formula: c is neither"),
+        (_law(rules=(Rule("k >"),)), SOUND, "one: 'k >' is no formula"),
+        (_law(rules=(Rule("k ** 2 > 1"),)), SOUND, "one: 'k ** 2 > 1' is no formula"),
+        (_law(rules=(Rule("open(k)"),)), SOUND, "one: 'open(k)' is no formula"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(
+    law: TensionLaw, c_file: str, what: str, tmp_path: Path
+) -> None:
+    with pytest.raises(LawTableError) as refused:
+        _write(tmp_path, law, c_file)
+    assert what in str(refused.value)
+
+
+def test_a_core_of_another_table_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert [line.split()[1] for line in LAW_NAMES.splitlines()] == list(TENSION_LAWS)
+    monkeypatch.setattr(library, "LAW_NAMES", LAW_NAMES + "law other\n")
+    with pytest.raises(CardsflowError, match="has other tension laws"):
+        library.library.__wrapped__()
