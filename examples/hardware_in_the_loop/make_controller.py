@@ -43,6 +43,7 @@ def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
     robot, settings = experiment.robot, experiment.controller
     n, tasks = len(robot.coordinates), settings.tasks
     arrays: dict[str, ArrayLike] = {
+        "law.law": float(max(laws().computed_torque_law(settings.type.encode()), 0)),
         "law.kp": settings.kp,
         "law.kd": settings.kd,
         "law.f_min": [muscle.f_min for muscle in robot.muscles],
@@ -63,6 +64,7 @@ def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
         "law.H_q": tasks.acceleration_weights,
         "law.H_r": tasks.force_rate_weights,
         "law.W": tasks.task_weights,
+        "law.priority": tasks.priorities,
         "law.posture_kp": rest if posture is None else np.broadcast_to(posture.kp, n),
         "law.posture_kd": rest if posture is None else np.broadcast_to(posture.kd, n),
         "law.q0": rest if posture is None else posture.q0,
@@ -177,8 +179,8 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c knows no friction of cables")
     if experiment.robot.motors:
         raise InputError("controller.c commands muscles, not motors at joints")
-    if experiment.controller.norm in (1.0, np.inf):
-        raise InputError("controller.c solves no linear programmes: make controller.norm 2 to 8")
+    if experiment.controller.own_law is not None:
+        raise InputError("controller.c runs no Python: make controller.type a law of the package")
     if any(frame.is_orientation for frame in frames):
         raise InputError("controller.c follows points, not orientations")
     if not experiment.hardware.has_positions:

@@ -49,6 +49,14 @@ static void tasks(void *self, const real *q, const real *qd, const real *positio
     }
 }
 
+static void gravity(void *self, const real *q, real *G)
+{
+    (void)self;
+    core_move(robot, q);
+    core_gravity(robot);
+    memcpy(G, part("gravity"), COORDINATES * sizeof(real));
+}
+
 /* law.<name> or loop.<name> */
 static real *setting(const char *name)
 {
@@ -59,7 +67,7 @@ static real *setting(const char *name)
 
 static int open_law(void)
 {
-    const control_robot asked = {NULL, terms, tasks, NULL, NULL, NULL};
+    const control_robot asked = {NULL, terms, tasks, NULL, NULL, gravity};
     if (core_size(BLOB, sizeof BLOB, NULL, 0) > sizeof robot_memory ||
         control_loop_size(COORDINATES, MUSCLES, TASKS) > sizeof loop_memory)
         return 0;

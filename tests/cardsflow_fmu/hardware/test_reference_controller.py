@@ -42,6 +42,12 @@ SANITIZED = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 COMMON = ["-O1", "-ffp-contract=off", "-DCARDSFLOW_INSIDE"]
 SINGLE = ["-DCARDSFLOW_FLOAT", "-fsingle-precision-constant"]
 SHORT = {"run.duration": 0.1}
+SOFT_LYAPUNOV = {
+    "controller.type": "lyapunov",
+    "controller.kp": 20.0,
+    "controller.kd": 2.0,
+    "controller.norm": 1,
+}
 KEY = b"a pre-shared key of some length"
 TIMEOUT = 300
 
@@ -209,14 +215,16 @@ def test_a_law_of_single_precision_does_nearly_the_same(
     np.testing.assert_allclose(found[:, 1 + n :].T, f, rtol=0, atol=1e-4 * f.max())
 
 
-@pytest.mark.cases(2)
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("with_key", [False, True])
 @pytest.mark.parametrize(
     ("folder", "settings"),
     [
         (PLANAR_2R, SHORT),
         (PLANAR_2R, SHORT | {"controller.ki": 500.0, "controller.delay": 1}),
+        (PLANAR_2R, SHORT | SOFT_LYAPUNOV),
         (ARM, SHORT | {"run.step": 0.005, "run.duration": 0.25}),
+        (ARM, SHORT | {"run.step": 0.005, "controller.priorities": [2, 1, 1]}),
     ],
 )
 def test_in_lock_step_it_does_what_the_experiments_controller_does(
