@@ -154,6 +154,7 @@ def test_a_bag_of_a_run_has_its_results(ros: Environment, tmp_path: Path) -> Non
     assert (np.diff(clock) > 0.0).all()
     assert set(stamps) <= set(clock)
     assert SLOW_ENOUGH - 0.1 < clock[-1] <= SLOW_ENOUGH
+    assert seen["clock"] == pytest.approx(clock[-1], abs=1e-6)  # by use_sim_time
 
 
 @contextmanager

@@ -95,7 +95,8 @@ def parameter(name: str, value: Any) -> Any:
 
 def listen(name: str, folder: Path, wanted: list[str]) -> dict[str, Any]:
     rclpy.init()
-    node = rclpy.create_node("listener")
+    own_clock = Parameter("use_sim_time", value=True)
+    node = rclpy.create_node("listener", parameter_overrides=[own_clock])
     recorder, ended = Recorder(node), threading.Event()
     threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).start()
     print("up", flush=True)
@@ -110,12 +111,14 @@ def listen(name: str, folder: Path, wanted: list[str]) -> dict[str, Any]:
         if wanted and not parameters and name in nodes:
             parameters = parameters_of(node, name, wanted)
     recorder.write(folder)
+    now = node.get_clock().now().nanoseconds * 1e-9
     node.destroy_node()
     return {
         "nodes": sorted(nodes),
         "topics": recorder.topics,
         "latched": recorder.latched,
         "parameters": parameters,
+        "clock": now,
     }
 
 
