@@ -18,7 +18,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r, with_coordinat
 from support.ways import WAYS
 
 from addin_sdfusion.robot import Inertia, InputError, read_robot, revolute, write_sdf
-from addin_sdfusion.robot.writers.mujoco.model import write_mjcf
+from addin_sdfusion.robot.formats.mjcf.write import write_mjcf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.hardware.protocol.signals import hardware_signature

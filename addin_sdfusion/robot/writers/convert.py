@@ -17,6 +17,8 @@ from ..formats.cardsflow.write import cardsflow_losses, write_cardsflow_xml
 from ..formats.caspr.losses import losses as caspr_losses
 from ..formats.caspr.losses import trajectory_losses
 from ..formats.caspr.write import write_caspr
+from ..formats.mjcf.write import mjcf_losses, write_mjcf
+from ..formats.mjcf.write_meshes import opens_mesh
 from ..formats.opensim.write import osim_losses, write_osim
 from ..formats.sdf.write import sdf_losses, write_sdf
 from ..formats.urdf.write import urdf_losses, write_urdf
@@ -27,8 +29,6 @@ from ..model.robot import WORLD, Robot
 from ..model.trajectory import Trajectory
 from ..transforms.joint_chains import Names
 from ..transforms.simplify import align_frames, merge_fixed_joints
-from .mujoco.meshes import opens_mesh
-from .mujoco.model import mjcf_losses, write_mjcf
 
 _ROBOTS = ("_bodies.xml", ".sdf", ".urdf", ".osim")
 """Ends of names by which a folder is known to hold a robot."""

@@ -15,9 +15,9 @@ from support.robots.one_link import one_link
 from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError, write_sdf
+from addin_sdfusion.robot.formats.mjcf.write import write_mjcf
 from addin_sdfusion.robot.mesh_files import OUTSIDE
 from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.writers.mujoco.model import write_mjcf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.carried_files import require_closed, robot_files, robot_folder
 from cardsflow_fmu.experiment.writer import experiment_resources

@@ -10,8 +10,8 @@ import pytest
 from support.robots.wrapped import single_wraps
 
 from addin_sdfusion.robot import WrapSurface
+from addin_sdfusion.robot.formats.mjcf.write import write_mjcf
 from addin_sdfusion.robot.model.rotations import apply, inverse
-from addin_sdfusion.robot.writers.mujoco.model import write_mjcf
 from sim_dart import MusclePaths
 
 pytestmark = pytest.mark.native

@@ -32,7 +32,7 @@ from addin_sdfusion.robot import (
     read_robot,
     revolute,
 )
-from addin_sdfusion.robot.writers.mujoco.model import mjcf_losses, write_mjcf
+from addin_sdfusion.robot.formats.mjcf.write import mjcf_losses, write_mjcf
 from sim_dart import DartDynamics, Plant
 
 

@@ -8,10 +8,10 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
-from ...formats.writing.xml_text import element, numbers
 from ...model.robot import Robot
 from ...transforms.joint_chains import Names
-from .bodies import placement
+from ..writing.xml_text import element, numbers
+from .write_bodies import placement
 
 GROUPS = {"visual": "2", "collision": "4"}
 APART = {"contype": "0", "conaffinity": "0"}

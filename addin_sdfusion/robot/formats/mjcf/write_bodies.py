@@ -15,14 +15,14 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import error
-from ...formats.writing.xml_text import element, numbers
 from ...model.function import ITSELF, linear
 from ...model.joint import Coordinate, Joint, Motion
 from ...model.pose import Pose
 from ...model.robot import WORLD, Inertia, Robot
 from ...model.rotations import compose, inverse, normalized, rotate, rotation
 from ...transforms.joint_chains import Names, fixed_pose
-from .inertia import mjcf_inertia
+from ..writing.xml_text import element, numbers
+from .write_inertia import mjcf_inertia
 
 MOST_NESTED = 480
 """MuJoCo's XML reader takes 500 elements inside each other."""

@@ -1,4 +1,4 @@
-"""Stops, held coordinates and Coulomb friction in MJCF: constraints as hard as MuJoCo has them.
+"""Stops, holds, friction and loops in MJCF: constraints as hard as MuJoCo has them.
 
 MuJoCo's constraints are springs with a damper, whose force it mixes with what would happen without
 (https://mujoco.readthedocs.io/en/stable/modeling.html#solver-parameters). With the largest share,
@@ -14,10 +14,11 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import error, warning
-from ...formats.writing.xml_text import element, numbers
 from ...model.function import Function, Polynomial, taylor
 from ...model.robot import Robot
-from .bodies import coordinate_order, movers
+from ...transforms.joint_chains import Names
+from ..writing.xml_text import element, numbers
+from .write_bodies import coordinate_order, movers, placement
 
 STEP = 1e-3
 """In [s]: that of this project's plants. A joint passes a stop by what it moves in one."""
@@ -32,6 +33,8 @@ FULL = numbers((0.9999, 0.9999, 1e-3, 0.5, 2.0))
 QUARTIC = "MuJoCo couples a joint to one other, by a polynomial of degree 4 at most"
 NO_SLIP = {"noslip_iterations": "30", "noslip_tolerance": "1e-12"}
 """What takes from friction most of its softness: MuJoCo's own rest of it is 1e-6 rad/s."""
+EQUALITIES = {"ball": "connect", "fixed": "weld"}
+"""MuJoCo's equality of each type of loop joint that it has."""
 
 
 def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
@@ -123,3 +126,32 @@ def _follow(
 
 def _rubbing(robot: Robot) -> bool:
     return any(c.friction for c in robot.coordinates)
+
+
+def add_loops(
+    robot: Robot, root: ElementTree.Element, bodies: Mapping[str, ElementTree.Element], sites: Names
+) -> None:
+    """Add an equality for each loop joint that MuJoCo has, between two sites of its own.
+
+    Args:
+        robot: The robot.
+        root: Where to.
+        bodies: The body of each link.
+        sites: The names of sites.
+    """
+    held = [loop for loop in robot.loops if loop.type in EQUALITIES]
+    equalities = element(root, "equality") if held else root
+    for loop in held:
+        ends = (loop.parent, loop.T_parent_joint), (loop.child, loop.T_child_joint)
+        names = [sites.give(f"{loop.name}:{k}") for k in (1, 2)]
+        for name, (link, T) in zip(names, ends, strict=True):
+            element(bodies[link], "site", None, name=name, **placement(T))
+        words = dict(zip(("site1", "site2"), names, strict=True))
+        element(equalities, EQUALITIES[loop.type], None, name=loop.name, **words)
+
+
+def loop_losses(robot: Robot) -> Iterator[Finding]:
+    """How far MuJoCo's loops give way."""
+    if any(loop.type in EQUALITIES for loop in robot.loops):
+        problem = "MuJoCo's loops give way: its equalities of bodies are springs with a damper"
+        yield warning(Subject("robot", robot.name), "soft-loops", problem)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ...formats.writing.xml_text import numbers
 from ...model.muscle import Muscle
 from ...model.tension_laws import law_parameters
+from ..writing.xml_text import numbers
 
 MUSCLE = "mujoco_muscle"
 SPRING = "tendon_spring"

@@ -20,7 +20,10 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
-from ...formats.writing.common_losses import (
+from ...model.coupling import all_values
+from ...model.robot import WORLD, Robot
+from ...transforms.joint_chains import Names
+from ..writing.common_losses import (
     cables,
     coordinate_forces,
     ellipsoids,
@@ -34,20 +37,23 @@ from ...formats.writing.common_losses import (
     task_axes,
     with_markers,
 )
-from ...formats.writing.file_names import write_document
-from ...formats.writing.plain_paths import with_plain_paths
-from ...formats.writing.wrap_ends import ends_inside
-from ...formats.writing.xml_text import document, element, numbers
-from ...model.coupling import all_values
-from ...model.robot import WORLD, Robot
-from ...transforms.joint_chains import Names
-from .bodies import add_body, coordinate_order, depth_losses
-from .constraints import add_constraints, constraint_losses, driven_losses
-from .inertia import inertia_losses
-from .loops import EQUALITIES, add_loops, loop_losses
-from .meshes import add_meshes, add_shapes, mesh_losses
-from .muscles import LAWS, MUSCLE, SPRING, muscle_words
-from .tendons import RULE, add_tendons, add_wrap_geoms, wrap_losses
+from ..writing.file_names import write_document
+from ..writing.plain_paths import with_plain_paths
+from ..writing.wrap_ends import ends_inside
+from ..writing.xml_text import document, element, numbers
+from .write_bodies import add_body, coordinate_order, depth_losses
+from .write_constraints import (
+    EQUALITIES,
+    add_constraints,
+    add_loops,
+    constraint_losses,
+    driven_losses,
+    loop_losses,
+)
+from .write_inertia import inertia_losses
+from .write_meshes import add_meshes, add_shapes, mesh_losses
+from .write_muscles import LAWS, MUSCLE, SPRING, muscle_words
+from .write_tendons import RULE, add_tendons, add_wrap_geoms, wrap_losses
 
 HELD = ("branches", "terms")
 """What MuJoCo's tendons can depend on."""

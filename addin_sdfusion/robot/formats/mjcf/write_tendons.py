@@ -8,14 +8,14 @@ from xml.etree import ElementTree
 
 from ...finding import Finding, Subject
 from ...finding_builders import warning
-from ...formats.writing.wrap_side import side_direction
-from ...formats.writing.xml_text import element, numbers
 from ...model.muscle import Muscle, Wrap, WrapSurface
 from ...model.robot import Robot
 from ...model.rotations import apply
 from ...transforms.joint_chains import Names
-from .bodies import placement
-from .muscles import SPRING, spring_words
+from ..writing.wrap_side import side_direction
+from ..writing.xml_text import element, numbers
+from .write_bodies import placement
+from .write_muscles import SPRING, spring_words
 
 DRAWN_LENGTH = 20.0
 """Length at which a cylinder without ends is drawn, as a multiple of its radius."""
