@@ -12,7 +12,7 @@ from addin_sdfusion.robot import InputError, Robot, check
 from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
-from cardsflow_fmu.signals.roles import ESTIMATOR, ROLES, SENSORS
+from cardsflow_fmu.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
 from cardsflow_fmu.utils.key_file import key_warning
 from sim_dart.muscles.friction import rubs
 
@@ -94,6 +94,10 @@ class Experiment:
         if self.estimator is None:
             return ROLES
         return (*ROLES, ESTIMATOR) if self.hardware.use else (*ROLES, SENSORS, ESTIMATOR)
+
+    def model_of(self, role: str) -> str:
+        """Name of the model in a role: the hardware's in that of the plant, where it is used."""
+        return HARDWARE if role == "plant" and self.hardware.use else role
 
     @property
     def columns(self) -> tuple[str, ...]:

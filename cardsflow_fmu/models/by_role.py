@@ -34,15 +34,21 @@ def model_class(name: str) -> type[ExperimentModel]:
     return C_MODELS[name]
 
 
-def native_model(
-    experiment: Experiment, model: str, instead: str = "build it without --compute c"
-) -> NativeModel:
-    """The native model of an experiment; arguments as of `require_in_c`.
+def model_in_c(experiment: Experiment, model: str, native: bool | None) -> NativeModel | None:
+    """The native model of an experiment; None where a Python process hosts it.
+
+    Args:
+        experiment: The experiment.
+        model: Name of the model.
+        native: Whether it computes in C: when None, if it can.
 
     Raises:
-        InputError: It needs Python or DART, or it is wrong.
+        InputError: It is to compute in C and needs Python or DART, or it is wrong.
     """
-    require_in_c(experiment, model, instead)
+    if native is False or (native is None and missing_in_c(experiment, model) is not None):
+        return None
+    if native:
+        require_in_c(experiment, model, "build it without --compute c")
     return NativeModel(C_MODELS[model].file(experiment), has_derivatives=model == "plant")
 
 

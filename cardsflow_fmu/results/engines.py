@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
 from cardsflow_fmu.experiment.settings.own_law import OwnLaw
 from cardsflow_fmu.models.by_role import missing_in_c
-from cardsflow_fmu.models.native_loop import missing_in_loop, runs_in_c
+from cardsflow_fmu.models.native_loop import missing_in_loop
 from cardsflow_fmu.runtime.model_file import NATIVE_FILE
 from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import entry_bytes, opened_archive
@@ -18,16 +19,26 @@ from cardsflow_fmu.utils.archive import entry_bytes, opened_archive
 OVER_FMUS = "Python, over FMUs"
 
 
-def master(experiment: Experiment) -> str:
-    """What steps the participants."""
-    if experiment.run.coupling == "fmu":
-        return OVER_FMUS
-    return "C" if runs_in_c(experiment) else "Python, over objects"
+def engine_summary(experiment: Experiment) -> dict[str, Any]:
+    """Who computes: engines of plant and controller, what is not in C, what steps them."""
+    run = experiment.run
+    missing: dict[str, str] = {}
+    master = OVER_FMUS if run.coupling == "fmu" else "Python, over objects"
+    if run.compute == "c" and run.coupling == "fmu":
+        missing = why_python(experiment)
+    elif run.compute == "c":
+        lacking = missing_in_loop(experiment)
+        missing, master = ({"loop": lacking}, master) if lacking else ({}, "C")
+    return {
+        "engine": _engines(experiment, missing, master),
+        "not_in_c": missing,
+        "master": master,
+    }
 
 
-def engines(experiment: Experiment) -> dict[str, str]:
+def _engines(experiment: Experiment, missing: Mapping[str, str], master: str) -> dict[str, str]:
     """Engines of plant and controller."""
-    if runs_in_c(experiment):
+    if master == "C":
         return {"plant": "native", "controller": "native"}
     from sim_dart.plant.settings import chosen_engine
 
@@ -35,20 +46,10 @@ def engines(experiment: Experiment) -> dict[str, str]:
     controller = "dart" if experiment.controller.engine == "dart" else "core"
     found = {"plant": str(plant), "controller": controller}
     if (experiment.run.compute, experiment.run.coupling) == ("c", "fmu"):
-        found |= dict.fromkeys(found.keys() - why_python(experiment).keys(), "native")
+        found |= dict.fromkeys(found.keys() - missing.keys(), "native")
     if experiment.hardware.use:
         found["plant"] = HARDWARE
     return found | {role: fmu.file.name for role, fmu in experiment.fmus.items() if role in found}
-
-
-def not_in_c(experiment: Experiment) -> dict[str, str]:
-    """What of a run is in Python although C is to compute, with what C does not have of it."""
-    if experiment.run.compute == "python":
-        return {}
-    if experiment.run.coupling == "fmu":
-        return why_python(experiment)
-    missing = missing_in_loop(experiment)
-    return {} if missing is None else {"loop": missing}
 
 
 def why_python(experiment: Experiment) -> dict[str, str]:

@@ -28,7 +28,7 @@ from cardsflow_fmu.signals.world import FRICTION_ERROR, FRICTION_NOT_CONVERGED
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
-from .engines import OVER_FMUS, engines, master, not_in_c
+from .engines import OVER_FMUS, engine_summary
 from .estimation import estimation
 from .verdict import problems
 
@@ -81,9 +81,7 @@ def summarize(
         "scheme": experiment.stepping.scheme,
         "step": experiment.run.step,
         "control_period": experiment.controller.period,
-        "engine": engines(experiment),
-        "not_in_c": not_in_c(experiment),
-        "master": master(experiment),
+        **engine_summary(experiment),
         **(
             signals := _contacts(experiment, columns)
             | estimation(experiment, columns, observed)

@@ -14,7 +14,7 @@ from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
-from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c, model_class, native_model
+from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c, model_class, model_in_c
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
 from cardsflow_fmu.signals.muscles import modelled_muscles
 from cardsflow_fmu.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
@@ -29,11 +29,6 @@ SYSTEM_FILE = "system.ssp"
 
 Libraries = Mapping[bool, Mapping[str, Path] | None]
 """C libraries of FMUs by platform, of native and Python ones; this platform's own when None."""
-
-
-def model_name(role: str, experiment: Experiment) -> str:
-    """Name of the model in a role: the hardware's in that of the plant, where it is used."""
-    return HARDWARE if role == "plant" and experiment.hardware.use else role
 
 
 @refuse_arguments(native="give compute='c' for True, 'python' for False")
@@ -136,7 +131,9 @@ def build_fmus(
     sources: bool = True,
 ) -> dict[str, Path]:
     """All FMUs but external ones, by the name of the model, in a folder that exists."""
-    kinds = {name: native_or_not(experiment, name, native) for name in names}
+    names = [name for name in names if name not in experiment.fmus]
+    in_c = {name: model_in_c(experiment, name, native) for name in names}
+    resources = experiment_resources(experiment)
     period = experiment.controller.period
     steps = {"controller": period}
     internal = {
@@ -150,19 +147,20 @@ def build_fmus(
             model_class=model_class(name),
             model_name=name,
             ports=model_class(name).table(experiment),
-            resources=experiment_resources(experiment, with_hardware=name == HARDWARE),
+            resources=experiment_resources(experiment, with_hardware=True)
+            if name == HARDWARE
+            else resources,
             step=steps.get(name, experiment.run.step),
             stop_time=experiment.run.duration,
             internal_step=internal.get(name),
             fmi=fmi,
             arrays=arrays,
-            libraries=(libraries or {}).get(kinds[name]),
-            native=native_model(experiment, name) if kinds[name] else None,
+            libraries=(libraries or {}).get(in_c[name] is not None),
+            native=in_c[name],
             dependencies=model_class(name).dependencies(experiment),
             sources=sources,
         )
         for name in names
-        if name not in experiment.fmus
     }
 
 

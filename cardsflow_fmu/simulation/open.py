@@ -33,7 +33,7 @@ from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.temporary import temporary_folder
 
-from .build import build_fmus, model_name
+from .build import build_fmus
 from .result import Result
 
 if TYPE_CHECKING:
@@ -149,7 +149,8 @@ def open_experiment(
                 stack.callback(participant.close)
                 participants[role] = _adapted(driven, role, participant)
             loop = _master(driven, participants)
-        yield OpenExperiment(driven, loop, contents, streamed, observed_poses(driven))
+        observed = {} if driven.estimator is None else observed_poses(driven)
+        yield OpenExperiment(driven, loop, contents, streamed, observed)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # as in a run
@@ -188,12 +189,15 @@ def _built(
     experiment: Experiment, driven: Experiment, folder: Path, fmi: FmiVersion, arrays: bool
 ) -> dict[str, PreparedFmu]:
     """Build the FMUs of an experiment that may have been made to begin elsewhere."""
-    names = [model_name(role, experiment) for role in experiment.roles]
+    names = [experiment.model_of(role) for role in experiment.roles]
+    native = None if experiment.run.compute == "c" else False
     files: dict[str, Path] = {}
-    for name in names:  # the controller is the same wherever the robot begins
-        of = experiment if name == "controller" else driven
-        native = None if of.run.compute == "c" else False
-        files |= build_fmus(of, folder, [name], fmi, arrays, native=native, sources=False)
+    if driven is not experiment:  # the controller is the same wherever the robot begins
+        names.remove("controller")
+        files |= build_fmus(
+            experiment, folder, ["controller"], fmi, arrays, native=native, sources=False
+        )
+    files |= build_fmus(driven, folder, names, fmi, arrays, native=native, sources=False)
     return {name: PreparedFmu(file, folder / f"unpacked_{name}") for name, file in files.items()}
 
 
@@ -216,7 +220,7 @@ def _started(
     connection: Connection | None,
 ) -> Participant:
     """Start an FMU where there is one, else the model itself."""
-    name = model_name(role, experiment)
+    name = experiment.model_of(role)
     if (external := experiment.fmus.get(name)) is not None:
         unpacked = aside / f"external_{name}"
         return FmuInstance(role, external.file, unpacked, external.parameters)
@@ -231,7 +235,7 @@ def _started(
 
 def _idle(experiment: Experiment, role: str, aside: Path) -> Participant:
     """The same, but of what is not ours its inputs and outputs alone."""
-    name = model_name(role, experiment)
+    name = experiment.model_of(role)
     if (external := experiment.fmus.get(name)) is not None:
         unpacked = aside / f"external_{name}"
         return DescribedFmu(role, external.file, unpacked, external.parameters)
@@ -243,7 +247,7 @@ def _idle(experiment: Experiment, role: str, aside: Path) -> Participant:
 
 def _adapted(experiment: Experiment, role: str, participant: Participant) -> Participant:
     """The participant under the experiment's names and units, where it is an external FMU."""
-    name = model_name(role, experiment)
+    name = experiment.model_of(role)
     external = experiment.fmus.get(name)
     if external is None:
         return participant

@@ -13,7 +13,7 @@ from pathlib import Path
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.models.by_role import model_class
-from cardsflow_fmu.simulation.build import build, model_name
+from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.simulation.open import PreparedFmu
 from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.temporary import TemporaryFolder
@@ -55,7 +55,7 @@ def prepared_fmus(base: Experiment, experiment: Experiment, shared: Path) -> dic
 
 def _names(experiment: Experiment) -> list[str]:
     """Of the FMUs that a run is made of, without external ones."""
-    names = (model_name(role, experiment) for role in experiment.roles)
+    names = (experiment.model_of(role) for role in experiment.roles)
     return [name for name in names if name not in experiment.fmus]
 
 
