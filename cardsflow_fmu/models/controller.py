@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot import InputError, Robot, SimulationError
+from addin_sdfusion.robot.model.tension_laws import states_of
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.controller import ControllerSettings
 from cardsflow_fmu.signals.dependencies import Dependencies, controller_dependencies
@@ -13,18 +14,20 @@ from cardsflow_fmu.signals.groups import Groups
 from cardsflow_fmu.signals.muscles import driven_muscles, modelled_muscles, state_order
 from cardsflow_fmu.signals.ports import controller_groups
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers.qp.solver import DEFAULT_SOLVER
 from sim_dart import compile_blob
 from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.plant.settings import python_laws
 
-from .c_model import CModel, Opened
+from .c_model import CModel
 from .native.binding import native_library
 from .native.fields import Counts, Fields, encode
+from .native.opened_model import OpenedModel
 from .plant import motors
-from .python.muscle_control import late_periods
-from .python.python_controller import PythonController
+from .python_law import PythonParts, law_in_python
 from .start_commands import start
+
+LATE_PERIODS = 4
+"""Horizon where a muscle has several states, in periods, unless an experiment has another."""
 
 
 class ControllerModel(CModel):
@@ -39,12 +42,55 @@ class ControllerModel(CModel):
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
-        self.steady_outputs = self.indices("report")
+        self.steady_outputs, self._valid = self.indices("report"), self.views["valid"]
 
-    def _open(self, experiment: Experiment) -> Opened:
-        if self.missing(experiment) is None:
-            return self._opened_in_c(experiment)
-        return PythonController(experiment, self.views, self.parameters)
+    def _open(self, experiment: Experiment) -> OpenedModel:
+        opened = self._opened_in_c(experiment)
+        self._python: PythonParts | None = None
+        if self.missing(experiment) is not None:
+            self._python = PythonParts(experiment, opened)
+        return opened
+
+    def initialize(self, t: float = 0.0) -> None:
+        """Take over gains and bounds.
+
+        Until the first tick, every ideal cable holds its f_min, and motors give no torque; muscles
+        with laws hold the robot.
+        """
+        super().initialize(t)
+        if self._python is not None:
+            self._python.reset()
+
+    def step(self, t: float, h: float) -> None:
+        """A tick with the inputs at t; a step of several periods is a tick of a longer one."""
+        python = self._python
+        if python is None:
+            self.opened.step(t, h)
+            return
+        try:
+            self.opened.step(t, h)
+        except SimulationError:
+            python.check()
+            raise
+        python.check()
+        if self._valid.size and not self._valid[0]:
+            python.reset()
+
+    def get_state(self) -> bytes:
+        """The memory of the controller, and of a law in Python behind it."""
+        state = super().get_state()
+        return state if self._python is None else state + self._python.get_state()
+
+    def set_state(self, state: bytes) -> None:
+        """Go back to a state from `get_state`."""
+        if self._python is None:
+            super().set_state(state)
+            return
+        end = len(super().get_state())
+        if len(state) != end + len(self._python.get_state()):
+            raise InputError(f"a state of this controller does not have {len(state)} bytes")
+        super().set_state(state[:end])
+        self._python.set_state(state[end:])
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:
@@ -77,16 +123,7 @@ class ControllerModel(CModel):
     @classmethod
     def missing(cls, experiment: Experiment) -> str | None:
         """What the experiment needs and C does not have, in words; None where it has all."""
-        controller = experiment.controller
-        if controller.engine == "dart":
-            return 'the engine "dart"'
-        if (laws := python_laws(experiment.robot)) is not None:
-            return laws
-        if controller.own_law is not None:
-            return f"the law {controller.type!r}, which is in Python"
-        if controller.solver != DEFAULT_SOLVER:
-            return f"the QP solver {controller.solver!r}"
-        return None
+        return law_in_python(experiment) or python_laws(experiment.robot)
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
@@ -147,9 +184,14 @@ def _task_fields(robot: Robot, controller: ControllerSettings) -> Fields:
 
 
 def _law(controller: ControllerSettings) -> int:
-    """The number of a law in joint space; in operational space there is one."""
-    if controller.tasks is not None:
+    """The number of a law in joint space; 0 in operational space and for custom laws."""
+    if controller.tasks is not None or controller.own_law is not None:
         return 0
     number: int = native_library().native_model_law(str(controller.type).encode())
     assert number >= 0, controller.type
     return number
+
+
+def late_periods(robot: Robot) -> int:
+    """The horizon of a robot's muscles in periods, unless an experiment has another."""
+    return LATE_PERIODS if any(len(states_of(m.model)) > 1 for m in robot.muscles) else 1

@@ -12,8 +12,8 @@ from sim_dart.estimation.estimator import PoseEstimator
 from sim_dart.estimation.unit_places import unit_places
 
 from .c_model import CModel
-from .estimation_places import estimator_settings, places
 from .native.fields import Fields, encode
+from .sensors import estimator_settings, places
 
 _ARRAYS = """
 length_noise encoder_noise gyroscope_noise accelerometer_noise compliance slack gate

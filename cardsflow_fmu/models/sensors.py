@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.experiment.settings.estimator import EstimatorTable
 from cardsflow_fmu.signals.dependencies import Dependencies, sampled_dependencies
-from cardsflow_fmu.signals.estimation import sensor_groups
+from cardsflow_fmu.signals.estimation import measured_muscles, sensor_groups
 from cardsflow_fmu.signals.groups import Groups
 from sim_dart import compile_blob
 from sim_dart.estimation.estimated_robot import cable_compliances, estimated_robot
 from sim_dart.estimation.unit_places import unit_places
 
 from .c_model import CModel
-from .estimation_places import estimator_settings, places
 from .native.fields import Fields, encode
 
 
@@ -52,3 +53,24 @@ class SensorsModel(CModel):
         counts = {"units": i, "channels": 2 * m + 2 * n + 6 * i, "muscles": m}
         blob = compile_blob(estimated_robot(robot))
         return encode("sensors", blob, cls.groups(experiment), counts, fields)
+
+
+def estimator_settings(experiment: Experiment) -> EstimatorTable:
+    """[estimator] of an experiment.
+
+    Raises:
+        InputError: There is none.
+    """
+    if experiment.estimator is None:
+        raise InputError("there is no [estimator] in the experiment", key="estimator")
+    return experiment.estimator
+
+
+def places(experiment: Experiment) -> Fields:
+    """The muscle of each length and tension, and the coordinates of torques and encoders."""
+    robot = experiment.robot
+    return {
+        "measured": measured_muscles(robot),
+        "motors": [j for j, coordinate in enumerate(robot.coordinates) if coordinate.actuated],
+        "encoded": estimator_settings(experiment).encoded,
+    }

@@ -34,6 +34,8 @@ def native_library() -> ctypes.CDLL:
             [pointer, double, double, size, pointer, size, *[pointer] * 3],
             count,
         ),
+        "native_model_use": ([pointer, pointer, pointer], count),
+        "native_model_array": ([pointer, text, pointer], ctypes.POINTER(double)),
         "native_model_message": ([pointer], text),
         "native_loop_open": ([count, pointer], pointer),
         "native_loop_close": ([pointer], None),

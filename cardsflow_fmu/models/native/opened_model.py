@@ -107,6 +107,20 @@ class OpenedModel:
             raise InputError(self.message)
         return answers
 
+    def use(self, law: ctypes.Structure, muscles: ctypes.Structure) -> None:
+        """Have a controller call Python; both must outlive it."""
+        refused = self._library.native_model_use(
+            self.handle, ctypes.addressof(law), ctypes.addressof(muscles)
+        )
+        assert not refused
+
+    def array(self, name: str) -> FloatArray:
+        """A view of an array of a controller's law, or of its core."""
+        length = ctypes.c_size_t()
+        found = self._library.native_model_array(self.handle, name.encode(), ctypes.byref(length))
+        assert found, name
+        return np.ctypeslib.as_array(found, (length.value,))
+
     @property
     def message(self) -> str:
         """What was wrong last."""

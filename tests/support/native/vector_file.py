@@ -29,7 +29,7 @@ from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import Robot, TaskFrame, TaskSet
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.models.python.python_controller import control_law
+from cardsflow_fmu.models.python_law import control_law
 from cardsflow_fmu.models.reference import make_reference
 from controllers import ControlLoop
 from sim_dart import DartDynamics, Plant, compile_blob

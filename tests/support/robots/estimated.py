@@ -9,7 +9,7 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.models.python.python_controller import control_law
+from cardsflow_fmu.models.python_law import control_law
 from cardsflow_fmu.models.reference import make_reference
 from controllers import ControlLoop
 from sim_dart import CoreDynamics, Plant, compile_blob

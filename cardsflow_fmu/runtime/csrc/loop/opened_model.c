@@ -1,6 +1,5 @@
 #include "opened_model.h"
 
-#include "../../../../controllers/csrc/laws/computed_torque.h"
 #include "../native/layout.h"
 #include "../native/open.h"
 
@@ -98,6 +97,16 @@ int native_model_derivative(struct opened_model *opened, double t, double h, siz
         return model->functions->derivative(model, &request);
     text_set(&model->error, "this model has no directional derivatives");
     return 1;
+}
+
+int native_model_use(struct opened_model *opened, const control_law *law, const struct muscle_functions *muscles)
+{
+    return native_controller_use(&opened->model, law, muscles);
+}
+
+double *native_model_array(struct opened_model *opened, const char *name, size_t *length)
+{
+    return native_controller_array(&opened->model, name, length);
 }
 
 const char *native_model_message(const struct opened_model *opened)

@@ -6,6 +6,7 @@
 
 #include "../model/model.h"
 #include "../model/port_table.h"
+#include "../native/controller/controller.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -46,6 +47,11 @@ NATIVE_API int native_model_set_state(struct opened_model *opened, const void *b
 NATIVE_API int native_model_derivative(struct opened_model *opened, double t, double h, size_t unknown_count,
                                        const uint32_t *unknowns, size_t known_count, const uint32_t *knowns,
                                        const double *seeds, double *answers);
+
+/* What Python does for a controller: see native/controller/controller.h. */
+NATIVE_API int native_model_use(struct opened_model *opened, const control_law *law,
+                                const struct muscle_functions *muscles);
+NATIVE_API double *native_model_array(struct opened_model *opened, const char *name, size_t *length);
 
 /* What was wrong last. */
 NATIVE_API const char *native_model_message(const struct opened_model *opened);

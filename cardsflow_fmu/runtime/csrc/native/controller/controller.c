@@ -392,3 +392,29 @@ int native_controller_open(struct model *model, struct native_model *native, str
     model->functions = &FUNCTIONS;
     return 0;
 }
+
+static struct controller *controller_in(struct model *model)
+{
+    const struct native_model *native = model->backend;
+    return model->functions == &FUNCTIONS ? native->own : NULL;
+}
+
+int native_controller_use(struct model *model, const control_law *law, const struct muscle_functions *muscles)
+{
+    struct controller *c = controller_in(model);
+    if (!c)
+        return 1;
+    control_loop_set_law(c->loop, law);
+    c->muscles.outside = *muscles;
+    return 0;
+}
+
+double *native_controller_array(struct model *model, const char *name, size_t *length)
+{
+    const struct native_model *native = model->backend;
+    struct controller *c = controller_in(model);
+    if (!c)
+        return NULL;
+    double *found = computed_torque_array(c->law, name, length);
+    return found ? found : core_array(native->robot.core, name, length);
+}

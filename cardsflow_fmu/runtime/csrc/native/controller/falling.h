@@ -1,4 +1,5 @@
-/* Commands of a native controller whose state may get lost; see cardsflow_fmu/models/command_ramp.py. */
+/* Commands of a native controller whose state may get lost: f = f_rest + s (f_law - f_rest). While it is lost,
+ * f_law stays the last one and s falls from 1 to 0 within ramp_down; once it is back, s rises within ramp_in. */
 #ifndef NATIVE_FALLING_H
 #define NATIVE_FALLING_H
 

@@ -11,7 +11,7 @@ int native_muscles_open(struct native_muscles *muscles, const struct native_robo
     const size_t m = muscles->m = robot->m;
     muscles->settings = settings;
     muscles->are_modelled = settings->of.modelled.count != 0;
-    muscles->memory = calloc(6 * m + 1, sizeof *muscles->memory);
+    muscles->memory = calloc(7 * m + 1, sizeof *muscles->memory);
     if (!muscles->memory)
         return 1;
     muscles->commands = muscles->memory;
@@ -21,6 +21,7 @@ int native_muscles_open(struct native_muscles *muscles, const struct native_robo
     muscles->passive_push = muscles->applied + m;
     muscles->least = muscles->passive_push + m;
     muscles->most = muscles->least + m;
+    muscles->inner = muscles->most + m;
     return 0;
 }
 
@@ -53,6 +54,15 @@ static void go(const struct native_robot *robot, const double *q, const double *
     core_rates(robot->core, qd);
 }
 
+/* The tensions with the commands that are held, at the core's last rates. */
+static void drive(struct native_muscles *muscles, const struct native_robot *robot, const double *qd)
+{
+    memcpy(muscles->inner, muscles->commands, muscles->m * sizeof(double));
+    if (muscles->outside.forces)
+        muscles->outside.forces(muscles->outside.self, muscles->commands, muscles->inner);
+    core_drive(robot->core, qd, muscles->inner);
+}
+
 void native_muscles_set_state(struct native_muscles *muscles, const struct native_robot *robot, const double *q,
                         const double *qd, const double *states, const double *f_min, const double *f_max,
                         double period)
@@ -61,10 +71,12 @@ void native_muscles_set_state(struct native_muscles *muscles, const struct nativ
     go(robot, q, qd);
     for (size_t i = 0; i < muscles->settings->of.states.count; i++)
         robot->states[muscles->settings->state_order[i]] = states[i];
-    core_drive(robot->core, qd, muscles->commands);
+    drive(muscles, robot, qd);
     for (size_t i = 0; i < muscles->m; i++)
         muscles->applied[i] = 0.5 * (muscles->began[i] + robot->tensions[i]);
     core_reach(robot->core, ahead(muscles, period));
+    if (muscles->outside.reach)
+        muscles->outside.reach(muscles->outside.self);
     for (size_t i = 0; i < muscles->m; i++) {
         const double least = smaller(larger(f_min[i], low[i]), high[i]);
         const double most = smaller(larger(f_max[i], low[i]), high[i]);
@@ -79,8 +91,10 @@ void native_muscles_update(struct native_muscles *muscles, const struct native_r
 {
     go(robot, q, qd);
     core_invert(robot->core, forces, ahead(muscles, period), period);
+    if (muscles->outside.invert)
+        muscles->outside.invert(muscles->outside.self, forces);
     memcpy(muscles->commands, robot->commands, muscles->m * sizeof(double));
-    core_drive(robot->core, qd, muscles->commands);
+    drive(muscles, robot, qd);
     memcpy(muscles->began, robot->tensions, muscles->m * sizeof(double));
     muscles->has_ticked[0] = 1;
 }

@@ -1,5 +1,11 @@
 /* Muscles with tension laws under a control law that asks for forces: what they can come to, and the
- * commands with which they do; see cardsflow_fmu/models/muscle_control.py. */
+ * commands with which they do.
+ *
+ * At every tick the muscles' states and the joints' velocities say which tensions can be reached within a horizon;
+ * the control law chooses among them, and the commands that lead there, if they are held as long, are found by
+ * inverting the muscles' laws. A horizon of one period aims at the next tick. Muscles that answer late, as a motor
+ * behind a spring does, need a longer one: a command that makes up for the whole delay within a single period
+ * overshoots. A drive that holds a position is commanded one that moves along with the path from tick to tick. */
 #ifndef NATIVE_MUSCLES_H
 #define NATIVE_MUSCLES_H
 
@@ -7,6 +13,17 @@
 #include "../robot.h"
 
 #include <stddef.h>
+
+/* Muscle laws outside of C; to the core such a muscle is an ideal cable. NULL functions where there are none. */
+struct muscle_functions {
+    void *self;
+    /* The commands of the core, m: of these muscles their tensions, at the core's lengths and rates. */
+    void (*forces)(void *self, const double *commands, double *inner);
+    /* What they can reach, into the core's force_low and force_high. */
+    void (*reach)(void *self);
+    /* Their commands for forces, m, into the core's commands. */
+    void (*invert)(void *self, const double *forces);
+};
 
 struct native_muscles {
     const struct controller_settings *settings;
@@ -18,6 +35,8 @@ struct native_muscles {
     double *applied;        /* m: the mean tensions since the last tick */
     double *passive_push;   /* m: what passive springs push with, never positive */
     double *least, *most;   /* m: the tensions within reach and within the bounds */
+    double *inner;          /* m: the commands as the core takes them */
+    struct muscle_functions outside;
     size_t m;
 };
 

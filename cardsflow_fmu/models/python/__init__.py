@@ -1,1 +1,0 @@
-"""Controllers in Python, where C lacks something."""

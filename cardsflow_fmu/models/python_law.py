@@ -1,0 +1,243 @@
+"""What Python does for a controller in C: its law and muscle laws, called by the loop in C."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import controllers
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers import OperationalSpaceSolution, Posture
+from controllers.qp.solver import DEFAULT_SOLVER
+from sim_dart import CoreDynamics, DartDynamics, control_dynamics
+from sim_dart.muscles.own_laws import OwnLaws
+
+from .native.opened_model import OpenedModel
+from .own_law import Law, own_law
+
+_STATUSES = ("solved", "soft", "not converged", "failed")  # of computed_torque.h
+
+_Row = ctypes.POINTER(ctypes.c_double)
+_Torque = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, *[_Row] * 6)
+_Solve = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, *[_Row] * 7)
+_Error = ctypes.CFUNCTYPE(None, ctypes.c_void_p, *[_Row] * 3)
+_Forces = ctypes.CFUNCTYPE(None, ctypes.c_void_p, _Row, _Row)
+_Reach = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
+_Invert = ctypes.CFUNCTYPE(None, ctypes.c_void_p, _Row)
+
+
+class _ControlLaw(ctypes.Structure):
+    """`control_law` of control_loop.h."""
+
+    _fields_ = (
+        ("self", ctypes.c_void_p),
+        ("torque", _Torque),
+        ("solve", _Solve),
+        ("error", _Error),
+    )
+
+
+class _MuscleFunctions(ctypes.Structure):
+    """`muscle_functions` of muscles.h."""
+
+    _fields_ = (
+        ("self", ctypes.c_void_p),
+        ("forces", _Forces),
+        ("reach", _Reach),
+        ("invert", _Invert),
+    )
+
+
+def law_in_python(experiment: Experiment) -> str | None:
+    """Why a controller's law is called in Python, in words; None where it is all in C."""
+    controller = experiment.controller
+    if controller.engine == "dart" and not experiment.robot.loops:
+        return 'the engine "dart"'
+    if controller.own_law is not None:
+        return f"the law {controller.type!r}, which is in Python"
+    if controller.solver != DEFAULT_SOLVER:
+        return f"the QP solver {controller.solver!r}"
+    return None
+
+
+class PythonParts:
+    """Law and muscle laws in Python of a controller in C.
+
+    Args:
+        experiment: The experiment.
+        opened: Its controller.
+    """
+
+    def __init__(self, experiment: Experiment, opened: OpenedModel) -> None:
+        self._opened = opened
+        self._raised: BaseException | None = None
+        self._law: Law | None = None
+        self._muscles = OwnLaws(experiment.robot)
+        n = len(experiment.robot.coordinates)
+        law, muscles = _ControlLaw(), _MuscleFunctions()
+        if law_in_python(experiment) is not None:
+            dynamics = law_dynamics(experiment)
+            self._law, self._slip = control_law(experiment, dynamics), dynamics.cable_slip
+            self._set_up(n)
+            law.solve, law.error = _Solve(self._solve), _Error(self._error)
+        if self._muscles:
+            names = ("lengths", "rates", "force_low", "force_high", "commands")
+            self._paths = [opened.array(name) for name in names]
+            muscles.forces, muscles.reach, muscles.invert = (
+                _Forces(self._forces),
+                _Reach(self._reach),
+                _Invert(self._invert),
+            )
+        self._kept = law, muscles  # C calls what is in them
+        opened.use(law, muscles)
+
+    def _set_up(self, n: int) -> None:
+        opened = self._opened
+        self._bounds = opened.array("f_min"), opened.array("f_max")
+        self._gains = opened.array("kp"), opened.array("kd")
+        self._dropped = opened.array("limits_dropped")
+        self._n, self._r, self._a = n, self._gains[0].size, self._bounds[0].size
+        self._taken = [np.empty(0)] * 4
+
+    def reset(self) -> None:
+        """Forget all that the law remembers."""
+        if self._law is not None:
+            self._law.reset()
+
+    def get_state(self) -> bytes:
+        """All that the law remembers."""
+        return b"" if self._law is None else self._law.get_state().tobytes()
+
+    def set_state(self, state: bytes) -> None:
+        """Go back to a state from `get_state`."""
+        if self._law is not None:
+            self._law.set_state(np.frombuffer(state))
+
+    def check(self) -> None:
+        """Raise what Python has raised in the last tick."""
+        raised, self._raised = self._raised, None
+        if raised is not None:
+            raise raised
+
+    def _guarded(self, call: Callable[[], Any]) -> Any:
+        """The result; None after an exception, which C must not see."""
+        try:
+            return call()
+        except BaseException as error:
+            self._raised = self._raised or error
+            return None
+
+    def _solve(self, _: int, *rows: Any) -> int:
+        status: int | None = self._guarded(lambda: self._solved(*rows))
+        return _STATUSES.index("failed") if status is None else status
+
+    def _solved(
+        self, q: Any, qd: Any, reference: Any, correction: Any, load: Any, forces: Any, slack: Any
+    ) -> int:
+        law, n, r = self._law, self._n, self._r
+        assert law is not None
+        self._take_parameters(law)
+        position, velocity, acceleration = _array(reference, 3 * r).reshape(3, r)
+        solution = law.solve(
+            *(_array(q, n), _array(qd, n), position, velocity, acceleration),
+            w_e=_array(load, n),
+            correction=_array(correction, r),
+        )
+        _view(forces, self._a)[:] = solution.forces
+        _view(slack, r)[:] = solution.slack
+        if isinstance(solution, OperationalSpaceSolution):
+            self._dropped[0] = solution.limits_dropped
+        return _STATUSES.index(solution.status)
+
+    def _take_parameters(self, law: Law) -> None:
+        """Bounds and gains as the controller has them now, and which way cables rub."""
+        now = [*self._gains, *self._bounds]
+        changed = [not np.array_equal(a, b) for a, b in zip(now, self._taken, strict=True)]
+        if any(changed[:2]):
+            law.set_gains(*(row.copy() for row in now[:2]))
+        if any(changed[2:]):
+            law.set_bounds(*(row.copy() for row in now[2:]))
+        self._taken = [row.copy() for row in now]
+        if self._slip is not None:
+            bends = self._slip.states.size
+            self._slip.states[:] = self._opened.array("law_states")[-bends:]
+
+    def _error(self, _: int, q: Any, position: Any, error: Any) -> None:
+        law, r = self._law, self._r
+        assert law is not None
+        found = self._guarded(lambda: law.error(_array(q, self._n), _array(position, r)))
+        if found is not None:
+            _view(error, r)[:] = found
+
+    def _forces(self, _: int, commands: Any, inner: Any) -> None:
+        lengths, rates, *_others = self._paths
+        given = _array(commands, lengths.size)
+        found = self._guarded(lambda: self._muscles.forces(given, lengths, rates))
+        if found is not None:
+            _view(inner, lengths.size)[:] = found
+
+    def _reach(self, _: int) -> None:
+        lengths, rates, low, high, _commands = self._paths
+        self._guarded(lambda: self._muscles.reach(low, high, lengths, rates))
+
+    def _invert(self, _: int, forces: Any) -> None:
+        lengths, rates, _low, _high, commands = self._paths
+        wanted = _array(forces, lengths.size)
+        self._guarded(lambda: self._muscles.invert(commands, wanted, lengths, rates))
+
+
+def _view(row: Any, size: int) -> FloatArray:
+    """The memory at a pointer."""
+    return np.ctypeslib.as_array(row, (size,))
+
+
+def _array(row: Any, size: int) -> FloatArray:
+    return _view(row, size).copy()
+
+
+def law_dynamics(experiment: Experiment) -> CoreDynamics | DartDynamics:
+    """The robot as a law in Python knows it."""
+    robot, settings = experiment.robot, experiment.controller
+    if settings.engine == "dart" and not robot.loops:
+        return DartDynamics(robot)
+    return control_dynamics(robot, settings.dependent)
+
+
+def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -> Law:
+    """The law that an experiment asks for, as a controller of the package `controllers`."""
+    settings = experiment.controller
+    own, tasks = settings.own_law, settings.tasks
+    law = getattr(controllers, settings.law.law) if own is None else own_law(own, settings.space)
+    made: Law
+    if tasks is None:
+        made = law(
+            dynamics,
+            settings.kp,
+            settings.kd,
+            weights=settings.actuator_weights,
+            solver=settings.solver,
+            **({"norm": settings.norm} if settings.norm != 2.0 else {}),
+            **({"pretension": settings.pretensions} if any(settings.pretension) else {}),
+            **({"passive": settings.unfollowing} if any(settings.unfollowing) else {}),
+        )
+        return made
+    posture = tasks.posture
+    made = law(
+        dynamics,
+        settings.kp,
+        settings.kd,
+        posture=None if posture is None else Posture(posture.kd, posture.kp, posture.q0),
+        task_weights=tasks.task_weights,
+        priorities=tasks.priorities,
+        acceleration_weights=tasks.acceleration_weights,
+        force_weights=settings.actuator_weights,
+        force_rate_weights=settings.with_motors(tasks.force_rate_weights),
+        pretension=settings.pretensions,
+        limit_bandwidth=tasks.limit_bandwidth,
+        solver=settings.solver,
+    )
+    return made
