@@ -5,7 +5,7 @@
 #include "../../platform/clock.h"
 #include "controller_settings.h"
 #include "falling.h"
-#include "independent.h"
+#include "independent_terms.h"
 
 #include <float.h>
 #include <math.h>

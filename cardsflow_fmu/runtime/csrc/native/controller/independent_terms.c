@@ -1,4 +1,4 @@
-#include "independent.h"
+#include "independent_terms.h"
 
 /* N and c at the core's last q; nonzero where the robot has no dependent coordinates. */
 static int move(struct controller *c, const struct native_robot *robot, const double *qd)
