@@ -108,7 +108,9 @@ def run_compiler(request: Mapping[str, Any], file: Path) -> dict[str, Any]:
         InputError: It crashes, takes too long or too much memory.
     """
     command = [sys.executable, "-P", str(_PROGRAM)]
-    data, surroundings = json_text(request).encode(), os.environ | _QUIET
+    data = json_text(request).encode()
+    # Libraries of sanitizers and profilers reserve more memory than the compiler may have.
+    surroundings = {k: v for k, v in os.environ.items() if k != "LD_PRELOAD"} | _QUIET
     try:
         done = subprocess.run(
             command, input=data, capture_output=True, timeout=WAITING, env=surroundings
