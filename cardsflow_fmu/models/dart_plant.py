@@ -49,12 +49,6 @@ class DartPlant:
             views[name] for name in ("q_start", "qd_start", "step")
         )
 
-    @property
-    def command_range(self) -> tuple[FloatArray, FloatArray]:
-        """The smallest and largest commands that act, of the muscles that take one."""
-        low, high = self._plant.command_range
-        return low[self._commanded], high[self._commanded]
-
     def initialize(self, t: float = 0.0) -> None:
         """Go to the start state: the muscles at rest with the commands as they stand."""
         for coordinate, q in zip(self._robot.coordinates, self._q_start, strict=True):

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.model.tension_laws import command_range
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.runtime.derivatives import Indices
 from cardsflow_fmu.signals.dependencies import Dependencies, plant_dependencies
@@ -49,16 +50,16 @@ class PlantModel(CModel):
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
         super().__init__(experiment, values)
         self.states = self.indices("q", "qd", "states")
-        self._state_order = np.array(state_order(experiment.plant_robot), dtype=np.intp)
+        robot, commands = experiment.plant_robot, self.indices("commands")
+        self._state_order = np.array(state_order(robot), dtype=np.intp)
+        for index, k in zip(commands, commanded_muscles(robot), strict=True):
+            for ends, end in zip(self.ranges, command_range(robot.muscles[k].model), strict=True):
+                ends[index] = end
 
     def _open(self, experiment: Experiment) -> OpenedModel | DartPlant:
         if self.missing(experiment) is None:
             return self._opened_in_c(experiment)
-        plant = DartPlant(experiment, self.views)
-        commands = self.indices("commands")
-        for ends, acting in zip(self.ranges, plant.command_range, strict=True):
-            ends[commands] = acting
-        return plant
+        return DartPlant(experiment, self.views)
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:

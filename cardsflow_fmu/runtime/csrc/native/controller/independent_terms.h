@@ -1,6 +1,6 @@
 /* A robot with loops as its control law knows it: by the coordinates that the others follow from. */
-#ifndef NATIVE_INDEPENDENT_H
-#define NATIVE_INDEPENDENT_H
+#ifndef NATIVE_INDEPENDENT_TERMS_H
+#define NATIVE_INDEPENDENT_TERMS_H
 
 #include "state.h"
 

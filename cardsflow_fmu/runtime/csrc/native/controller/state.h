@@ -31,7 +31,7 @@ struct controller {
     struct native_muscles muscles;
     double *falling; /* see falling.h */
     double *slid;    /* whether the last position is known, and it; n */
-    int has_dependent; /* whether loops make coordinates follow from others; see independent.h */
+    int has_dependent; /* whether loops make coordinates follow from others; see independent_terms.h */
     int undetermined;       /* 1 + the index of a coordinate that does not follow from the others, or 0 */
 };
 #undef VALUES_MEMBER
