@@ -17,8 +17,11 @@
 #include <math.h>
 #include <string.h>
 
-/* Of tasks that give way, relative to the program's scale: first that, then much more. */
-static const real SOFTNESS[2] = {1e-4, 1e-2};
+/* Of tasks that give way, relative to the program's scale: first that, then much more; and last, where the rows
+   of tasks before depend on one another and disagree by rounding errors, with a little for these as well. */
+static const struct {
+    real now, before;
+} SOFTNESS[3] = {{1e-4, 0}, {1e-2, 0}, {1e-4, PRECISE(1e-10, 1e-6)}};
 
 /* Of a row of an answer, of another solver and of ours that is not converged, relative to its terms; terms below
    a share of the largest row's are not compared with themselves: at rest at its target a task asks for rounding
@@ -34,6 +37,13 @@ static int is_now(const computed_torque *s, size_t task)
 static int is_known(const computed_torque *s, size_t task)
 {
     return s->priority[task] <= s->rank;
+}
+
+static int has_before(const computed_torque *s)
+{
+    for (size_t i = 0; i < s->k; i++)
+        if (s->priority[i] < s->rank) return 1;
+    return 0;
 }
 
 /* The least priority above a number; infinite if there is none. */
@@ -101,7 +111,7 @@ static void build_hard(computed_torque *s)
 }
 
 /* All tasks of the priority give way, those of a finite weight at least as much as that says. */
-static void build_soft(computed_torque *s, real softness)
+static void build_soft(computed_torque *s, int attempt)
 {
     dual_newton *program = s->built = second_program(s, s->n + s->m);
     real scale = 0, count = 0;
@@ -114,8 +124,9 @@ static void build_soft(computed_torque *s, real softness)
             scale += a * a / program->H_diagonal[i] / count;
         }
     if (!(scale > 0)) scale = 1;
+    const real now = SOFTNESS[attempt].now * scale, before = SOFTNESS[attempt].before * scale;
     for (size_t i = 0; i < s->k; i++)
-        program->softness[s->n + i] = is_now(s, i) ? larger(own_softness(s, i), softness * scale) : 0;
+        program->softness[s->n + i] = is_now(s, i) ? larger(own_softness(s, i), now) : before;
 }
 
 static int all_weighted(const computed_torque *s)
@@ -205,11 +216,11 @@ static int solve_priority(computed_torque *s)
             return take(s, s->hard->x, s->limited == first ? COMPUTED_TORQUE_SOLVED : otherwise);
         if (status == DUAL_NEWTON_NOT_CONVERGED) otherwise = COMPUTED_TORQUE_NOT_CONVERGED;
         if (all_weighted(s) && status == DUAL_NEWTON_INFEASIBLE) continue;
-        for (int attempt = 0; attempt < 2; attempt++) {
-            build_soft(s, SOFTNESS[attempt]);
+        for (int attempt = 0; attempt < 2 + has_before(s); attempt++) {
+            build_soft(s, attempt);
             status = solve_from(s->built, soft);
             if (status == DUAL_NEWTON_SOLVED) return take(s, s->built->x, otherwise);
-            if (status == DUAL_NEWTON_INFEASIBLE) break; /* the motion equation itself, or tasks before */
+            if (status == DUAL_NEWTON_INFEASIBLE && attempt == 0) attempt = 1; /* no softness of these helps */
         }
         if (status == DUAL_NEWTON_NOT_CONVERGED) otherwise = COMPUTED_TORQUE_NOT_CONVERGED;
     }
@@ -226,7 +237,7 @@ int operational_space_build(computed_torque *s)
 int operational_space_build_soft(computed_torque *s)
 {
     if (begin(s)) return COMPUTED_TORQUE_WRONG;
-    build_soft(s, SOFTNESS[0]);
+    build_soft(s, 0);
     return COMPUTED_TORQUE_SOLVED;
 }
 

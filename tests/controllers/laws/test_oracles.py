@@ -21,7 +21,7 @@ from controllers.dynamics import Dynamics, bias_torque
 from controllers.laws import loop_in_c
 from controllers.qp import solver
 from controllers.qp.law_in_c import FAILED, SOFT, SOLVED, WRONG, LawInC, library
-from sim_dart import DartDynamics
+from sim_dart import CoreDynamics, DartDynamics
 
 pytestmark = pytest.mark.native
 
@@ -236,6 +236,23 @@ def hand_only(seed: int) -> Robot:
     """A random robot with a single point to move."""
     robot = random_robot(seed, joints=4, muscles=14)
     return replace(robot, task_sets=(TaskSet("hand", robot.task_frames[:1]),), task_set="hand")
+
+
+@pytest.mark.parametrize("seed", range(4, 8))
+def test_more_tasks_than_coordinates_are_not_disturbed(seed: int) -> None:
+    """Six rows of rank 1 on four coordinates miss as much as without any of rank 2."""
+    robot = random_robot(seed, joints=4)
+    hand, elbow, palm = robot.task_frames
+    q, missed = np.full(4, 0.1), []
+    for frames in ((hand, palm), (hand, palm, elbow)):
+        dynamics = CoreDynamics(
+            replace(robot, task_sets=(TaskSet("some", frames),), task_set="some")
+        )
+        k = len(dynamics.task_names)
+        ranks = [1.0] * 6 + [2.0] * (k - 6)
+        law = OperationalSpaceController(dynamics, KP, KD, priorities=ranks)
+        missed.append(law.solve(q, 0 * q, np.full(k, 0.1), np.zeros(k), np.zeros(k)).slack[:6])
+    np.testing.assert_allclose(missed[1], missed[0], rtol=0, atol=1e-6 * np.abs(missed[0]).max())
 
 
 @pytest.mark.parametrize("weight", [np.inf, 10.0])
