@@ -20,7 +20,7 @@ from sim_dart.plant.settings import python_laws
 
 from .c_model import CModel
 from .native.binding import native_library
-from .native.fields import Counts, Fields, encode
+from .native.fields import Counts, Fields, encode, field_names
 from .native.opened_model import OpenedModel
 from .plant import motors
 from .python_law import PythonParts, law_in_python
@@ -133,31 +133,26 @@ class ControllerModel(CModel):
 
 
 def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
+    """Counts and fields; a setting whose name is that of a field of the layout is that field."""
     robot, controller = experiment.robot, experiment.controller
     muscles = len(robot.muscles) if modelled_muscles(robot) else 0
     begin = start(robot, experiment.start.q) if muscles else None
-    fields: Fields = {
+    named = [name for name in field_names("controller") if name in ControllerSettings.model_fields]
+    fields: Fields = {name: getattr(controller, name) for name in named} | {
         "load_rows": point_rows(robot),
         "motors": motors(robot),
         "state_order": state_order(robot),
         "commanded": driven_muscles(robot),
-        "muscle_horizon": controller.muscle_horizon,
         "late_periods": late_periods(robot) if muscles else 0.0,
         "start_forces": [] if begin is None else begin.forces,
         "start_commands": [] if begin is None else begin.commands,
-        "observer": controller.observer,
         "ramp_down": experiment.feeding.ramp_down if experiment.feeding else 0.0,
         "ramp_in": experiment.feeding.ramp_in if experiment.feeding else 0.0,
         "q_start": experiment.start.q,
-        "ki": controller.ki,
-        "delay": controller.delay,
-        "predict": controller.predict,
         "H_f": controller.actuator_weights,
         "f_p": controller.pretensions,
         "law": _law(controller),
-        "norm": controller.norm,
         "passive": np.logical_or(controller.passive, controller.dependent),
-        "dependent": controller.dependent,
     }
     rows = [] if controller.tasks is None else task_rows(robot)
     counts = {"tasks": len(rows), "modelled": muscles, "motors": len(robot.motors)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,20 +41,33 @@ def encode(
         counts: Every count of the layout, by name.
         fields: Every field of the layout, of any shape with the right number of elements.
     """
-    library, kind = native_library(), NATIVE_MODELS.index(model)
-    layout = library.native_model_layout(kind).decode()
-    body = struct.pack("<III", kind, len(blob), library.native_model_layout_hash(kind))
-    body += blob + bytes(-len(blob) % 8) + _settings(layout, groups, counts, fields)
+    kind = NATIVE_MODELS.index(model)
+    body = struct.pack("<III", kind, len(blob), native_library().native_model_layout_hash(kind))
+    body += blob + bytes(-len(blob) % 8) + _settings(_layout(model), groups, counts, fields)
     size = len(_MAGIC) + 12 + len(body)
     return _MAGIC + struct.pack("<III", _VERSION, size, zlib.crc32(body)) + body
 
 
+def field_names(model: str) -> list[str]:
+    """The fields of the layout of one of `NATIVE_MODELS`."""
+    kinds_and_names = (line.split()[:2] for line in _layout(model))
+    return [name for kind, name in kinds_and_names if kind in _KINDS]
+
+
+def _layout(model: str) -> list[str]:
+    text: bytes = native_library().native_model_layout(NATIVE_MODELS.index(model))
+    return text.decode().splitlines()
+
+
 def _settings(
-    layout: str, groups: Groups, counts: Mapping[str, int], fields: Mapping[str, ArrayLike]
+    layout: Sequence[str],
+    groups: Groups,
+    counts: Mapping[str, int],
+    fields: Mapping[str, ArrayLike],
 ) -> bytes:
     places, sizes = group_places(groups), {"models": 1, **counts}
     body = b""
-    for line in layout.splitlines():
+    for line in layout:
         kind, name, *rest = line.split()
         if kind == "group":
             place = places[name]

@@ -1,4 +1,4 @@
-"""[estimator] in experiments: the same in C and Python, lost estimates, what is refused."""
+"""[estimator] in experiments: the same by both loops, lost estimates, what is refused."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def difference(a: Result, b: Result) -> float:
 
 @pytest.mark.slow
 @pytest.mark.native
-def test_native_and_python_models_agree() -> None:
+def test_both_loops_agree() -> None:
     """With all kinds of sensors; the estimate is good enough to be followed."""
     experiment = roboy(0.3, units=UNITS, sensors=SENSORS, encoder_noise={"joint_1": 1e-3})
     native, direct = (simulate(experiment, **WAYS[how]) for how in ("native", "direct"))

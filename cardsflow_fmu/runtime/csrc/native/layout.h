@@ -70,7 +70,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     observer          bandwidth in [rad/s]
  *     ramp_down, ramp_in   of commands where the state is lost and back, in [s]; q_start is where it begins
  *     dependent         whether each coordinate follows from the others, by loops
- *     and what the arrays of the loop and of the law are named; in joint space those for tasks are 0 */
+ *     and what the arrays of the loop and of the law are named; in joint space those for tasks are 0
+ * A field that is named as a setting of [controller] is that setting. */
 #define CONTROLLER_GROUPS(GROUP)                                                                              \
     GROUP(q, n)                                                                                               \
     GROUP(qd, n)                                                                                              \
