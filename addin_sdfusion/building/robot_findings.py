@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ..robot.checks.check import check
 from ..robot.finding import Finding, Subject
-from ..robot.formats.sdf.write import sdf_losses
+from ..robot.formats.sdf.capabilities import sdf_losses
 from ..robot.model.robot import Robot
 from .links.links import PREFIX
 

@@ -25,10 +25,11 @@ from ..robot.errors import RobotError
 from ..robot.files import write_files
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
-from ..robot.formats.caspr.write import losses as caspr_losses
+from ..robot.formats.caspr.capabilities import caspr_losses
 from ..robot.formats.caspr.write import write_caspr
 from ..robot.formats.opensim.write import write_osim
-from ..robot.formats.sdf.write import sdf_losses, write_sdf
+from ..robot.formats.sdf.capabilities import sdf_losses
+from ..robot.formats.sdf.write import write_sdf
 from ..robot.formats.writing.carried_meshes import CarriedMeshes
 from ..robot.model.pose import IDENTITY
 from ..robot.model.robot import Link, Robot

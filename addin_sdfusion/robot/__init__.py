@@ -7,9 +7,9 @@ from pathlib import Path
 from .checks.check import check, require_valid
 from .errors import CardsflowError, InputError, RobotError, SimulationError, UnknownNameError
 from .finding import Finding, Subject
-from .formats.caspr.write import losses as caspr_losses
+from .formats.caspr.capabilities import caspr_losses
 from .formats.caspr.write import models_list_row, write_caspr
-from .formats.sdf.losses import sdf_losses
+from .formats.sdf.capabilities import sdf_losses
 from .formats.sdf.write import write_sdf
 from .model.function import PiecewiseLinear, Polynomial, SimmSpline
 from .model.joint import (

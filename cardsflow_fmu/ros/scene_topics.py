@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Finding, Robot
+from addin_sdfusion.robot.formats.urdf.capabilities import URDF_ALONE
 from addin_sdfusion.robot.formats.urdf.write import urdf_text
 from addin_sdfusion.robot.formats.writing.carried_meshes import CarriedMeshes
-from addin_sdfusion.robot.formats.writing.common_losses import driven_joints
 from addin_sdfusion.robot.mesh_files import mesh_bytes
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.results.run_data import RunData
@@ -92,7 +92,7 @@ class SceneTopics:
         described = CarriedMeshes(carried.folder, names=named).applied(robot, keeps_models=False)
         self._urdf = None if robot.driven_joints else urdf_text(described)
         if self._urdf is None:
-            self.findings += driven_joints(robot, "The description, URDF,")
+            self.findings += URDF_ALONE.losses(robot)
 
     def first(self, time_ns: int) -> Iterator[Sample]:
         """What stands from the beginning on: the description and the bodies of links."""

@@ -13,17 +13,22 @@ from ..checks.check import require_valid
 from ..errors import InputError, UnknownNameError
 from ..finding import Finding, Subject, errors_first
 from ..finding_builders import all_task_frames, warning
-from ..formats.cardsflow.write import cardsflow_losses, write_cardsflow_xml
-from ..formats.caspr.losses import losses as caspr_losses
-from ..formats.caspr.losses import trajectory_losses
+from ..formats.capability import require_writable
+from ..formats.cardsflow.capabilities import cardsflow_losses
+from ..formats.cardsflow.write import write_cardsflow_xml
+from ..formats.caspr.capabilities import caspr_losses
+from ..formats.caspr.trajectory_losses import trajectory_losses
 from ..formats.caspr.write import write_caspr
-from ..formats.mjcf.write import mjcf_losses, write_mjcf
+from ..formats.mjcf.capabilities import mjcf_losses
+from ..formats.mjcf.write import write_mjcf
 from ..formats.mjcf.write_meshes import opens_mesh
-from ..formats.opensim.write import osim_losses, write_osim
-from ..formats.sdf.write import sdf_losses, write_sdf
-from ..formats.urdf.write import urdf_losses, write_urdf
+from ..formats.opensim.capabilities import osim_losses
+from ..formats.opensim.write import write_osim
+from ..formats.sdf.capabilities import sdf_losses
+from ..formats.sdf.write import write_sdf
+from ..formats.urdf.capabilities import urdf_losses
+from ..formats.urdf.write import write_urdf
 from ..formats.writing.carried_meshes import CarriedMeshes
-from ..formats.writing.common_losses import refuse
 from ..formats.writing.file_names import name_losses
 from ..model.robot import WORLD, Robot
 from ..model.trajectory import Trajectory
@@ -271,7 +276,7 @@ def convert_to(format_: Format, robot: Robot, folder: str | Path) -> Conversion:
         InputError: The folder cannot be written.
     """
     findings = losses_in(format_, robot)
-    refuse(findings, format_.name)
+    require_writable(findings, format_.name)
     files = format_.write(format_.prepare(robot), Path(folder))
     return Conversion(files, [*findings, *_beside_others(robot, Path(folder), files)])
 

@@ -32,7 +32,8 @@ from ..reading.actuator import read_actuator
 from ..reading.distinct import distinct
 from ..reading.functions import read_function
 from ..reading.xml import Node, shortened
-from .write import INSIDE, WRAP_STATES, WRAP_TYPES
+from .wraps import WRAP_TYPES
+from .write import INSIDE, WRAP_STATES
 
 SHAPES = {word: cast(WrapShape, shape) for shape, word in WRAP_TYPES.items()}
 SIDES: dict[str, Literal[-1, 0, 1]] = {"-1": -1, "0": 0, "1": 1}

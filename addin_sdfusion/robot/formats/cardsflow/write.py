@@ -27,24 +27,19 @@ the surfaces are elements of their own and a muscle's `wrap` elements name them.
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ...finding import Finding, Subject
-from ...finding_builders import warning
 from ...model.muscle import PRESLIDING, Muscle, ViaPoint, Wrap, WrapSurface
 from ...model.robot import Robot, TaskFrame
-from ..writing.common_losses import names, other_sets
 from ..writing.file_names import write_document
 from ..writing.functions import function_element
 from ..writing.wrap_side import is_shorter_path
 from ..writing.xml_text import document, element, numbers
+from .wraps import WRAP_TYPES, held_wraps
 
-WRAP_TYPES = {"sphere": "SPHERICAL", "cylinder": "CYLINDRICAL"}
-"""The via point types of the wrap shapes."""
 WRAP_STATES = ("0", "1", "2")
 """The `state` of a wrapping via point: straight at first, the shorter path, the longer path."""
 INSIDE = "inside"
@@ -54,50 +49,6 @@ INSIDE = "inside"
 def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
     """Write cardsflow.xml alone, beside a model.sdf; returns and raises as `write_document`."""
     return write_document(robot, folder, "cardsflow", "xml", cardsflow_xml)
-
-
-def cardsflow_losses(robot: Robot) -> list[Finding]:
-    """What cardsflow.xml alone cannot hold."""
-    problem = "cardsflow.xml holds muscles and end effectors; links and joints are in model.sdf"
-    links = warning(Subject("robot", robot.name), "links-left-out", problem)
-    return [
-        links,
-        *other_sets(robot, "cardsflow.xml"),
-        *names(robot, "cardsflow.xml"),
-        *wrap_losses(robot),
-        *_surfaces(robot),
-    ]
-
-
-def _surfaces(robot: Robot) -> Iterator[Finding]:
-    """Wrap surfaces that no muscle brings in, and what is lost of the others."""
-    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
-    held = {wrap.surface for muscle in robot.muscles for wrap in held_wraps(muscle, surfaces)}
-    for surface in robot.wrap_surfaces:
-        subject = Subject("wrap_surface", surface.name)
-        if surface.name not in held:
-            problem = "no muscle holds it in cardsflow.xml; left out"
-            yield warning(subject, "wrap-surfaces-left-out", problem)
-        elif any(surface.pose.rpy):  # a sphere: turned cylinders are not held
-            problem = (
-                "cardsflow.xml turns no spheres; a chosen side counts about its link's z axis there"
-            )
-            yield warning(subject, "sphere-turned-back", problem)
-
-
-def wrap_losses(robot: Robot) -> Iterator[Finding]:
-    """The wraps that cardsflow.xml leaves out."""
-    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
-    for muscle in robot.muscles:
-        held = held_wraps(muscle, surfaces)
-        left = [repr(wrap.surface) for wrap in muscle.wraps if wrap not in held]
-        if left:
-            problem = (
-                "cardsflow.xml holds one wrap a segment, cylinders along a link's z axis, no "
-                "ellipsoids and no other programs' rules; "
-                f"{len(left)} of its wraps are left out there, over {', '.join(left)}"
-            )
-            yield warning(Subject("muscle", muscle.name), "wraps-left-out", problem)
 
 
 def muscle_element(parent: ElementTree.Element, muscle: Muscle) -> ElementTree.Element:
@@ -152,22 +103,6 @@ def cardsflow_xml(robot: Robot) -> str:
     for frame in robot.task_frames:
         end_effector_element(root, frame)
     return document(root)
-
-
-def held_wraps(muscle: Muscle, surfaces: Mapping[str, WrapSurface]) -> list[Wrap]:
-    """The wraps that cardsflow.xml can hold: one a segment, cylinders along the link's z axis.
-
-    Those by other programs' rules and those over ellipsoids it cannot hold.
-    """
-    counts = Counter(wrap.segment for wrap in muscle.wraps)
-    return [
-        wrap
-        for wrap in muscle.wraps
-        if counts[wrap.segment] == 1
-        and wrap.rule == "taut"
-        and surfaces[wrap.surface].shape in WRAP_TYPES
-        and (surfaces[wrap.surface].shape == "sphere" or not any(surfaces[wrap.surface].pose.rpy))
-    ]
 
 
 class _Step:

@@ -20,16 +20,14 @@ from ...model.joint import Joint
 from ...model.muscle import BasePulley, Muscle, ViaPoint
 from ...model.robot import WORLD, Link, Robot
 from ...model.trajectory import Trajectory
-from ..writing.common_losses import refuse
+from ..capability import require_writable
 from ..writing.file_names import file_stem
 from ..writing.plain_paths import with_plain_paths
 from ..writing.xml_text import document, element, numbers
+from .capabilities import caspr_losses
 from .joints import CASPR_AXIS_JOINTS, caspr_word
-from .losses import losses
 from .write_tasks import task_items
 from .write_trajectories import traj_file, traj_text, write_trajectory
-
-__all__ = ["losses", "models_list_row", "write_caspr"]
 
 TEMPLATES = "../../../templates"
 """Where CASPR's models find its DTDs."""
@@ -46,7 +44,7 @@ def write_caspr(
     """Write `<name>_bodies.xml`, `_cables.xml`, `_operational_spaces.xml` and `_trajectories.xml`.
 
     Sampled trajectories are in `<name>_<number>.traj` files of their own. What CASPR cannot hold
-    is left out where that does little harm; `losses` lists it all.
+    is left out where that does little harm; `caspr_losses` lists it all.
 
     Args:
         robot: What to write.
@@ -62,7 +60,7 @@ def write_caspr(
         InputError: The folder cannot be written, or the name cannot be part of a file name.
     """
     require_valid(robot)
-    refuse(losses(robot, trajectories), "caspr")
+    require_writable(caspr_losses(robot, trajectories), "caspr")
     name = file_stem(robot.name if name is None else name)
     texts = {
         f"{name}_bodies.xml": _bodies(robot),

@@ -14,51 +14,22 @@ Nothing touches: collision meshes have collisions off, as in this simulation.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ...finding import Finding, Subject
-from ...finding_builders import warning
 from ...model.coupling import all_values
 from ...model.robot import WORLD, Robot
 from ...transforms.joint_chains import Names
-from ..writing.common_losses import (
-    cables,
-    coordinate_forces,
-    ellipsoids,
-    link_ends,
-    loops,
-    motor_bounds,
-    muscle_paths,
-    names,
-    other_sets,
-    refuse,
-    task_axes,
-    with_markers,
-)
+from ..capability import require_writable
 from ..writing.file_names import write_document
-from ..writing.plain_paths import with_plain_paths
-from ..writing.wrap_ends import ends_inside
+from ..writing.plain_paths import with_markers, with_plain_paths
 from ..writing.xml_text import document, element, numbers
-from .write_bodies import add_body, coordinate_order, depth_losses
-from .write_constraints import (
-    EQUALITIES,
-    add_constraints,
-    add_loops,
-    constraint_losses,
-    driven_losses,
-    loop_losses,
-)
-from .write_inertia import inertia_losses
-from .write_meshes import add_meshes, add_shapes, mesh_losses
-from .write_muscles import LAWS, MUSCLE, SPRING, muscle_words
-from .write_tendons import RULE, add_tendons, add_wrap_geoms, wrap_losses
-
-HELD = ("branches", "terms")
-"""What MuJoCo's tendons can depend on."""
-
-MeshFiles = Mapping[str, str | Path]
+from .capabilities import HELD, MeshFiles, mjcf_losses
+from .write_bodies import add_body, coordinate_order
+from .write_constraints import add_constraints, add_loops
+from .write_meshes import add_meshes, add_shapes
+from .write_muscles import MUSCLE, SPRING, muscle_words
+from .write_tendons import add_tendons, add_wrap_geoms
 
 
 def write_mjcf(
@@ -80,72 +51,8 @@ def write_mjcf(
     return write_document(robot, folder, name, "xml", text)
 
 
-def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
-    """What MJCF cannot hold of a valid robot; errors where MuJoCo refuses it.
-
-    Args:
-        robot: A valid robot.
-        meshes: As for `write_mjcf`.
-    """
-    tasks = list(task_axes(robot, "MJCF"))
-    robot = with_markers(robot)
-    return [
-        *driven_losses(robot),
-        *loops(robot, "MJCF", EQUALITIES),
-        *loop_losses(robot),
-        *coordinate_forces(robot, "MJCF", armature=True),
-        *depth_losses(robot),
-        *inertia_losses(robot),
-        *constraint_losses(robot),
-        *_order(robot),
-        *_equal_forces(robot),
-        *motor_bounds(robot, "MJCF"),
-        *muscle_paths(robot, "MJCF", HELD, ("taut", RULE)),
-        *_terms(robot),
-        *ellipsoids(robot, "MJCF"),
-        *wrap_losses(robot),
-        *ends_inside(robot, "MuJoCo"),
-        *mesh_losses(robot, meshes or {}),
-        *cables(robot, "MJCF", LAWS),
-        *tasks,
-        *link_ends(robot, "MJCF"),
-        *other_sets(robot, "MJCF"),
-        *names(robot, "MJCF", robot.joints),
-    ]
-
-
-def _order(robot: Robot) -> Iterator[Finding]:
-    order = [mover.coordinate for mover in coordinate_order(robot) if mover.is_home]
-    if order != list(robot.all_coordinates):
-        names = ", ".join(coordinate.name for coordinate in order)
-        problem = f"MuJoCo's order of the coordinates is another: {names}"
-        yield warning(Subject("robot", robot.name), "coordinate-order", problem)
-
-
-def _equal_forces(robot: Robot) -> Iterator[Finding]:
-    for muscle in robot.muscles:
-        if muscle.model.kind in LAWS:
-            if muscle.f_min > 0.0 or muscle.f_max < math.inf:
-                problem = "MuJoCo's muscles have no bounds of their force; f_min and f_max left out"
-                yield warning(Subject("muscle", muscle.name), "force-limits-left-out", problem)
-        elif muscle.f_min == muscle.f_max:
-            problem = f"MuJoCo has no equal limits of a control; command {muscle.f_min!r} N"
-            yield warning(Subject("muscle", muscle.name), "force-limits-left-out", problem)
-    for motor in robot.motors:
-        if motor.tau_min == motor.tau_max:
-            problem = f"MuJoCo has no equal limits of a control; command {motor.tau_min!r}"
-            yield warning(Subject("coordinate", motor.name), "force-limits-left-out", problem)
-
-
-def _terms(robot: Robot) -> Iterator[Finding]:
-    for muscle in robot.muscles:
-        if muscle.terms and muscle.via_points:
-            problem = "MuJoCo's tendons have a path, or lengths in proportion to joints; left out"
-            yield warning(Subject("muscle", muscle.name), "terms-left-out", problem)
-
-
 def _mjcf(robot: Robot, meshes: MeshFiles) -> str:
-    refuse(mjcf_losses(robot, meshes), "mjcf")
+    require_writable(mjcf_losses(robot, meshes), "mjcf")
     root = element(None, "mujoco", model=robot.name)
     flags = {"angle": "radian", "eulerseq": "XYZ", "autolimits": "false"}
     element(root, "compiler", None, **flags, inertiafromgeom="false")

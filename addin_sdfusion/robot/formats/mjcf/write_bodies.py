@@ -13,14 +13,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
-from ...finding import Finding, Subject
-from ...finding_builders import error
+from ...finding import Subject
 from ...model.function import ITSELF, linear
 from ...model.joint import Coordinate, Joint, Motion
 from ...model.pose import Pose
 from ...model.robot import WORLD, Inertia, Robot
 from ...model.rotations import compose, inverse, normalized, rotate, rotation
 from ...transforms.joint_chains import Names, fixed_pose
+from ..capability import Found
 from ..writing.xml_text import element, numbers
 from .write_inertia import mjcf_inertia
 
@@ -93,15 +93,12 @@ def coordinate_order(robot: Robot) -> list[Mover]:
     return order
 
 
-def depth_losses(robot: Robot) -> Iterator[Finding]:
-    """Chains that are longer than MuJoCo reads."""
+def too_deep(robot: Robot) -> Iterator[Found]:
+    """The first links of chains that are longer than MuJoCo reads."""
     depths = {WORLD: 0}
     for joint in robot.joints:
         depths[joint.child] = depths[joint.parent] + 1
-    for name, depth in depths.items():
-        if depth == MOST_NESTED + 1:
-            problem = f"MuJoCo reads no chain of more than {MOST_NESTED} links; it is one too far"
-            yield error(Subject("link", name), "too-many-nested", problem)
+    return (Found(Subject("link", n)) for n, depth in depths.items() if depth == MOST_NESTED + 1)
 
 
 def _movers(joint: Joint, names: Names) -> Iterator[Mover]:

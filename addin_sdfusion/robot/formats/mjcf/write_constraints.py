@@ -8,17 +8,14 @@ takes all of a velocity in one step, and gives back 1/(4 z²) of it at most.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from xml.etree import ElementTree
 
-from ...finding import Finding, Subject
-from ...finding_builders import error, warning
 from ...model.function import Function, Polynomial, taylor
 from ...model.robot import Robot
 from ...transforms.joint_chains import Names
 from ..writing.xml_text import element, numbers
-from .write_bodies import coordinate_order, movers, placement
+from .write_bodies import coordinate_order, placement
 
 STEP = 1e-3
 """In [s]: that of this project's plants. A joint passes a stop by what it moves in one."""
@@ -30,7 +27,6 @@ STOP = numbers((2.0 * STEP, 3.0))
 """The same of what pushes from one side and is not to throw back."""
 FULL = numbers((0.9999, 0.9999, 1e-3, 0.5, 2.0))
 """The share of a constraint, at the violation 0 and beyond: MuJoCo's largest."""
-QUARTIC = "MuJoCo couples a joint to one other, by a polynomial of degree 4 at most"
 NO_SLIP = {"noslip_iterations": "30", "noslip_tolerance": "1e-12"}
 """What takes from friction most of its softness: MuJoCo's own rest of it is 1e-6 rad/s."""
 EQUALITIES = {"ball": "connect", "fixed": "weld"}
@@ -39,7 +35,7 @@ EQUALITIES = {"ball": "connect", "fixed": "weld"}
 
 def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
     """Add the options of the steps, the defaults of constraints, and what holds coordinates."""
-    iterations = NO_SLIP if _rubbing(robot) else {}
+    iterations = NO_SLIP if has_friction(robot) else {}
     step = {"timestep": numbers([STEP]), "integrator": INTEGRATOR}
     element(root, "option", None, gravity=numbers(robot.gravity), **step, **iterations)
     defaults = element(root, "default")
@@ -61,48 +57,8 @@ def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
             element(held, "joint", joint1=c.name, polycoef=numbers((value, 0, 0, 0, 0)))
 
 
-def constraint_losses(robot: Robot) -> Iterator[Finding]:
-    """How far MuJoCo's constraints give way."""
-    subject = Subject("robot", robot.name)
-    if any(math.isfinite(limit) for c in robot.coordinates for limit in (c.lower, c.upper)):
-        problem = (
-            "MuJoCo's stops give way: a joint that meets one with v rad/s or m/s passes it by up "
-            f"to v · {STEP:g} s, and comes back with up to 3 % of v; at rest it is 1e-7 past it"
-        )
-        yield warning(subject, "soft-stops", problem)
-    if _rubbing(robot):
-        problem = (
-            "MuJoCo's Coulomb friction gives way: a joint that it holds creeps, by about "
-            "1e-8 rad or m in a second"
-        )
-        yield warning(subject, "soft-friction", problem)
-
-
-def driven_losses(robot: Robot) -> Iterator[Finding]:
-    """Functions and couplings that MuJoCo's equalities cannot hold, and joints for them."""
-    for joint in robot.joints:
-        subject, made = Subject("joint", joint.name), movers(robot)[joint.name]
-        homes = {mover.coordinate.name for mover in made if mover.is_home}
-        for c in joint.coordinates:
-            if c.name not in homes:
-                problem = f"no motion of MuJoCo's is its coordinate {c.name!r} itself; write sdf"
-                yield error(subject, "driven-joint", problem)
-            functions = [term.function for term in c.coupling]
-            if len(functions) > 1 or not all(map(_is_held, functions)):
-                yield error(Subject("coordinate", c.name), "driven-joint", f"{QUARTIC}; write sdf")
-        follow = [mover for mover in made if mover.name and not mover.is_home]
-        if not all(_is_held(mover.motion.function) for mover in follow):
-            yield error(subject, "driven-joint", f"{QUARTIC}; write sdf")
-        elif follow:
-            names = ", ".join(repr(mover.name) for mover in follow)
-            problem = f"motions that follow a coordinate are joints of their own there: {names}"
-            yield warning(subject, "motion-as-joint", problem)
-    if any(c.coupling or c.locked for c in robot.all_coordinates):
-        problem = "MuJoCo's equalities give way: what follows a joint, or is held, does so softly"
-        yield warning(Subject("robot", robot.name), "soft-equalities", problem)
-
-
-def _is_held(function: Function) -> bool:
+def is_held(function: Function) -> bool:
+    """Whether MuJoCo couples a joint to another by such a function."""
     return isinstance(function, Polynomial) and len(function.coefficients) <= 5
 
 
@@ -124,7 +80,8 @@ def _follow(
     element(held, "joint", joint1=name, joint2=leader, polycoef=numbers(values))
 
 
-def _rubbing(robot: Robot) -> bool:
+def has_friction(robot: Robot) -> bool:
+    """Whether a coordinate of q has Coulomb friction."""
     return any(c.friction for c in robot.coordinates)
 
 
@@ -148,10 +105,3 @@ def add_loops(
             element(bodies[link], "site", None, name=name, **placement(T))
         words = dict(zip(("site1", "site2"), names, strict=True))
         element(equalities, EQUALITIES[loop.type], None, name=loop.name, **words)
-
-
-def loop_losses(robot: Robot) -> Iterator[Finding]:
-    """How far MuJoCo's loops give way."""
-    if any(loop.type in EQUALITIES for loop in robot.loops):
-        problem = "MuJoCo's loops give way: its equalities of bodies are springs with a damper"
-        yield warning(Subject("robot", robot.name), "soft-loops", problem)

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ...checks.masses import density_matrix
-from ...finding import Finding, Subject
-from ...finding_builders import error, warning
 from ...model.robot import Inertia, Link, Robot
 from ...model.rotations import Matrix3, cross, dot
 
@@ -25,39 +23,25 @@ def mjcf_inertia(link: Link, *, moving: bool) -> Inertia | None:
     """The inertia to write, with what little MuJoCo needs; None where nothing is to be written.
 
     Args:
-        link: A link that `inertia_losses` reports no error for.
+        link: A link of which nothing is `missing` that cannot be added.
         moving: Whether its joint has motions.
     """
     inertia = link.inertia
     if not moving and inertia.mass == 0.0 and not any(map(any, inertia.matrix)):
         return None
-    return _increased(replace(inertia, mass=max(inertia.mass, LEAST_MASS)), _missing(inertia) or 0)
+    return _increased(replace(inertia, mass=max(inertia.mass, LEAST_MASS)), missing(inertia) or 0)
 
 
-def inertia_losses(robot: Robot) -> Iterator[Finding]:
-    """Inertias that MuJoCo refuses, and those that are changed a little so that it does not."""
+def written_inertias(robot: Robot) -> Iterator[tuple[Link, Inertia]]:
+    """The links with an inertia in MJCF, and that inertia."""
     moving = {joint.child: bool(joint.motions) for joint in robot.joints}
     for link in robot.links:
         written = mjcf_inertia(link, moving=moving[link.name])
-        if written is None:
-            continue
-        subject = Subject("link", link.name)
-        missing = _missing(link.inertia)
-        if missing is None:
-            problem = (
-                "MuJoCo refuses a principal moment of inertia above the sum of the other two; "
-                "correct the inertia"
-            )
-            yield error(subject, "inertia-triangle", problem)
-        elif missing:
-            problem = f"MuJoCo needs positive moments of inertia; {missing!r} kg·m² added to each"
-            yield warning(subject, "inertia-increased", problem)
-        if written.mass != link.inertia.mass:
-            problem = f"MuJoCo needs masses; it gets {written.mass!r} kg"
-            yield warning(subject, "mass-increased", problem)
+        if written is not None:
+            yield link, written
 
 
-def _missing(inertia: Inertia) -> float | None:
+def missing(inertia: Inertia) -> float | None:
     """The least to add to the moments so that MuJoCo takes them, in [kg·m²]; None if too much."""
     least = max(LEAST, LEAST_SHARE * max(abs(x) for row in inertia.matrix for x in row))
     for step in STEPS:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ...finding import Finding, Subject
-from ...finding_builders import warning
 from ...model.robot import Robot
 from ...transforms.joint_chains import Names
 from ..writing.xml_text import element, numbers
@@ -60,19 +58,3 @@ def add_shapes(robot: Robot, bodies: dict[str, ElementTree.Element]) -> None:
                 halves[0] = shape.sizes[0]
             given = {"type": shape.kind, "size": numbers(halves), "group": GROUPS["collision"]}
             element(bodies[link.name], "geom", None, **given, **placement(shape.pose), **APART)
-
-
-def mesh_losses(robot: Robot, files: Mapping[str, str | Path]) -> Iterator[Finding]:
-    """Meshes that are left out, and collisions that are off."""
-    for link in robot.links:
-        subject = Subject("link", link.name)
-        if link.shapes:
-            problem = f"the collisions of its {len(link.shapes)} shapes are off, as in this"
-            yield warning(subject, "collisions-off", f"{problem} simulation")
-        for mesh in link.meshes:
-            if mesh.uri not in files:
-                problem = f"MuJoCo opens no such file as {mesh.uri!r}, or there is none; left out"
-                yield warning(subject, "mesh-left-out", problem)
-            elif mesh.role == "collision":
-                problem = f"the collisions of mesh {mesh.uri!r} are off, as in this simulation"
-                yield warning(subject, "collisions-off", problem)

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from xml.etree import ElementTree
 
-from ...finding import Finding, Subject
-from ...finding_builders import warning
 from ...model.muscle import Muscle, Wrap, WrapSurface
 from ...model.robot import Robot
 from ...model.rotations import apply
@@ -75,40 +72,17 @@ def _add_fixed(tendons: ElementTree.Element, muscle: Muscle, words: dict[str, st
         element(tendon, "joint", joint=term.coordinate, coef=numbers([term.factor]))
 
 
-def wrap_losses(robot: Robot) -> Iterator[Finding]:
-    """What MuJoCo's wrapping lacks."""
-    for surface in robot.wrap_surfaces:
-        if surface.shape == "cylinder" and math.isfinite(surface.length):
-            problem = f"MuJoCo wraps over cylinders without ends; {surface.name!r} has some"
-            yield warning(Subject("robot", robot.name), "cylinder-ends-left-out", problem)
-    for muscle in robot.muscles:
-        subject, kept = Subject("muscle", muscle.name), _first_wraps(muscle).values()
-        for wrap in muscle.wraps:
-            if wrap not in kept:
-                problem = f"MuJoCo has one wrap a segment; {wrap.surface!r} is left out"
-                yield warning(subject, "wrap-left-out", problem)
-            elif wrap.turns:
-                problem = f"MuJoCo has no whole turns; {wrap.turns} about {wrap.surface!r} left out"
-                yield warning(subject, "turns-left-out", problem)
-            elif wrap.side:  # a site inside the surface means a path inside
-                problem = (
-                    f"a site shows on which side of {wrap.surface!r} it passes; it is placed for "
-                    "the initial coordinates"
-                )
-                yield warning(subject, "side-by-place", problem)
-
-
 def _written_surfaces(robot: Robot) -> list[WrapSurface]:
     return [surface for surface in robot.wrap_surfaces if surface.shape != "ellipsoid"]
 
 
 def _written_wraps(robot: Robot, muscle: Muscle) -> dict[int, Wrap]:
-    """Those of `_first_wraps` over a surface that is written."""
+    """Those of `first_wraps` over a surface that is written."""
     names = {surface.name for surface in _written_surfaces(robot)}
-    return {k: wrap for k, wrap in _first_wraps(muscle).items() if wrap.surface in names}
+    return {k: wrap for k, wrap in first_wraps(muscle).items() if wrap.surface in names}
 
 
-def _first_wraps(muscle: Muscle) -> dict[int, Wrap]:
+def first_wraps(muscle: Muscle) -> dict[int, Wrap]:
     """The wrap of each segment that has one, by the index of the via point before it."""
     return {wrap.segment: wrap for wrap in reversed(muscle.wraps)}
 

@@ -18,15 +18,13 @@ from ...model.joint import Coordinate
 from ...model.pose import Pose
 from ...model.robot import WORLD, Inertia, Link, Robot
 from ...model.rotations import inverse
+from ..capability import require_writable
 from ..cardsflow.write import cardsflow_xml
-from ..writing.common_losses import refuse
 from ..writing.xml_text import document, element, numbers
-from .losses import sdf_losses
+from .capabilities import sdf_losses
 from .names import MODEL_FRAME, NO_LIMIT, joint_frame_name, mesh_names, needs_frame, shape_names
 from .plugin import content_beside, plugin_element
 from .write_joints import SdfJoint, sdf_joints, sdf_loops
-
-__all__ = ["sdf_losses", "write_sdf"]
 
 
 def write_sdf(robot: Robot, folder: str | Path, *, plugin: bool = True) -> list[Path]:
@@ -46,7 +44,7 @@ def write_sdf(robot: Robot, folder: str | Path, *, plugin: bool = True) -> list[
         InputError: The folder cannot be written.
     """
     require_valid(robot)
-    refuse(sdf_losses(robot), "sdf")
+    require_writable(sdf_losses(robot), "sdf")
     texts = {
         "model.sdf": _model_sdf(robot, plugin),
         "model.config": _model_config(robot),

@@ -11,8 +11,8 @@ from ...model.joint import Coordinate, Joint, Motion, MotionKind, Term
 from ...model.pose import Vector3
 from ...model.rotations import cross, normalized
 from ..reading.xml import Node, shortened
+from .capabilities import NO_LIMIT
 from .read_links import read_origin
-from .write import NO_LIMIT
 
 X: Vector3 = (1.0, 0.0, 0.0)
 Y: Vector3 = (0.0, 1.0, 0.0)

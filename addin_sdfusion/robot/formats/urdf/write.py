@@ -11,32 +11,26 @@ whose frame lies elsewhere is written in that joint's frame, its inertia and mes
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 from ...checks.check import require_valid
 from ...files import write_files
-from ...finding import Finding, Subject
-from ...finding_builders import warning
 from ...model.coupling import all_values
-from ...model.function import ITSELF, Function, Polynomial, derivatives
+from ...model.function import Polynomial, derivatives
 from ...model.joint import Coordinate
-from ...model.pose import IDENTITY, Pose
-from ...model.robot import GRAVITY, WORLD, Inertia, Link, Mesh, Robot, Shape
+from ...model.pose import Pose
+from ...model.robot import WORLD, Inertia, Link, Mesh, Robot, Shape
 from ...model.rotations import normalized
 from ...transforms.joint_chains import SingleJoint, single_joints
 from ...transforms.simplify import joint_frames
 from ..sdf.plugin import plugin_content
-from ..sdf.write_joints import has_one_effort, needs_words
-from ..writing.common_losses import chained_joints, loops
+from ..sdf.write_joints import needs_words
 from ..writing.file_names import file_name
 from ..writing.xml_text import document, element, numbers
-
-NO_LIMIT = 1e16
-"""The value of a limit that is none: in [rad], [m], [N·m], [N], [rad/s] or [m/s]."""
+from .capabilities import BESIDE, NO_LIMIT, followed, is_limited
 
 
 def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> list[Path]:
@@ -57,121 +51,12 @@ def urdf_text(robot: Robot) -> str:
     return _urdf(joint_frames(robot))
 
 
-def urdf_losses(robot: Robot) -> list[Finding]:
-    """What URDF cannot hold of a valid robot.
-
-    With the cardsflow.xml beside it nothing is lost to CARDSFlow but loop joints and the place of
-    link frames.
-    """
-    return [
-        *_driven(robot),
-        *loops(robot, "URDF"),
-        *chained_joints(robot, "URDF"),
-        *_held_beside(robot),
-        *_moved_frames(robot),
-        *_coordinates(robot),
-        *_renamed_joints(robot),
-    ]
-
-
 def _needs_more(robot: Robot) -> bool:
     """Whether there is something that URDF has no words for."""
-    return bool(_beyond(robot)) or any(
+    beyond = any(True for feature in BESIDE for _ in feature.find(robot))
+    return beyond or any(
         needs_words(joint) or any(c.rest for c in joint.coordinates) for joint in robot.joints
     )
-
-
-def _beyond(robot: Robot) -> list[str]:
-    """What other programs do not see."""
-    several = {
-        "muscles": robot.cable_sets,
-        "wrap surfaces": robot.wrap_surfaces,
-        "task frames": robot.task_sets,
-        "far ends of links": [link for link in robot.links if link.end is not None],
-        "functions of coordinates": robot.driven_joints,
-        "springs": [c for c in robot.all_coordinates if c.stiffness],
-        "armatures": [c for c in robot.all_coordinates if c.armature],
-        "forces beyond a range": [c for c in robot.all_coordinates if c.limit_force],
-        "initial values": [c for c in robot.coordinates if c.initial],
-        "motors' bounds": [c for c in robot.coordinates if not has_one_effort(c)],
-    }
-    gravity = ["gravity"] if robot.gravity != GRAVITY else []
-    return gravity + [word for word, group in several.items() if group]
-
-
-def _held_beside(robot: Robot) -> Iterator[Finding]:
-    beyond = _beyond(robot)
-    if beyond:
-        problem = (
-            f"URDF has no {', '.join(beyond)}: they are in the cardsflow.xml beside it, which "
-            "CARDSFlow reads with it and others do not"
-        )
-        yield warning(Subject("robot", robot.name), "held-beside-urdf", problem)
-
-
-def _moved_frames(robot: Robot) -> Iterator[Finding]:
-    for joint in robot.joints:
-        if joint.T_child_joint != IDENTITY:
-            problem = f"its URDF frame is that of joint {joint.name!r}, not its own"
-            yield warning(Subject("link", joint.child), "link-frame-moved", problem)
-
-
-def _coordinates(robot: Robot) -> Iterator[Finding]:
-    for c in robot.coordinates:
-        subject = Subject("coordinate", c.name)
-        if _is_limited(c) and not (math.isfinite(c.lower) and math.isfinite(c.upper)):
-            problem = f"URDF limits both sides or none; the open one is {NO_LIMIT!r}"
-            yield warning(subject, "one-sided-limit", problem)
-
-
-def _driven(robot: Robot) -> Iterator[Finding]:
-    """Motions and couplings that other programs see as straight lines, or not at all."""
-    for single in single_joints(robot, whole=True):
-        c, motion = single.coordinate, single.motion
-        if c is None or motion is None:
-            continue
-        subject = Subject("coordinate", c.name)
-        if single.name == c.name and motion.function != ITSELF:
-            problem = "other programs have its motion in its place, from another zero or otherwise"
-            yield warning(subject, "motion-for-coordinate", problem)
-        if single.name == c.name and len(c.coupling) > 1 and not c.locked:
-            problem = "URDF's mimic follows one joint; to other programs it moves freely"
-            yield warning(subject, "coupling-left-out", problem)
-        function = _followed(single)[1]
-        if function is not None and not _is_line(function):
-            problem = (
-                f"URDF's mimic is a line: joint {single.name!r} is one to other programs, "
-                "along the function where the robot starts"
-            )
-            yield warning(subject, "mimic-is-a-line", problem)
-    held = [c.name for c in robot.all_coordinates if c.locked]
-    if held:
-        problem = "URDF locks no joints; these have limits without room to other programs: "
-        yield warning(Subject("robot", robot.name), "lock-as-limits", problem + ", ".join(held))
-
-
-def _is_line(function: Function) -> bool:
-    return isinstance(function, Polynomial) and len(function.coefficients) <= 2
-
-
-def _followed(single: SingleJoint) -> tuple[str, Function | None]:
-    """The joint that a single one follows, and how; None where it follows none."""
-    c, motion = single.coordinate, single.motion
-    if c is None or motion is None:
-        return "", None
-    if single.name != c.name:
-        return c.name, motion.function
-    if len(c.coupling) == 1 and not c.locked:
-        return c.coupling[0].coordinate, c.coupling[0].function
-    return "", None
-
-
-def _renamed_joints(robot: Robot) -> Iterator[Finding]:
-    given = {single.child: single.name for single in single_joints(robot)}
-    for joint in robot.joints:
-        if joint.type == "fixed" and given[joint.child] != joint.name:
-            problem = f"a coordinate has its name; written as {given[joint.child]!r}"
-            yield warning(Subject("joint", joint.name), "renamed", problem)
 
 
 def _beside(robot: Robot) -> str:
@@ -261,7 +146,7 @@ def _joint(root: ElementTree.Element, single: SingleJoint, starts: Mapping[str, 
         return
     c = _shown(single.name, single.coordinate)
     element(node, "axis", xyz=numbers(normalized(single.motion.axis)))
-    leader, function = _followed(single)
+    leader, function = followed(single)
     if function is not None:
         at = starts[leader]
         f, slope, _ = derivatives(function, at)
@@ -285,7 +170,7 @@ def _type(single: SingleJoint) -> str:
     if single.motion.kind == "translation":
         return "prismatic"
     shown = _shown(single.name, single.coordinate)
-    return "revolute" if _is_limited(shown) else "continuous"
+    return "revolute" if is_limited(shown) else "continuous"
 
 
 def _shown(name: str, c: Coordinate) -> Coordinate:
@@ -297,10 +182,6 @@ def _shown(name: str, c: Coordinate) -> Coordinate:
 
 def _effort(coordinate: Coordinate) -> float:
     return min(max(abs(coordinate.tau_min), abs(coordinate.tau_max)), NO_LIMIT)
-
-
-def _is_limited(coordinate: Coordinate) -> bool:
-    return math.isfinite(coordinate.lower) or math.isfinite(coordinate.upper)
 
 
 def _origin(parent: ElementTree.Element, pose: Pose) -> None:

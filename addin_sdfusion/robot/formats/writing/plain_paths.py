@@ -6,7 +6,7 @@ from collections.abc import Container
 from dataclasses import replace
 
 from ...model.muscle import Muscle, ViaPoint
-from ...model.robot import Robot
+from ...model.robot import MARKERS, Robot
 
 
 def with_plain_paths(robot: Robot, held: Container[str] = ()) -> Robot:
@@ -53,3 +53,9 @@ def _plain(muscle: Muscle, held: Container[str]) -> Muscle:
 def _point(point: ViaPoint, held: Container[str]) -> ViaPoint:
     when = point.when if "conditions" in held else None
     return replace(point, when=when, moves=point.moves if "moves" in held else ())
+
+
+def with_markers(robot: Robot) -> Robot:
+    """The robot with its markers as the points that are written, where it has no others."""
+    found = [group.name for group in robot.task_sets if group.name == MARKERS]
+    return replace(robot, task_set=MARKERS) if found and not robot.task_set else robot

@@ -11,13 +11,13 @@ import math
 import random
 from collections.abc import Iterator
 
-from ...finding import Finding, Subject
-from ...finding_builders import warning
+from ...finding import Subject
 from ...model.joint import Coordinate
 from ...model.link_poses import link_poses
 from ...model.muscle import Muscle, Wrap, WrapSurface
 from ...model.pose import Vector3
 from ...model.robot import WORLD, Robot
+from ..capability import Found, Row, changed
 from .wrap_side import ends_on
 
 POSES = 40
@@ -28,36 +28,64 @@ WIDE = {"rad": math.pi / 2.0, "m": 0.2}
 """How far from its initial value a coordinate without limits goes."""
 
 
-def ends_inside(robot: Robot, format_: str) -> Iterator[Finding]:
-    """Wraps that are straight in another format where an end of their segment is inside."""
+def rows(program: str) -> tuple[Row, Row]:
+    """What a program does otherwise where an end of a wrap's segment is inside of its surface."""
+    return (
+        changed(
+            "points inside of wrap surfaces",
+            "via-point-inside-wrap",
+            f"where an end is inside {{surface!r}}, {program} runs straight and this simulation "
+            "round what is left of it: {first:.2g} m apart at the initial values{farther}",
+            _inside,
+        ),
+        changed(
+            "points that may come to be inside of wrap surfaces",
+            "ends-move-near-wraps",
+            "at none of {poses} poses is an end of these inside its wrap surface; at one that is, "
+            f"{program} would run straight: {{names}}",
+            _unseen,
+        ),
+    )
+
+
+def _inside(robot: Robot) -> Iterator[Found]:
+    """The wraps of which an end is inside at one of the poses."""
+    for muscle, wrap, sizes in _differences(robot):
+        k = max(range(len(sizes)), key=sizes.__getitem__)
+        if sizes[k] <= LEAST:
+            continue
+        words = {"surface": wrap.surface, "first": sizes[0], "farther": ""}
+        if k:
+            posture = list(_postures(robot))[k]
+            moving = _moving(robot, muscle, wrap)
+            place = ", ".join(f"{c.name} = {posture[c.name]:.3g} {c.unit}" for c in moving)
+            words["farther"] = f", {sizes[k]:.2g} m at {place}"
+        yield Found(Subject("muscle", muscle.name), words)
+
+
+def _unseen(robot: Robot) -> Iterator[Found]:
+    """The muscles with wraps of which no end is inside at a pose, but might be at another."""
+    names = {
+        muscle.name: None
+        for muscle, wrap, sizes in _differences(robot)
+        if max(sizes) <= LEAST and _moving(robot, muscle, wrap)
+    }
+    if names:
+        words = {"poses": POSES + 1, "names": ", ".join(map(repr, names))}
+        yield Found(Subject("robot", robot.name), words)
+
+
+def _differences(robot: Robot) -> Iterator[tuple[Muscle, Wrap, list[float]]]:
+    """How far the two paths over each wrap are apart at the poses."""
     outer = [(m, wrap) for m in robot.muscles for wrap in m.wraps if _is_smooth(robot, wrap)]
-    if not outer:
-        return
-    postures = list(_postures(robot))
-    poses = [link_poses(robot, posture) for posture in postures]
-    unseen = []
+    poses = [link_poses(robot, posture) for posture in _postures(robot)] if outer else []
     for muscle, wrap in outer:
         surface = robot.wrap_surface(wrap.surface)
-        sizes = [_difference(surface, wrap, *ends_on(robot, muscle, wrap, p)) for p in poses]
-        k = max(range(len(sizes)), key=sizes.__getitem__)
-        moving = _moving(robot, muscle, wrap, surface)
-        if sizes[k] > LEAST:
-            problem = (
-                f"where an end is inside {surface.name!r}, {format_} runs straight and this "
-                f"simulation round what is left of it: {sizes[0]:.2g} m apart at the initial values"
-            )
-            if k:
-                place = ", ".join(f"{c.name} = {postures[k][c.name]:.3g} {c.unit}" for c in moving)
-                problem += f", {sizes[k]:.2g} m at {place}"
-            yield warning(Subject("muscle", muscle.name), "via-point-inside-wrap", problem)
-        elif moving:
-            unseen.append(muscle.name)
-    if unseen:
-        problem = (
-            f"at none of {len(poses)} poses is an end of these inside its wrap surface; at one "
-            f"that is, {format_} would run straight: {', '.join(map(repr, dict.fromkeys(unseen)))}"
+        yield (
+            muscle,
+            wrap,
+            [_difference(surface, wrap, *ends_on(robot, muscle, wrap, p)) for p in poses],
         )
-        yield warning(Subject("robot", robot.name), "ends-move-near-wraps", problem)
 
 
 def _is_smooth(robot: Robot, wrap: Wrap) -> bool:
@@ -125,13 +153,14 @@ def _radius_at(surface: WrapSurface, z: float) -> float:
     return 0.5 * surface.radius * (1.0 + math.cos(math.pi * beyond / surface.radius))
 
 
-def _moving(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> list[Coordinate]:
+def _moving(robot: Robot, muscle: Muscle, wrap: Wrap) -> list[Coordinate]:
     """The coordinates of q that move an end against the surface."""
     above: dict[str, frozenset[str]] = {WORLD: frozenset()}
     for joint in robot.joints:
         above[joint.child] = above[joint.parent] | {joint.name}
+    link = robot.wrap_surface(wrap.surface).link
     ends = muscle.via_points[wrap.segment : wrap.segment + 2]
-    between = frozenset[str]().union(*(above[end.link] ^ above[surface.link] for end in ends))
+    between = frozenset[str]().union(*(above[end.link] ^ above[link] for end in ends))
     moved = [c for joint in robot.joints if joint.name in between for c in joint.coordinates]
     names = {term.coordinate for c in moved for term in c.coupling} | {c.name for c in moved}
     return [c for c in robot.coordinates if c.name in names]

@@ -29,7 +29,7 @@ from addin_sdfusion.robot import (
     ViaPoint,
     read_robot,
 )
-from addin_sdfusion.robot.formats.mjcf.write import mjcf_losses
+from addin_sdfusion.robot.formats.mjcf.capabilities import mjcf_losses
 from addin_sdfusion.robot.formats.sdf.write_joints import sdf_joints
 from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.writers.convert import FORMATS, convert

@@ -25,7 +25,8 @@ from addin_sdfusion.robot import (
     WrapSurface,
     read_robot,
 )
-from addin_sdfusion.robot.formats.opensim.write import osim_losses, write_osim
+from addin_sdfusion.robot.formats.opensim.capabilities import osim_losses
+from addin_sdfusion.robot.formats.opensim.write import write_osim
 from sim_dart import DartDynamics
 
 

@@ -9,7 +9,8 @@ import pytest
 from support.robots.muscle_bench import HILL, Bench, slider
 
 from addin_sdfusion.robot import check, read_robot
-from addin_sdfusion.robot.formats.opensim.write import osim_losses, write_osim
+from addin_sdfusion.robot.formats.opensim.capabilities import osim_losses
+from addin_sdfusion.robot.formats.opensim.write import write_osim
 from addin_sdfusion.robot.model.tension_laws import law_parameters
 
 with warnings.catch_warnings():

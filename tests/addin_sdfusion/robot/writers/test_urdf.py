@@ -29,7 +29,8 @@ from addin_sdfusion.robot import (
     read_robot,
     revolute,
 )
-from addin_sdfusion.robot.formats.urdf.write import urdf_losses, write_urdf
+from addin_sdfusion.robot.formats.urdf.capabilities import urdf_losses
+from addin_sdfusion.robot.formats.urdf.write import write_urdf
 from addin_sdfusion.robot.transforms.joint_chains import single_joints
 from sim_dart import DartDynamics
 

@@ -14,8 +14,9 @@ import pytest
 from support.robots.one_link import cable, one_link
 
 from addin_sdfusion.robot import WORLD, Pose, Robot, Wrap, WrapSurface
-from addin_sdfusion.robot.formats.mjcf.write import mjcf_losses, write_mjcf
-from addin_sdfusion.robot.formats.opensim.write import osim_losses
+from addin_sdfusion.robot.formats.mjcf.capabilities import mjcf_losses
+from addin_sdfusion.robot.formats.mjcf.write import write_mjcf
+from addin_sdfusion.robot.formats.opensim.capabilities import osim_losses
 from sim_dart import CoreDynamics
 
 CODE = "via-point-inside-wrap"

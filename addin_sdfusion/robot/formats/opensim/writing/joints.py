@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 from xml.etree import ElementTree
 
-from ....finding import Finding, Subject
-from ....finding_builders import error, warning
 from ....model.function import ITSELF
 from ....model.joint import Coordinate, Joint, Motion
 from ....model.pose import Pose, Vector3
@@ -22,7 +20,6 @@ from ....model.robot import Robot
 from ....model.rotations import rotation
 from ....transforms.ellipsoid_joints import OverEllipsoid, over_ellipsoid
 from ....transforms.joint_chains import Names, single_joints
-from ...writing.common_losses import chained_joint
 from ...writing.xml_text import element, numbers
 from .bodies import add_massless, frame_path, placement
 from .functions import add_function, is_written
@@ -68,54 +65,16 @@ def is_one_joint(joint: Joint) -> bool:
     return custom_axes(joint) is not None or over_ellipsoid(joint.motions) is not None
 
 
-def joint_losses(robot: Robot) -> Iterator[Finding]:
-    """Joints that become chains, and what cannot be written of joints and couplings."""
-    for joint in robot.joints:
-        if not is_one_joint(joint):
-            yield _chained(joint)
-        elif _turns_thrice(joint):
-            problem = (
-                "three of its rotations follow one coordinate: a term of their acceleration is "
-                "missing in OpenSim 4.6, and so in its Coriolis forces"
-            )
-            yield warning(Subject("joint", joint.name), "coriolis-in-opensim", problem)
-        for c in joint.coordinates:
-            yield from _coupling(c)
-            yield from _limits(c)
-
-
-def _turns_thrice(joint: Joint) -> bool:
+def turns_thrice(joint: Joint) -> bool:
+    """Whether three rotations of one joint of OpenSim's follow one coordinate."""
     turned = Counter(m.coordinate for m in joint.motions if m.kind == "rotation" and not m.is_fixed)
-    return max(turned.values(), default=0) >= 3
+    return is_one_joint(joint) and max(turned.values(), default=0) >= 3
 
 
-def _chained(joint: Joint) -> Finding:
+def is_chain(joint: Joint) -> bool:
+    """Whether a joint that is not one of OpenSim's is a chain of single ones there."""
     moved = [motion.coordinate for motion in joint.motions if not motion.is_fixed]
-    if sorted(moved) == list(range(len(joint.coordinates))):
-        return chained_joint(joint, "OpenSim")
-    problem = (
-        "OpenSim has joints of three translations, then three rotations at most, each by one "
-        "function, or linear ones; in a chain of single ones each coordinate has one motion"
-    )
-    return error(Subject("joint", joint.name), "driven-joint", problem)
-
-
-def _coupling(c: Coordinate) -> Iterator[Finding]:
-    if c.coupling and not is_written([term.function for term in c.coupling]):
-        problem = "OpenSim couples a coordinate to one by a function, or to several linearly"
-        yield error(Subject("coordinate", c.name), "driven-joint", problem)
-    if c.coupling and len({term.coordinate for term in c.coupling}) < len(c.coupling):
-        problem = "it follows one coordinate by several functions; OpenSim has one"
-        yield error(Subject("coordinate", c.name), "driven-joint", problem)
-
-
-def _limits(c: Coordinate) -> Iterator[Finding]:
-    if c.lower < c.upper and not c.lower <= c.initial <= c.upper:
-        problem = "it starts outside of its limits, which clamp nothing in OpenSim then"
-        yield warning(Subject("coordinate", c.name), "limits-not-clamped", problem)
-    if c.lower == c.upper and not c.locked and math.isfinite(c.lower):
-        problem = "its equal limits are written as a lock, with which it is none of the robot's q"
-        yield warning(Subject("coordinate", c.name), "written-locked", problem)
+    return sorted(moved) == list(range(len(joint.coordinates)))
 
 
 def add_joints(

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from xml.etree import ElementTree
 
-from ....finding import Finding, Subject
-from ....finding_builders import warning
 from ....model.muscle import Muscle
-from ....model.robot import Robot
 from ....model.schutte_curves import SCHUTTES_CURVES
 from ....model.tension_laws import law_parameters
 from ...writing.xml_text import element
@@ -161,27 +158,32 @@ def _add_schuttes(node: ElementTree.Element, values: Mapping[str, float]) -> Non
         node[-1].set("name", name)
 
 
-def law_losses(robot: Robot) -> Iterator[Finding]:
-    """What of the tension laws OpenSim computes in another way."""
-    for muscle in robot.muscles:
-        kind, subject = muscle.model.kind, Subject("muscle", muscle.name)
-        if kind not in CLASSES:
-            continue
-        if muscle.f_min > 0.0 or muscle.f_max < math.inf:
-            problem = f"a {CLASSES[kind]} has no bounds of its force; f_min and f_max are left out"
-            yield warning(subject, "force-limits-left-out", problem)
-        ours = law_parameters(muscle.model)
-        theirs = taken_by_opensim(kind, ours)
-        changed = [f"{name} {theirs[name]:g}" for name in ours if ours[name] != theirs[name]]
-        if changed:
-            problem = f"a {CLASSES[kind]} is written with {', '.join(changed)}: it takes no other"
-            yield warning(subject, "tension-law-changed", problem)
-        if kind == "hill_degroote2016" and ours["elastic_tendon"] and ours["fibre_damping"]:
-            problem = (
-                f"OpenSim moves the fibre of a {CLASSES[kind]} with an elastic tendon as if its "
-                f"fibre_damping {ours['fibre_damping']:g} were 0; at rest the tension is the same"
-            )
-            yield warning(subject, "fibre-damping-passed-over", problem)
+def has_other_bounds(muscle: Muscle) -> dict[str, object]:
+    """The class of a muscle whose bounds of the force OpenSim does not have."""
+    kind = muscle.model.kind
+    has_bounds = muscle.f_min > 0.0 or muscle.f_max < math.inf
+    return {"class": CLASSES[kind]} if kind in CLASSES and has_bounds else {}
+
+
+def changed_parameters(muscle: Muscle) -> dict[str, object]:
+    """The class of a muscle, and the values in place of those that it does not take."""
+    kind = muscle.model.kind
+    if kind not in CLASSES:
+        return {}
+    ours = law_parameters(muscle.model)
+    theirs = taken_by_opensim(kind, ours)
+    changed = [f"{name} {theirs[name]:g}" for name in ours if ours[name] != theirs[name]]
+    return {"class": CLASSES[kind], "values": ", ".join(changed)} if changed else {}
+
+
+def passed_over_damping(muscle: Muscle) -> dict[str, object]:
+    """The class of a muscle, and the damping of its fibre that OpenSim does not heed."""
+    if muscle.model.kind != "hill_degroote2016":
+        return {}
+    ours = law_parameters(muscle.model)
+    if not (ours["elastic_tendon"] and ours["fibre_damping"]):
+        return {}
+    return {"class": CLASSES[muscle.model.kind], "damping": ours["fibre_damping"]}
 
 
 def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:

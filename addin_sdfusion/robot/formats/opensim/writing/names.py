@@ -6,12 +6,12 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from ....finding import Finding, Subject
-from ....finding_builders import warning
+from ....finding import Subject
 from ....model.joint import renamed as renamed_coordinate
 from ....model.muscle import CableSet, ViaPoint
 from ....model.robot import WORLD, Robot
 from ....transforms.joint_chains import Names
+from ...capability import Found
 
 GROUND = "ground"
 REFUSED = re.compile(r"[\s/\\*+]|^\.+$")
@@ -55,13 +55,12 @@ def with_legal_names(robot: Robot) -> Robot:
     return _with_legal_sets(legal, renaming, links)
 
 
-def renamed(robot: Robot) -> Iterator[Finding]:
+def renamed(robot: Robot) -> Iterator[Found]:
     """The names that are changed."""
     for kind, renaming in _renamings(robot).items():
         for name, given in renaming.items():
             if given != name:
-                problem = f"OpenSim refuses the name; written as {given!r}"
-                yield warning(Subject(kind.replace(" ", "_"), name), "renamed", problem)
+                yield Found(Subject(kind.replace(" ", "_"), name), {"given": given})
 
 
 def _renamings(robot: Robot) -> dict[str, Renaming]:

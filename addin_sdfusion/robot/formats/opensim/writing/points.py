@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from xml.etree import ElementTree
 
-from ....finding import Finding, Subject
-from ....finding_builders import warning
+from ....finding import Subject
 from ....model.function import Function, Polynomial, constant
 from ....model.muscle import Muscle, ViaPoint
 from ....model.muscle_path import PointMotion
 from ....model.pose import Vector3
 from ....model.robot import Robot
+from ...capability import Found
 from ...writing.xml_text import element, numbers
 from .bodies import frame_path, objects
 from .functions import add_function
@@ -40,38 +40,38 @@ def ranges_of_points(robot: Robot) -> dict[str, Range]:
     return {move.coordinate: (move.low, move.high) for _, move in _moves(robot)}
 
 
-def point_losses(robot: Robot) -> Iterator[Finding]:
-    """Moving points that OpenSim does not have, and what it does otherwise."""
-    limits = {c.name: (c.lower, c.upper) for c in robot.all_coordinates}
-    ranges = ranges_of_points(robot)
+def changed_ranges(robot: Robot) -> Iterator[Found]:
+    """Motions of points within another range than that of their coordinate in OpenSim."""
     for muscle, move in _moves(robot):
-        lower, upper = limits[move.coordinate]
-        limited = math.isfinite(lower) or math.isfinite(upper)
-        written = (lower, upper) if limited else ranges[move.coordinate]
-        if (move.low, move.high) != written:
-            problem = (
-                f"OpenSim moves its points within the range of {move.coordinate!r}, "
-                f"{written[0]:g} to {written[1]:g}, not {move.low:g} to {move.high:g}"
-            )
-            yield warning(Subject("muscle", muscle.name), "point-range-changed", problem)
-        if not limited and written != (lower, upper):
-            problem = (
-                f"where {move.coordinate!r} is beyond {written[0]:g} to {written[1]:g} its points "
-                "stand still, but OpenSim's moment arms, by which it pulls, go on as if they moved"
-            )
-            yield warning(Subject("muscle", muscle.name), "points-beyond-their-range", problem)
-    for muscle in robot.muscles:
-        subject = Subject("muscle", muscle.name)
-        for k, point in enumerate(muscle.via_points, start=1):
-            if point.when is not None and point.when.smoothing:
-                problem = f"OpenSim's points come and go at once; smoothing left out: {k}"
-                yield warning(subject, "point-smoothing-left-out", problem)
-            if point.moves and not _is_moving(point):
-                problem = (
-                    "OpenSim moves a point along x, y and z of its link, by a function each, and "
-                    f"at all times; fixed there: {k}"
-                )
-                yield warning(subject, "point-motion-left-out", problem)
+        low, high = _written_range(robot, move)
+        if (move.low, move.high) != (low, high):
+            words = {"coordinate": move.coordinate, "low": low, "high": high}
+            words |= {"own_low": move.low, "own_high": move.high}
+            yield Found(Subject("muscle", muscle.name), words)
+
+
+def ranges_without_limits(robot: Robot) -> Iterator[Found]:
+    """Motions of points that end where their coordinate, without limits, does not."""
+    for muscle, move in _moves(robot):
+        low, high = _written_range(robot, move)
+        if (low, high) != (-math.inf, math.inf) and not _limits(robot, move):
+            words = {"coordinate": move.coordinate, "low": low, "high": high}
+            yield Found(Subject("muscle", muscle.name), words)
+
+
+def _written_range(robot: Robot, move: PointMotion) -> Range:
+    return _limits(robot, move) or ranges_of_points(robot)[move.coordinate]
+
+
+def _limits(robot: Robot, move: PointMotion) -> Range | None:
+    """The limits of the coordinate that moves a point; None where it has none."""
+    c = next(c for c in robot.all_coordinates if c.name == move.coordinate)
+    return (c.lower, c.upper) if math.isfinite(c.lower) or math.isfinite(c.upper) else None
+
+
+def is_fixed_there(point: ViaPoint) -> bool:
+    """Whether a point moves here and does not in OpenSim."""
+    return bool(point.moves) and not _is_moving(point)
 
 
 def _moves(robot: Robot) -> Iterator[tuple[Muscle, PointMotion]]:

@@ -7,12 +7,12 @@ from collections import Counter
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
-from ....finding import Finding, Subject
-from ....finding_builders import warning
+from ....finding import Subject
 from ....model.muscle import Muscle, Quadrant, Wrap, WrapSurface
 from ....model.robot import Robot
 from ....model.rotations import multiply, rotation
 from ....transforms.joint_chains import Names
+from ...capability import Found
 from ...writing.wrap_side import is_shorter_path, side_direction
 from ...writing.xml_text import element, numbers
 from .bodies import objects, placement
@@ -74,43 +74,21 @@ def add_wraps(path: ElementTree.Element, muscle: Muscle, names: WrapNames) -> No
         element(item, "range", f"{wrap.segment + 1} {wrap.last + 2}")
 
 
-def wrap_losses(robot: Robot) -> Iterator[Finding]:
-    """What OpenSim does otherwise with wraps."""
-    for surface in robot.wrap_surfaces:
-        if surface.shape == "cylinder" and surface.length > ENDLESS:
-            problem = f"cylinder {surface.name!r} ends in OpenSim: it is {ENDLESS!r} m long"
-            yield warning(Subject("robot", robot.name), "cylinder-has-ends", problem)
-    not_spheres = {s.name for s in robot.wrap_surfaces if s.shape != "sphere"}
+def approximated(robot: Robot) -> Iterator[Found]:
+    """Muscles over cylinders and ellipsoids, whose paths OpenSim approximates."""
+    spheres = {s.name for s in robot.wrap_surfaces if s.shape == "sphere"}
     for muscle in robot.muscles:
-        subject = Subject("muscle", muscle.name)
-        outer = [w for w in muscle.wraps if not w.inside]
-        over = [wrap for wrap in outer if wrap.surface in not_spheres]
+        over = [w for w in muscle.wraps if not w.inside and w.surface not in spheres]
         if over:
-            tapered = any(wrap.rule != RULE for wrap in over)
-            problem = (
-                "OpenSim approximates paths over cylinders and ellipsoids, mostly to 1e-4 m and "
-                f"their moment arms to 1e-2 m{', and does not taper their ends' * tapered}: "
-                f"{', '.join(repr(wrap.surface) for wrap in over)}"
-            )
-            yield warning(subject, "wrap-approximated", problem)
-        if len({wrap.segment for wrap in outer}) < len(outer):
-            problem = "OpenSim approximates paths over several surfaces in one segment"
-            yield warning(subject, "wrap-approximated", problem)
-        for wrap in muscle.wraps:
-            if wrap.inside:
-                problem = f"OpenSim has no path inside {wrap.surface!r}; this wrap is left out"
-                yield warning(subject, "wrap-left-out", problem)
-            elif wrap.turns:
-                problem = (
-                    f"OpenSim has no whole turns; {wrap.turns} about {wrap.surface!r} left out"
-                )
-                yield warning(subject, "turns-left-out", problem)
-            elif wrap.side:
-                problem = (
-                    f"a half of {wrap.surface!r} marks the side on which it passes; it is "
-                    "chosen for the initial coordinates"
-                )
-                yield warning(subject, "side-by-place", problem)
+            tapers = ", and does not taper their ends" * any(wrap.rule != RULE for wrap in over)
+            words = {"tapers": tapers, "names": ", ".join(repr(wrap.surface) for wrap in over)}
+            yield Found(Subject("muscle", muscle.name), words)
+
+
+def shares_segments(muscle: Muscle) -> bool:
+    """Whether a muscle wraps over several surfaces in one segment."""
+    outer = [wrap for wrap in muscle.wraps if not wrap.inside]
+    return len({wrap.segment for wrap in outer}) < len(outer)
 
 
 def _side_angle(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) -> float | None:

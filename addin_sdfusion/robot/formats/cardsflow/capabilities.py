@@ -1,0 +1,80 @@
+"""What cardsflow.xml holds by itself: muscles and points; the links are in another file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ...finding import Finding, Subject
+from ...model.robot import Robot
+from .. import features
+from ..capability import Capabilities, Found, changed, implied, kept, left_out
+from ..features import of_robot
+from .wraps import held_wraps
+
+
+def cardsflow_losses(robot: Robot) -> list[Finding]:
+    """What cardsflow.xml alone cannot hold."""
+    return CARDSFLOW.losses(robot)
+
+
+def _left_wraps(robot: Robot) -> Iterator[Found]:
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
+    for muscle in robot.muscles:
+        held = held_wraps(muscle, surfaces)
+        left = [repr(wrap.surface) for wrap in muscle.wraps if wrap not in held]
+        if left:
+            words = {"count": len(left), "surfaces": ", ".join(left)}
+            yield Found(Subject("muscle", muscle.name), words)
+
+
+def _surfaces(robot: Robot, *, held: bool) -> Iterator[Found]:
+    """The wrap surfaces that a muscle brings in, or the others."""
+    surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
+    names = {wrap.surface for muscle in robot.muscles for wrap in held_wraps(muscle, surfaces)}
+    for surface in robot.wrap_surfaces:
+        if held == (surface.name in names) and (not held or any(surface.pose.rpy)):
+            yield Found(Subject("wrap_surface", surface.name))
+
+
+WRAPS_IN_CARDSFLOW_XML = left_out(
+    features.WRAPS,
+    "wraps-left-out",
+    "cardsflow.xml holds one wrap a segment, cylinders along a link's z axis, no ellipsoids and "
+    "no other programs' rules; {count} of its wraps are left out there, over {surfaces}",
+    _left_wraps,
+    only="in cardsflow.xml: several in a segment, turned cylinders, ellipsoids, others' rules",
+)
+
+CARDSFLOW = Capabilities(
+    "cardsflow.xml",
+    (
+        kept(features.MUSCLES, features.TENSION_LAWS, features.IDEAL_PARAMETERS, features.PULLEYS),
+        kept(features.CABLE_FRICTION, features.CONDITIONS, features.MOVING_POINTS),
+        kept(features.BRANCHES, features.TERMS, features.TASK_FRAMES, features.TASK_AXES),
+        left_out(
+            features.LINKS,
+            "links-left-out",
+            "cardsflow.xml holds muscles and end effectors; links and joints are in model.sdf",
+            of_robot(lambda robot: True),
+        ),
+        implied(*features.OF_LINKS_AND_JOINTS, features.GRAVITIES),
+        left_out(features.CABLE_SETS),
+        left_out(features.TASK_SETS),
+        left_out(features.SET_NAMES),
+        WRAPS_IN_CARDSFLOW_XML,
+        implied(features.ELLIPSOIDS, features.OPENSIM_WRAPS, features.MUJOCO_WRAPS),
+        left_out(
+            features.WRAP_SURFACES,
+            "wrap-surfaces-left-out",
+            "no muscle holds it in cardsflow.xml; left out",
+            lambda robot: _surfaces(robot, held=False),
+            only="that no muscle brings in",
+        ),
+        changed(  # turned cylinders are not held
+            "turned spheres",
+            "sphere-turned-back",
+            "cardsflow.xml turns no spheres; a chosen side counts about its link's z axis there",
+            lambda robot: _surfaces(robot, held=True),
+        ),
+    ),
+)

@@ -1,0 +1,297 @@
+"""What CASPR's files hold: refused is what would be another robot, the rest is left out."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from ...caspr_vocabulary import CASPR_CABLES, CASPR_PULLEYS, Property, cable_tag
+from ...finding import Finding, Subject, errors_first
+from ...finding_builders import all_task_frames
+from ...model.joint import Joint
+from ...model.muscle import Muscle
+from ...model.pose import IDENTITY
+from ...model.robot import GRAVITY, WORLD, Robot
+from ...model.trajectory import Trajectory
+from .. import features
+from ..capability import (
+    Capabilities,
+    Found,
+    changed,
+    implied,
+    in_every_set,
+    kept,
+    left_out,
+    refused,
+)
+from ..features import Words, of_joints, of_links, of_muscles, of_robot
+from .joints import CASPR_JOINTS, caspr_word
+from .trajectory_losses import NOT_AN_ID, XML_ID, trajectory_losses
+from .write_tasks import task_items
+
+
+def caspr_losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[Finding]:
+    """Everything that CASPR's files cannot hold.
+
+    Returns:
+        Errors, for which it is not written, then warnings for what is left out or doubtful.
+    """
+    return errors_first([*CASPR.losses(robot), *trajectory_losses(robot, trajectories)])
+
+
+def _renamed(robot: Robot) -> Words:
+    """The names of joints and coordinates, each with the one that it is read back under."""
+    names = {
+        f"{name!r} becomes {given}": None
+        for i, joint in enumerate(robot.joints, start=1)
+        for name, given in _names(joint, f"joint_{i}")
+        if name != given
+    }
+    return {"renamed": ", ".join(names)} if names else {}
+
+
+def _names(joint: Joint, given: str) -> Iterator[tuple[str, str]]:
+    yield joint.name, given
+    words = [j.suffixes for j in CASPR_JOINTS.values() if j.motions == joint.motions]
+    suffixes = words[0] if words else ("",) * len(joint.coordinates)
+    for coordinate, suffix in zip(joint.coordinates, suffixes, strict=False):
+        yield coordinate.name, f"{given}_{suffix}" if suffix else given
+
+
+def _has_other_motions(joint: Joint) -> bool:
+    return joint.type != "fixed" and caspr_word(joint.motions) is None
+
+
+def _is_turned(joint: Joint) -> bool:
+    return any(joint.T_parent_joint.rpy) or any(joint.T_child_joint.rpy)
+
+
+def _is_moved(joint: Joint) -> Words:
+    moved = joint.T_child_joint != IDENTITY and not _is_turned(joint)
+    return {"child": joint.child} if moved else {}
+
+
+def _other_law(muscle: Muscle) -> Words:
+    kind = muscle.model.kind
+    return {} if CASPR_CABLES[cable_tag(kind)].kind == kind else {"kind": kind}
+
+
+def _missing_parameters(muscle: Muscle) -> Words:
+    given, known = _parameters(muscle)
+    lacking = [names for item, names in known if item.required and not set(names) <= set(given)]
+    return _names_for(cable_tag(muscle.model.kind), [name for names in lacking for name in names])
+
+
+def _other_parameters(muscle: Muscle) -> Words:
+    given, known = _parameters(muscle)
+    names = {name for _, names in known for name in names}
+    return _names_for(cable_tag(muscle.model.kind), [name for name in given if name not in names])
+
+
+def _parameters(muscle: Muscle) -> tuple[list[str], list[tuple[Property, list[str]]]]:
+    """The names of a cable's parameters, and CASPR's properties, each with its parameters."""
+    cable = CASPR_CABLES[cable_tag(muscle.model.kind)]
+    given = [] if _other_law(muscle) else [name for name, _ in muscle.model.parameters]
+    return given, [
+        (item, [item.name(k) for k in range(1, (item.size or len(given)) + 1)])
+        for item in cable.properties
+    ]
+
+
+def _missing_numbers(muscle: Muscle) -> Words:
+    tag, given, known = _numbers(muscle)
+    lacking = [item for item in known if given.get(item.tag) != item.size]
+    return _names_for(tag, [f"{item.size} numbers {item.tag}" for item in lacking])
+
+
+def _other_numbers(muscle: Muscle) -> Words:
+    tag, given, known = _numbers(muscle)
+    return _names_for(tag, sorted(set(given) - {item.tag for item in known}))
+
+
+def _numbers(muscle: Muscle) -> tuple[str, dict[str, int], tuple[Property, ...]]:
+    """CASPR's element for a pulley, how many numbers it has by name, and those that CASPR has."""
+    if muscle.pulley is None:
+        return "", {}, ()
+    tag, words = next(p for p in CASPR_PULLEYS.items() if p[1].kind == muscle.pulley.kind)
+    return tag, {name: len(values) for name, values in muscle.pulley.parameters}, words.properties
+
+
+def _names_for(tag: str, names: Sequence[str]) -> Words:
+    return {"tag": tag, "names": ", ".join(names)} if names else {}
+
+
+def _is_off_base(muscle: Muscle) -> bool:
+    return muscle.pulley is not None and [p.link for p in muscle.via_points[:1]] != [WORLD]
+
+
+def _crowded_links(robot: Robot) -> Iterator[Found]:
+    for task_set in robot.task_sets:
+        counts = Counter(item.link for item in task_items(task_set.frames))
+        for link, count in counts.items():
+            if count > 1:
+                yield Found(Subject("task_set", task_set.name), {"count": count, "link": link})
+
+
+def _points_of_orientations(robot: Robot) -> Iterator[Found]:
+    for subject, frame in all_task_frames(robot):
+        if frame.is_orientation and any(frame.position):
+            yield Found(subject)
+
+
+def _sets_without_id(robot: Robot) -> Iterator[Found]:
+    groups = [*(Subject("cable_set", group.name) for group in robot.cable_sets)]
+    groups += [Subject("task_set", group.name) for group in robot.task_sets]
+    return (Found(subject) for subject in groups if not XML_ID.fullmatch(subject.name))
+
+
+CASPR = Capabilities(
+    "CASPR",
+    (
+        kept(features.LINKS, features.LIMITS, features.INITIAL_VALUES, features.LINK_ENDS),
+        kept(features.MOTORS, features.MUSCLES, features.CABLE_SETS, features.SET_NAMES),
+        kept(features.TASK_FRAMES, features.TASK_SETS, features.TASK_AXES, features.PULLEYS),
+        refused(
+            features.GRAVITIES, "caspr-gravity", f"CASPR's gravity is {GRAVITY}, not {{gravity}}"
+        ),
+        changed(
+            "links without far ends",
+            "caspr-link-ends",
+            "CASPR needs far ends of links, for drawing; 0 0 0 for {names}",
+            of_robot(lambda robot: [link.name for link in robot.links if link.end is None]),
+        ),
+        left_out(
+            features.JOINT_NAMES,
+            "caspr-joint-names",
+            "CASPR names no joints nor coordinates; {renamed}",
+            of_robot(_renamed),
+        ),
+        refused(
+            features.FIXED_JOINTS,
+            "caspr-fixed-joint",
+            "CASPR has no fixed joints; merge link {child!r} into {parent!r}",
+        ),
+        refused(
+            features.CHAINS,
+            "caspr-joint-type",
+            "CASPR has no joint with these motions; make it of several joints",
+            of_joints(_has_other_motions),
+            only="other ones than CASPR's",
+        ),
+        refused(
+            features.DRIVEN_JOINTS,
+            "caspr-driven-joint",
+            "CASPR has no coupled or locked coordinates; hold them at a value",
+            of_joints(lambda joint: not (joint.is_plain or _has_other_motions(joint))),
+        ),
+        refused(
+            "frames that are turned at q = 0",
+            "caspr-turned-frame",
+            "turns a frame at q = 0, and CASPR has no turned frames; align the frames",
+            of_joints(_is_turned),
+        ),
+        refused(
+            features.LINK_FRAMES,
+            "caspr-link-frame",
+            "in CASPR the frame of link {child!r} is the joint's; move it there",
+            of_joints(_is_moved),
+        ),
+        refused(
+            "joints of which some coordinates have motors",
+            "caspr-mixed-actuation",
+            "in CASPR all of a joint's coordinates are actuated or none is; split the joint",
+            of_joints(lambda joint: len({c.actuated for c in joint.coordinates}) > 1),
+        ),
+        left_out(features.MOTOR_BOUNDS, "caspr-motor-bounds"),
+        implied(features.BOUNDS_WITHOUT_MOTOR, features.MESH_NAMES),
+        left_out(features.DAMPING, "caspr-damping"),
+        left_out(features.SPRINGS, "caspr-spring"),
+        left_out(features.FRICTION, "caspr-spring"),
+        left_out(features.ARMATURES, "caspr-spring"),
+        left_out(features.LIMIT_FORCES, "caspr-spring"),
+        left_out(features.LOOPS),
+        left_out(features.MESHES, "caspr-meshes", "CASPR has no meshes; {count} left out"),
+        left_out(
+            features.COLLISIONS,
+            "caspr-meshes",
+            "CASPR has no shapes to collide with; {count} left out",
+            of_links(lambda link: link.shapes),
+        ),
+        left_out(
+            features.WRAP_SURFACES,
+            "caspr-wrap",
+            "CASPR has no wrap surfaces; it is left out, and cables run straight",
+        ),
+        implied(features.ELLIPSOIDS),
+        *in_every_set(
+            left_out(features.OPENSIM_WRAPS),
+            left_out(features.MUJOCO_WRAPS),
+            left_out(
+                features.WRAPS, "caspr-wrap", "CASPR has no wrapping; the cable runs straight"
+            ),
+            changed(
+                "cables without a largest force",
+                "caspr-infinite-force",
+                "f_max is written as inf, which CASPR's solvers may refuse; give a number",
+                of_muscles(lambda muscle: muscle.f_max == math.inf),
+            ),
+            left_out(
+                features.TENSION_LAWS,
+                "caspr-tension-law",
+                "CASPR has no {kind}; written as an ideal cable with force limits",
+                of_muscles(_other_law),
+                only="other ones than those of CASPR's cables",
+            ),
+            refused(
+                "cables without parameters that CASPR needs",
+                "caspr-cable-property",
+                "CASPR's <{tag}> needs {names}; add them to the model",
+                of_muscles(_missing_parameters),
+            ),
+            left_out(
+                features.IDEAL_PARAMETERS,
+                "caspr-cable-property",
+                "CASPR's <{tag}> has no {names}; left out",
+                of_muscles(_other_parameters),
+                only="those that CASPR does not have",
+            ),
+            refused(
+                "pulleys that are not at the base",
+                "pulley-not-at-base",
+                "CASPR has pulleys at the base only; put its first via point there",
+                of_muscles(_is_off_base),
+            ),
+            refused(
+                "pulleys without numbers that CASPR needs",
+                "caspr-pulley-property",
+                "CASPR's <{tag}> needs {names}; add them",
+                of_muscles(_missing_numbers),
+            ),
+            left_out(
+                "other numbers of pulleys",
+                "caspr-pulley-property",
+                "CASPR's <{tag}> has no {names}; left out",
+                of_muscles(_other_numbers),
+            ),
+            left_out(features.CABLE_FRICTION),
+            left_out(features.CONDITIONS),
+            left_out(features.MOVING_POINTS),
+            left_out(features.BRANCHES),
+            *features.TERMS_LEFT_OUT,
+        ),
+        changed(
+            "several items of an operational space on a link",
+            "caspr-one-item-a-link",
+            "has {count} items on link {link!r}; CASPR loads a set with one a link",
+            _crowded_links,
+        ),
+        left_out(
+            "points of orientations",
+            "caspr-orientation-point",
+            "an orientation has no point in CASPR; it is left out",
+            _points_of_orientations,
+        ),
+        changed("sets with a name that is no XML ID", "caspr-id", NOT_AN_ID, _sets_without_id),
+    ),
+)

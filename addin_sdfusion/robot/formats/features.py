@@ -1,0 +1,321 @@
+"""The features of robots that formats hold or do not hold, in the order of the documents' table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Container, Iterable, Iterator
+from typing import Any
+
+from ..finding import Subject
+from ..finding_builders import listed
+from ..model.joint import Coordinate, Joint
+from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
+from ..model.pose import IDENTITY
+from ..model.robot import GRAVITY, MARKERS, Link, Robot
+from .capability import Feature, Finder, Found, left_out, refused
+
+UNNAMED = ("", "cardsflow", MARKERS)
+"""Names of sets that files without them are read with."""
+
+
+Words = dict[str, object]
+
+
+def of_links(has: Callable[[Link], Any]) -> Finder:
+    """The links that have something.
+
+    Args:
+        has: Whether a link has it. Where it gives a dictionary these are the words of the
+            message, where it gives a tuple `{count}` is its length.
+    """
+    return lambda robot: _places("link", robot.links, has)
+
+
+def of_joints(has: Callable[[Joint], Any]) -> Finder:
+    """The joints that have something, as `of_links`."""
+    return lambda robot: _places("joint", robot.joints, has)
+
+
+def of_coordinates(has: Callable[[Coordinate], Any]) -> Finder:
+    """The coordinates, also locked and coupled ones, that have something, as `of_links`."""
+    return lambda robot: _places("coordinate", robot.all_coordinates, has)
+
+
+def of_muscles(has: Callable[[Muscle], Any]) -> Finder:
+    """The muscles of the active cable set that have something, as `of_links`."""
+    return lambda robot: _places("muscle", robot.muscles, has)
+
+
+def of_robot(has: Callable[[Robot], Any]) -> Finder:
+    """The robot, if it has something, as `of_links`; `{names}` are those in a list."""
+    return lambda robot: _places("robot", [robot], has)
+
+
+def of_surfaces(has: Callable[[WrapSurface], Any]) -> Finder:
+    """The wrap surfaces that have something, as `of_links`."""
+    return lambda robot: _places("wrap_surface", robot.wrap_surfaces, has)
+
+
+def _places(kind: str, parts: Iterable[Any], has: Callable[[Any], Any]) -> Iterator[Found]:
+    for part in parts:
+        there = has(part)
+        if there:
+            yield Found(Subject(kind, part.name), _words(there))
+
+
+def _words(there: object) -> dict[str, object]:
+    if isinstance(there, dict):
+        return there
+    if isinstance(there, list):
+        return {"names": listed(there, len(there))}
+    return {"count": len(there)} if isinstance(there, tuple) else {}
+
+
+def points_of_muscles(has: Callable[[ViaPoint], Any]) -> Finder:
+    """The muscles of the active cable set with such points: `{places}`, counted from 1."""
+
+    def test(muscle: Muscle) -> Words:
+        found = [str(k) for k, point in enumerate(muscle.via_points, 1) if has(point)]
+        return {"places": ", ".join(found)} if found else {}
+
+    return of_muscles(test)
+
+
+def of_wraps(has: Callable[[Wrap], Any]) -> Finder:
+    """The muscles of the active cable set, once for each such wrap."""
+
+    def find(robot: Robot) -> Iterator[Found]:
+        for muscle in robot.muscles:
+            for wrap in muscle.wraps:
+                if has(wrap):
+                    words = {"surface": wrap.surface, "turns": wrap.turns}
+                    yield Found(Subject("muscle", muscle.name), words)
+
+    return find
+
+
+def other_laws(held: Container[str]) -> Finder:
+    """The muscles with another tension law than a command of the tension, or those held."""
+    return of_muscles(
+        lambda m: m.model.kind != "ideal" and m.model.kind not in held and {"kind": m.model.kind}
+    )
+
+
+LINKS = Feature("links and their inertias", of_links(lambda link: True))
+FIXED_JOINTS = Feature(
+    "fixed joints",
+    of_joints(lambda j: j.type == "fixed" and {"child": j.child, "parent": j.parent}),
+)
+CHAINS = Feature(
+    "joints of several motions",
+    of_joints(lambda joint: order(joint) if len(joint.motions) > 1 else {}),
+    "joint-in-a-chain",
+    "{format} gets its {count} motions as single joints, with links without mass between them; "
+    "their order is {order}",
+)
+DRIVEN_JOINTS = Feature(
+    "functions of coordinates, couplings and locks",
+    of_joints(lambda joint: not joint.is_plain),
+    "driven-joint",
+    "{format} is not written with motions that follow functions of coordinates, nor with coupled "
+    "or locked ones; write sdf, or hold its coordinates at a value",
+)
+LINK_FRAMES = Feature(
+    "link frames apart from those of their joints",
+    of_joints(lambda j: j.T_child_joint != IDENTITY and {"child": j.child}),
+)
+JOINT_NAMES = Feature(
+    "names of joints apart from those of their coordinates",
+    of_robot(lambda robot: _joint_names(robot)),
+    "names-left-out",
+    "{format} names joints as their coordinates: {names} left out",
+)
+LOOPS = Feature(
+    "joints that close loops",
+    of_robot(lambda robot: other_loops(robot, ())),
+    "loop-left-out",
+    "{format} has no joints that close such loops; left out, and open there: {names}",
+)
+GRAVITIES = Feature(
+    "other gravity than the earth's",
+    of_robot(lambda robot: robot.gravity != GRAVITY and {"gravity": robot.gravity}),
+)
+MESHES = Feature("meshes", of_links(lambda link: link.meshes))
+MESH_NAMES = Feature(
+    "names of meshes",
+    of_links(lambda link: any(mesh.name for mesh in link.meshes)),
+    "mesh-names-left-out",
+    "{format} numbers its meshes; their names are left out",
+)
+COLLISIONS = Feature(
+    "shapes and meshes that collide",
+    of_links(lambda link: link.shapes or any(mesh.role == "collision" for mesh in link.meshes)),
+)
+LINK_ENDS = Feature(
+    "far ends of links",
+    of_robot(lambda robot: any(link.end is not None for link in robot.links)),
+    "link-ends-left-out",
+    "{format} does not hold the far ends of links; they were for drawing only",
+)
+INITIAL_VALUES = Feature("initial values", of_coordinates(lambda c: c.initial))
+LIMITS = Feature(
+    "limits of coordinates",
+    of_coordinates(lambda c: math.isfinite(c.lower) or math.isfinite(c.upper)),
+)
+DAMPING = Feature("damping", of_coordinates(lambda c: c.damping))
+SPRINGS = Feature("springs", of_coordinates(lambda c: c.stiffness))
+FRICTION = Feature(
+    "Coulomb friction in joints", of_coordinates(lambda c: c.friction), "friction-left-out"
+)
+ARMATURES = Feature("armatures", of_coordinates(lambda c: c.armature), "armature-left-out")
+LIMIT_FORCES = Feature(
+    "forces beyond a range", of_coordinates(lambda c: c.limit_force), "limit-force-left-out"
+)
+MOTORS = Feature("motors of joints", of_coordinates(lambda c: c.actuated))
+MOTOR_BOUNDS = Feature(
+    "bounds of motors",
+    of_coordinates(lambda c: (c.tau_min, c.tau_max) != (-math.inf, math.inf)),
+    "motor-bounds-left-out",
+)
+BOUNDS_WITHOUT_MOTOR = Feature(
+    "bounds of motors that are not there",
+    of_coordinates(
+        lambda c: not c.actuated and c.is_free and (c.tau_min, c.tau_max) != (-math.inf, math.inf)
+    ),
+    "motor-bounds-left-out",
+    "{format} has bounds of a motor only with one, and it has none; left out",
+)
+OF_LINKS_AND_JOINTS = tuple(v for v in list(globals().values()) if isinstance(v, Feature))[1:]
+"""Those above, but for the links themselves."""
+
+MUSCLES = Feature("muscles", of_robot(lambda robot: robot.cable_sets))
+TENSION_LAWS = Feature(
+    "tension laws of muscles",
+    other_laws(()),
+    "cable-model-left-out",
+    "{format} has no cable {kind!r}; written as an ideal one",
+)
+IDEAL_PARAMETERS = Feature(
+    "parameters of ideal cables",
+    of_muscles(
+        lambda m: (
+            m.model.kind == "ideal"
+            and m.model.parameters
+            and {"given": ", ".join(name for name, _ in m.model.parameters)}
+        )
+    ),
+    "cable-parameters-left-out",
+    "{format} has no {given} of a cable; left out",
+)
+PULLEYS = Feature(
+    "swivelling pulleys",
+    of_muscles(lambda m: m.pulley is not None),
+    "pulley-left-out",
+    "{format} has no swivelling pulley; its fixed location is a via point",
+)
+CABLE_FRICTION = Feature(
+    "friction of cables on their guides",
+    of_muscles(lambda m: m.friction or m.bend_friction),
+    "cable-friction-left-out",
+)
+CONDITIONS = Feature(
+    "points that are in use at times",
+    points_of_muscles(lambda point: point.when is not None),
+    "point-condition-left-out",
+    "{format} has no {what}; always in use there: {places}",
+)
+MOVING_POINTS = Feature(
+    "points that move on their links",
+    points_of_muscles(lambda point: point.moves),
+    "point-motion-left-out",
+    "{format} has no {what}; fixed there: {places}",
+)
+BRANCHES = Feature(
+    "branches of tendons",
+    of_muscles(lambda m: m.branches),
+    "branches-left-out",
+    "{format} has no {what}; its path is one piece there",
+)
+TERMS = Feature(
+    "lengths in proportion to coordinates", of_muscles(lambda m: m.terms), "terms-left-out"
+)
+WRAPS = Feature("wraps over surfaces", of_muscles(lambda m: m.wraps))
+WRAP_SURFACES = Feature("wrap surfaces", of_surfaces(lambda surface: True))
+ELLIPSOIDS = Feature(
+    "ellipsoids that muscles wrap over",
+    of_surfaces(lambda surface: surface.shape == "ellipsoid"),
+    "ellipsoid-left-out",
+    "{format} wraps over no ellipsoids; it is left out, with its wraps",
+)
+_RULES = "{format} has no {what}; those over {names} go by its own"
+OPENSIM_WRAPS = Feature(
+    "wraps by OpenSim's rules",
+    of_muscles(lambda m: _by_rule(m, "opensim")),
+    "wrap-rule-left-out",
+    _RULES,
+)
+MUJOCO_WRAPS = Feature(
+    "wraps by MuJoCo's rules",
+    of_muscles(lambda m: _by_rule(m, "mujoco")),
+    "wrap-rule-left-out",
+    _RULES,
+)
+CABLE_SETS = Feature(
+    "several cable sets",
+    of_robot(lambda r: [group.name for group in r.cable_sets if group.name != r.cable_set]),
+    "cable-sets-left-out",
+    "{format} holds one cable set; left out: {names}",
+)
+TASK_SETS = Feature(
+    "several operational spaces",
+    of_robot(lambda r: [group.name for group in r.task_sets if group.name != r.task_set]),
+    "task-sets-left-out",
+    "{format} holds one operational space; left out: {names}",
+)
+SET_NAMES = Feature(
+    "names of sets",
+    of_robot(lambda r: [name for name in (r.cable_set, r.task_set) if name not in UNNAMED]),
+    "names-left-out",
+    "{format} names no sets: {names} left out",
+)
+TASK_FRAMES = Feature("task frames", of_robot(lambda robot: robot.task_sets))
+TASK_AXES = Feature(
+    "axes of task frames",
+    of_robot(lambda robot: robot.task_set != MARKERS and robot.task_frames),
+    "task-axes-left-out",
+    "{format} holds the points of the task frames, not their order nor which of their axes count",
+)
+
+TERMS_LEFT_OUT = (
+    left_out(TERMS, find=of_muscles(lambda m: m.terms and m.via_points), only="beside a path"),
+    refused(TERMS, find=of_muscles(lambda m: m.terms and not m.via_points), only="without a path"),
+)
+"""The rows of a format without: of a muscle that has nothing else nothing would be left."""
+
+CATALOGUE = tuple(value for value in list(globals().values()) if isinstance(value, Feature))
+"""All of them."""
+
+
+def order(joint: Joint) -> Words:
+    """The words of a joint in a chain: how many motions, and their order."""
+    moved = (motion for motion in joint.motions if not motion.is_fixed)
+    order = ", ".join(joint.coordinates[motion.coordinate].name for motion in moved)
+    return {"count": len(joint.motions), "order": order}
+
+
+def _joint_names(robot: Robot) -> list[str]:
+    return [
+        joint.name
+        for joint in robot.joints
+        if joint.name not in [coordinate.name for coordinate in joint.coordinates]
+    ]
+
+
+def _by_rule(muscle: Muscle, rule: str) -> list[str]:
+    """The surfaces of the wraps by a program's rules."""
+    return [wrap.surface for wrap in muscle.wraps if wrap.rule == rule]
+
+
+def other_loops(robot: Robot, held: Container[str]) -> list[str]:
+    """The joints that close loops, but those of the types held."""
+    return [f"{loop.name} ({loop.type})" for loop in robot.loops if loop.type not in held]

@@ -1,0 +1,172 @@
+"""What SDF with its plugin and cardsflow.xml holds: refused is what libsdformat would refuse."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from ...checks.masses import density_matrix, positive_semidefinite
+from ...finding import Finding, Subject
+from ...model.joint import Joint
+from ...model.robot import WORLD, Link, Robot
+from .. import features
+from ..capability import Capabilities, Found, changed, changed_together, kept, refused
+from ..cardsflow.capabilities import WRAPS_IN_CARDSFLOW_XML
+from ..features import Words, of_coordinates, of_joints, of_links, of_robot
+from .names import NO_LIMIT, joint_frame_name, needs_frame
+from .write_joints import KINDS, is_chained, sdf_joints
+
+
+def sdf_losses(robot: Robot) -> list[Finding]:
+    """Everything that SDF with its plugin and cardsflow.xml cannot hold.
+
+    Returns:
+        Errors, for which it is not written, then warnings for what is left out.
+    """
+    return SDF.losses(robot)
+
+
+def _named(robot: Robot) -> Iterator[Subject]:
+    """What has a name in the model."""
+    yield from (Subject("link", link.name) for link in robot.links)
+    yield from (Subject("joint", joint.name) for joint in robot.joints)
+    yield from (Subject("joint", loop.name) for loop in robot.loops)
+
+
+def _clashes(robot: Robot) -> Iterator[Found]:
+    """SDF has one space of names for links, joints and frames."""
+    counts = Counter(subject.name for subject in _named(robot))
+    counts.update(joint_frame_name(loop.name, loop.child) for loop in robot.loops)
+    for parts in sdf_joints(robot).values():
+        counts.update(
+            joint_frame_name(part.name, part.child)
+            for part in parts
+            if needs_frame(part.T_child_joint)
+        )
+    for subject in _named(robot):
+        if counts[subject.name] > 1:
+            yield Found(subject, {"name": subject.name})
+
+
+def _reserved(robot: Robot) -> Iterator[Found]:
+    for subject in (*_named(robot), Subject("robot", robot.name)):
+        name = subject.name
+        if "::" in name or (name.startswith("__") and name.endswith("__")) or name == WORLD:
+            yield Found(subject, {"name": name})
+
+
+def _spaced(robot: Robot) -> Iterator[Found]:
+    return (Found(subject) for subject in _named(robot) if "  " in subject.name)
+
+
+def _has_bad_text(link: Link) -> bool:
+    texts = [text for mesh in link.meshes for text in (mesh.uri, mesh.name) if text]
+    return any(text != text.strip() or not text.isprintable() for text in texts)
+
+
+def _is_infinite_to_sdf(limits: Sequence[float]) -> bool:
+    return any(NO_LIMIT <= abs(limit) < math.inf for limit in limits)
+
+
+def _chain(joint: Joint) -> Words:
+    return {"type": joint.type, "count": len(joint.motions)} if is_chained(joint) else {}
+
+
+def _other_loops(robot: Robot) -> Iterator[Found]:
+    for loop in robot.loops:
+        if loop.type not in KINDS:
+            yield Found(Subject("joint", loop.name), {"type": loop.type})
+
+
+SDF = Capabilities(
+    "SDF",
+    (
+        kept(features.LINKS, features.FIXED_JOINTS, features.JOINT_NAMES, features.LINK_FRAMES),
+        kept(features.GRAVITIES, features.MESHES, features.MESH_NAMES, features.COLLISIONS),
+        kept(features.LINK_ENDS, features.INITIAL_VALUES, features.LIMITS, features.DAMPING),
+        kept(features.SPRINGS, features.FRICTION, features.MOTORS, features.MOTOR_BOUNDS),
+        kept(features.BOUNDS_WITHOUT_MOTOR),
+        kept(features.MUSCLES, features.TENSION_LAWS, features.IDEAL_PARAMETERS, features.PULLEYS),
+        kept(features.CABLE_FRICTION, features.CONDITIONS, features.MOVING_POINTS),
+        kept(features.BRANCHES, features.TERMS, features.WRAP_SURFACES, features.ELLIPSOIDS),
+        kept(features.OPENSIM_WRAPS, features.MUJOCO_WRAPS, features.CABLE_SETS),
+        kept(features.TASK_SETS, features.SET_NAMES, features.TASK_FRAMES, features.TASK_AXES),
+        refused(
+            "links, joints and frames of one name",
+            "sdf-name-clash",
+            "SDF needs different names for links, joints and frames; rename it, {name!r} is taken",
+            _clashes,
+        ),
+        refused(
+            "reserved names",
+            "sdf-reserved-name",
+            "SDF reserves the name {name!r}; rename it",
+            _reserved,
+        ),
+        changed(
+            "names with spaces in a row",
+            "sdf-spaces",
+            "libsdformat takes spaces in a row for one, and finds no link of the name",
+            _spaced,
+        ),
+        refused(
+            "meshes with control characters in their texts",
+            "sdf-mesh-text",
+            "a mesh's URI or name begins or ends with a space or has control characters",
+            of_links(_has_bad_text),
+        ),
+        refused(
+            "limits above 1e16",
+            "sdf-limit",
+            f"a limit of {NO_LIMIT:g} or more is none in SDF; make it infinite",
+            of_coordinates(lambda c: _is_infinite_to_sdf((c.lower, c.upper))),
+        ),
+        refused(
+            "bounds of motors above 1e16",
+            "sdf-limit",
+            f"a motor's bound of {NO_LIMIT:g} or more is none in SDF; make it infinite",
+            of_coordinates(lambda c: _is_infinite_to_sdf((c.tau_min, c.tau_max))),
+        ),
+        changed(
+            features.CHAINS,
+            "joint-in-a-chain",
+            "SDF has no {type} joint with coordinates; other programs see {count} single joints "
+            "with links without mass between them",
+            of_joints(_chain),
+            only="but for universal ones",
+        ),
+        changed(
+            features.DRIVEN_JOINTS,
+            "functions-in-the-plugin",
+            "what drives it is in the CARDSFlow plugin alone; in other programs its motions are "
+            "coordinates of their own",
+        ),
+        refused(
+            features.LOOPS,
+            "loop-type",
+            "SDF has no {type} joint that closes a loop",
+            _other_loops,
+            only="cylindrical and planar ones",
+        ),
+        changed_together(
+            (features.ARMATURES, features.LIMIT_FORCES),
+            "held-in-the-plugin",
+            "SDF has no {what}: others do not read them from CARDSFlow's own elements",
+        ),
+        changed(
+            features.LOOPS,
+            "loops-in-drake",
+            "Drake refuses models with joints that close loops: {names}",
+            of_robot(lambda robot: [loop.name for loop in robot.loops]),
+            only="others",
+        ),
+        changed(
+            "inertias that no body has",
+            "sdf-inertia-refused",
+            "no body has its inertia: libsdformat refuses it, Drake takes another",
+            of_links(lambda link: not positive_semidefinite(density_matrix(link.inertia.matrix))),
+        ),
+        WRAPS_IN_CARDSFLOW_XML,
+    ),
+)

@@ -1,0 +1,181 @@
+"""What URDF with the cardsflow.xml beside it holds: to CARDSFlow all but loops and link frames."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+from ...finding import Finding, Subject
+from ...model.function import ITSELF, Function, Polynomial
+from ...model.joint import Coordinate
+from ...model.pose import IDENTITY
+from ...model.robot import Robot
+from ...transforms.joint_chains import SingleJoint, single_joints
+from .. import features
+from ..capability import (
+    Capabilities,
+    Feature,
+    Finder,
+    Found,
+    changed,
+    changed_together,
+    kept,
+    left_out,
+    refused,
+)
+from ..features import of_coordinates, of_robot
+from ..sdf.write_joints import has_one_effort
+
+NO_LIMIT = 1e16
+"""The value of a limit that is none: in [rad], [m], [N·m], [N], [rad/s] or [m/s]."""
+
+
+def urdf_losses(robot: Robot) -> list[Finding]:
+    """What URDF cannot hold of a valid robot."""
+    return URDF.losses(robot)
+
+
+def followed(single: SingleJoint) -> tuple[str, Function | None]:
+    """The joint that a single one follows, and how; None where it follows none."""
+    c, motion = single.coordinate, single.motion
+    if c is None or motion is None:
+        return "", None
+    if single.name != c.name:
+        return c.name, motion.function
+    if len(c.coupling) == 1 and not c.locked:
+        return c.coupling[0].coordinate, c.coupling[0].function
+    return "", None
+
+
+def is_limited(coordinate: Coordinate) -> bool:
+    """Whether it has a limit on one side at least."""
+    return math.isfinite(coordinate.lower) or math.isfinite(coordinate.upper)
+
+
+def _is_limited_once(c: Coordinate) -> bool:
+    return c.is_free and math.isfinite(c.lower) != math.isfinite(c.upper)
+
+
+def _of_singles(has: Callable[[SingleJoint, Coordinate], bool]) -> Finder:
+    """The coordinates of single joints that have something; `{joint}` is the joint."""
+
+    def find(robot: Robot) -> Iterator[Found]:
+        for single in single_joints(robot, whole=True):
+            c = single.coordinate
+            if c is not None and single.motion is not None and has(single, c):
+                yield Found(Subject("coordinate", c.name), {"joint": single.name})
+
+    return find
+
+
+def _has_other_motion(single: SingleJoint, c: Coordinate) -> bool:
+    motion = single.motion
+    return single.name == c.name and motion is not None and motion.function != ITSELF
+
+
+def _follows_several(single: SingleJoint, c: Coordinate) -> bool:
+    return single.name == c.name and len(c.coupling) > 1 and not c.locked
+
+
+def _follows_no_line(single: SingleJoint, c: Coordinate) -> bool:
+    function = followed(single)[1]
+    is_line = isinstance(function, Polynomial) and len(function.coefficients) <= 2
+    return function is not None and not is_line
+
+
+def _moved_frames(robot: Robot) -> Iterator[Found]:
+    for joint in robot.joints:
+        if joint.T_child_joint != IDENTITY:
+            yield Found(Subject("link", joint.child), {"joint": joint.name})
+
+
+def _renamed_joints(robot: Robot) -> Iterator[Found]:
+    given = {single.child: single.name for single in single_joints(robot)}
+    for joint in robot.joints:
+        if joint.type == "fixed" and given[joint.child] != joint.name:
+            yield Found(Subject("joint", joint.name), {"name": given[joint.child]})
+
+
+BESIDE = (
+    features.GRAVITIES,
+    features.MUSCLES,
+    features.WRAP_SURFACES,
+    features.TASK_FRAMES,
+    features.LINK_ENDS,
+    features.DRIVEN_JOINTS,
+    features.SPRINGS,
+    features.ARMATURES,
+    features.LIMIT_FORCES,
+    features.INITIAL_VALUES,
+    Feature("bounds of motors", of_coordinates(lambda c: c.is_free and not has_one_effort(c))),
+)
+"""What is in the cardsflow.xml, which other programs do not read."""
+
+URDF = Capabilities(
+    "URDF",
+    (
+        kept(features.LINKS, features.MESHES, features.MESH_NAMES, features.COLLISIONS),
+        kept(features.FIXED_JOINTS, features.JOINT_NAMES, features.LIMITS, features.DAMPING),
+        kept(features.FRICTION, features.MOTORS, features.TENSION_LAWS, features.IDEAL_PARAMETERS),
+        kept(features.BOUNDS_WITHOUT_MOTOR),
+        kept(features.PULLEYS, features.CABLE_FRICTION, features.CONDITIONS),
+        kept(features.MOVING_POINTS, features.BRANCHES, features.TERMS, features.WRAPS),
+        kept(features.ELLIPSOIDS, features.OPENSIM_WRAPS, features.MUJOCO_WRAPS),
+        kept(features.CABLE_SETS, features.TASK_SETS, features.SET_NAMES, features.TASK_AXES),
+        changed(
+            features.DRIVEN_JOINTS,
+            "motion-for-coordinate",
+            "other programs have its motion in its place, from another zero or otherwise",
+            _of_singles(_has_other_motion),
+        ),
+        changed(
+            features.DRIVEN_JOINTS,
+            "coupling-left-out",
+            "URDF's mimic follows one joint; to other programs it moves freely",
+            _of_singles(_follows_several),
+        ),
+        changed(
+            features.DRIVEN_JOINTS,
+            "mimic-is-a-line",
+            "URDF's mimic is a line: joint {joint!r} is one to other programs, along the function "
+            "where the robot starts",
+            _of_singles(_follows_no_line),
+        ),
+        changed(
+            features.DRIVEN_JOINTS,
+            "lock-as-limits",
+            "URDF locks no joints; these have limits without room to other programs: {names}",
+            of_robot(lambda robot: [c.name for c in robot.all_coordinates if c.locked]),
+        ),
+        left_out(features.LOOPS),
+        changed(features.CHAINS, features.CHAINS.code, features.CHAINS.message),
+        changed_together(
+            BESIDE,
+            "held-beside-urdf",
+            "URDF has no {what}: they are in the cardsflow.xml beside it, which CARDSFlow reads "
+            "with it and others do not",
+        ),
+        changed(
+            features.LINK_FRAMES,
+            "link-frame-moved",
+            "its URDF frame is that of joint {joint!r}, not its own",
+            _moved_frames,
+        ),
+        changed(
+            features.LIMITS,
+            "one-sided-limit",
+            f"URDF limits both sides or none; the open one is {NO_LIMIT!r}",
+            of_coordinates(_is_limited_once),
+            only="on one side",
+        ),
+        changed(
+            "fixed joints with the name of a coordinate",
+            "renamed",
+            "a coordinate has its name; written as {name!r}",
+            _renamed_joints,
+        ),
+    ),
+)
+
+URDF_ALONE = Capabilities("The description, URDF,", (refused(features.DRIVEN_JOINTS),))
+"""What a URDF without a cardsflow.xml cannot be of, such as ROS's robot description."""
