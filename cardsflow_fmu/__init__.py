@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from .version import __version__
 
 if TYPE_CHECKING:
-    from .analysis.drive_check import check as check
     from .experiment.experiment import Experiment as Experiment
+    from .results.analysis.drive_check import check as check
     from .simulation.build import build as build
     from .simulation.result import Result as Result
     from .simulation.run import run as run
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Experiment": "experiment.experiment",
     "build": "simulation.build",
-    "check": "analysis.drive_check",
+    "check": "results.analysis.drive_check",
     "run": "simulation.run",
     "run_system": "simulation.run",
     "Result": "simulation.result",

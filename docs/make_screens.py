@@ -20,8 +20,8 @@ from PIL import Image  # noqa: E402
 from support.browser import Page, opened_browser  # noqa: E402
 
 from cardsflow_fmu import Experiment, run  # noqa: E402
-from cardsflow_fmu.report.page import report  # noqa: E402
-from cardsflow_fmu.viewer.view import run_act, write_page  # noqa: E402
+from cardsflow_fmu.results.report.page import report  # noqa: E402
+from cardsflow_fmu.results.viewer.view import run_act, write_page  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"
 SIZE, REPORT_SIZE = (1100, 720), (1100, 1500)

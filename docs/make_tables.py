@@ -25,14 +25,14 @@ from addin_sdfusion.robot.model.tension_laws import PRESETS  # noqa: E402
 from cardsflow_fmu import Experiment  # noqa: E402
 from cardsflow_fmu.cli.init import schema  # noqa: E402
 from cardsflow_fmu.cli.main import _parser  # noqa: E402
+from cardsflow_fmu.cosim.signals.groups import all_ports  # noqa: E402
+from cardsflow_fmu.cosim.signals.hardware import hardware_groups  # noqa: E402
+from cardsflow_fmu.cosim.signals.port import Port, identifier  # noqa: E402
 from cardsflow_fmu.models.controller import ControllerModel  # noqa: E402
 from cardsflow_fmu.models.estimator import EstimatorModel  # noqa: E402
 from cardsflow_fmu.models.plant import PlantModel  # noqa: E402
 from cardsflow_fmu.models.reference import ReferenceModel  # noqa: E402
 from cardsflow_fmu.models.sensors import SensorsModel  # noqa: E402
-from cardsflow_fmu.signals.groups import all_ports  # noqa: E402
-from cardsflow_fmu.signals.hardware import hardware_groups  # noqa: E402
-from cardsflow_fmu.signals.port import Port, identifier  # noqa: E402
 
 MADE = "<!-- Made by docs/make_tables.py of the code: change that, not this. -->"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from cardsflow_fmu.report import figures, run_figures
+from cardsflow_fmu.results.report import figures, run_figures
 from sim_dart.plant import plant
 from sim_dart.plant.settings import chosen_engine
 

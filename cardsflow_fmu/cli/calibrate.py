@@ -118,7 +118,7 @@ def _excite(options: argparse.Namespace) -> int:
 
 
 def _calibrate(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.report.calibration import calibrate_files
+    from cardsflow_fmu.results.report.calibration import calibrate_files
 
     free = _patterns(options.free)
     if not free:

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot import Finding, InputError
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.config.file import require_sizes
-from cardsflow_fmu.config.key_path import split_setting
+from cardsflow_fmu.experiment.config.file import require_sizes
+from cardsflow_fmu.experiment.config.key_path import split_setting
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment

@@ -88,8 +88,8 @@ def schema(kind: str = "experiment") -> dict[str, Any]:
         from addin_sdfusion.snapshot_file import file_schema
 
         return {"$schema": DIALECT, "title": "design snapshot", **file_schema()}
-    from cardsflow_fmu.config.schema import json_schema
-    from cardsflow_fmu.config.table import Table
+    from cardsflow_fmu.experiment.config.schema import json_schema
+    from cardsflow_fmu.experiment.config.table import Table
     from cardsflow_fmu.experiment.settings.file import ExperimentTables
 
     tables: type[Table] = ExperimentTables

@@ -68,7 +68,7 @@ def add_report(commands: Commands) -> None:
 
 
 def _plot(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.report.figures import missing_signs, plot
+    from cardsflow_fmu.results.report.figures import missing_signs, plot
     from cardsflow_fmu.results.saved_run import read_any
 
     with read_any(options.results) as result:
@@ -90,7 +90,7 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.report.page import report
+    from cardsflow_fmu.results.report.page import report
 
     print_files([report(options.results, options.output)], options.json)
     return GOOD

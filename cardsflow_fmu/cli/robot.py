@@ -218,7 +218,7 @@ def _refusal(experiment: Experiment | None) -> CardsflowError | None:
 
 def _drive_findings(reading: Reading, experiment: Experiment | None) -> list[Finding]:
     """What muscles cannot do."""
-    from cardsflow_fmu.analysis.drive_check import drive_findings, experiment_findings
+    from cardsflow_fmu.results.analysis.drive_check import drive_findings, experiment_findings
 
     if experiment is not None:
         return experiment_findings(experiment)
@@ -229,7 +229,7 @@ def _motion_findings(options: argparse.Namespace, reading: Reading) -> list[Find
     """Muscles that meet one another or links along the motion, if one is given."""
     if options.motion is None:
         return []
-    from cardsflow_fmu.analysis.motion_check import motion_findings
+    from cardsflow_fmu.results.analysis.motion_check import motion_findings
 
     robot = reading.require()
     return motion_findings(reading, robot, options.motion, options.clearance, options.capsules)
@@ -250,8 +250,13 @@ def _losses(options: argparse.Namespace, reading: Reading) -> list[Finding]:
 
 
 def _info(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.analysis.info import describe_fmu, describe_robot, fmu_info, robot_info
-    from cardsflow_fmu.ssp.info import describe_system, system_info
+    from cardsflow_fmu.results.analysis.info import (
+        describe_fmu,
+        describe_robot,
+        fmu_info,
+        robot_info,
+    )
+    from cardsflow_fmu.simulation.ssp.info import describe_system, system_info
 
     if options.thing.suffix == ".fmu":
         info, describe = fmu_info(options.thing), describe_fmu
@@ -302,8 +307,8 @@ def _convert(options: argparse.Namespace) -> int:
 
 
 def _size(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.analysis.sizing import size
-    from cardsflow_fmu.analysis.sizing_report import describe_sizes
+    from cardsflow_fmu.results.analysis.sizing import size
+    from cardsflow_fmu.results.analysis.sizing_report import describe_sizes
 
     sizes = size(experiment_of(options), margin=options.margin)
     print(json_text(sizes, indent=1) if options.json else describe_sizes(sizes))
@@ -313,7 +318,7 @@ def _size(options: argparse.Namespace) -> int:
 def _activations(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.files import write_files
     from addin_sdfusion.robot.readers import read
-    from cardsflow_fmu.analysis.activations import (
+    from cardsflow_fmu.results.analysis.activations import (
         activation_files,
         activation_summary,
         describe_activations,

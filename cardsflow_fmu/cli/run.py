@@ -129,7 +129,7 @@ def _print_observability(experiment: Experiment) -> None:
     """What an estimator can tell of the reference's poses."""
     if experiment.estimator is None:
         return
-    from cardsflow_fmu.analysis import observable
+    from cardsflow_fmu.results.analysis import observable
 
     found = observable.observed_poses(experiment)
     for line in observable.observability_warnings(found):

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cardsflow_fmu.cosim.coupling import Coupling
-from cardsflow_fmu.signals.ports import load_signals
-from cardsflow_fmu.signals.roles import HARDWARE
-from cardsflow_fmu.signals.world import wrench_signals
+from cardsflow_fmu.cosim.signals.ports import load_signals
+from cardsflow_fmu.cosim.signals.roles import HARDWARE
+from cardsflow_fmu.cosim.signals.world import wrench_signals
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment

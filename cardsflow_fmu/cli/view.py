@@ -68,7 +68,7 @@ def _port(text: str) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.viewer.view import acts_of, view, write_page, write_recording
+    from cardsflow_fmu.results.viewer.view import acts_of, view, write_page, write_recording
 
     paths = [options.thing] + ([options.other] if options.other else [])
     if options.html or options.rrd:
@@ -136,9 +136,9 @@ def _published(experiment: Experiment, uri: str) -> Iterator[Watch]:
 def _drawn(
     experiment: Experiment, options: argparse.Namespace
 ) -> Iterator[tuple[Watch, Callable[[Result], None]]]:
-    from cardsflow_fmu.viewer import view
-    from cardsflow_fmu.viewer.live import live
-    from cardsflow_fmu.viewer.scene.meshes import link_meshes
+    from cardsflow_fmu.results.viewer import view
+    from cardsflow_fmu.results.viewer.live import live
+    from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
 
     robot, world = experiment.robot, experiment.scene
     meshes = link_meshes(robot, experiment.folder, experiment.roots)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.signals.units import Unit
+from cardsflow_fmu.cosim.signals.units import Unit
 
 from .fmu_description import unpacked_description
 from .fmu_variables import Row, Signal, read_signals

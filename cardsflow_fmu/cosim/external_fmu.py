@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.signals.ports import Port
-from cardsflow_fmu.signals.units import KNOWN_UNITS, Conversion, Unit, conversion
+from cardsflow_fmu.cosim.signals.ports import Port
+from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Conversion, Unit, conversion
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .participant import Participant

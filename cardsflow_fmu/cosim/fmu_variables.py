@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit, variable_units
-from cardsflow_fmu.signals.variables import ELEMENTS
+from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Unit, variable_units
+from cardsflow_fmu.cosim.signals.variables import ELEMENTS
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _KINDS: dict[str, dict[str, tuple[str, Any]]] = {

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, InputError
-from cardsflow_fmu.signals.ports import SOLVE_TIME
-from cardsflow_fmu.signals.units import Conversion
+from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
+from cardsflow_fmu.cosim.signals.units import Conversion
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .coupling import Coupling

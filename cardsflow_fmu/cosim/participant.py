@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from cardsflow_fmu.signals.port import Port
-from cardsflow_fmu.signals.units import KNOWN_UNITS, Unit
+from cardsflow_fmu.cosim.signals.port import Port
+from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Unit
 from cardsflow_fmu.utils.arrays import FloatArray
 
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, SimulationError
-from cardsflow_fmu.signals.ports import SOLVE_TIME
+from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.interrupts import INTERRUPTED, interruptible
 

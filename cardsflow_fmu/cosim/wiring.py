@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.signals.units import Conversion, conversion
+from cardsflow_fmu.cosim.signals.units import Conversion, conversion
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .participant import Wired

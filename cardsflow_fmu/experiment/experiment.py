@@ -12,7 +12,7 @@ from addin_sdfusion.robot import InputError, Robot, check
 from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
-from cardsflow_fmu.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
+from cardsflow_fmu.cosim.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
 from cardsflow_fmu.utils.key_file import key_warning
 from sim_dart.muscles.friction import rubs
 

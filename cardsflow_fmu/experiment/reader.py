@@ -10,13 +10,13 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.readers import holds_robot
-from cardsflow_fmu.config.file import read_settings
-from cardsflow_fmu.config.key_path import set_value
-from cardsflow_fmu.config.multiples import require_multiple
-from cardsflow_fmu.config.table import Context
-from cardsflow_fmu.signals.estimation import estimation_wiring
-from cardsflow_fmu.signals.ports import load_signals
-from cardsflow_fmu.signals.world import wrench_signals
+from cardsflow_fmu.cosim.signals.estimation import estimation_wiring
+from cardsflow_fmu.cosim.signals.ports import load_signals
+from cardsflow_fmu.cosim.signals.world import wrench_signals
+from cardsflow_fmu.experiment.config.file import read_settings
+from cardsflow_fmu.experiment.config.key_path import set_value
+from cardsflow_fmu.experiment.config.multiples import require_multiple
+from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_duration
 from sim_dart.plant.settings import refuse_rk4
 from sim_dart.scene import Scene

@@ -13,7 +13,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, UnknownNameError, limits
 from addin_sdfusion.robot.files import read_file, write_files
 from addin_sdfusion.robot.model.trajectory import Space, Trajectory
-from cardsflow_fmu.config.names import Names
+from cardsflow_fmu.experiment.config.names import Names
 from cardsflow_fmu.utils.archive import opened_archive
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.csv_table import csv_text, read_csv, require_table

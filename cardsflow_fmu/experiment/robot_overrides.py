@@ -29,9 +29,9 @@ from typing import Any
 from addin_sdfusion.robot import InputError, Joint, Robot, TaskSet, UnknownNameError
 from addin_sdfusion.robot.model.joint import Coordinate
 from addin_sdfusion.robot.transforms.lock import lock
-from cardsflow_fmu.config.key_path import PathError, by_name, indexed
-from cardsflow_fmu.config.messages import joined
-from cardsflow_fmu.config.table import Text, Whole, checked, numbers
+from cardsflow_fmu.experiment.config.key_path import PathError, by_name, indexed
+from cardsflow_fmu.experiment.config.messages import joined
+from cardsflow_fmu.experiment.config.table import Text, Whole, checked, numbers
 
 KINDS = {
     "links": "link",

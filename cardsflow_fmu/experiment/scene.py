@@ -8,8 +8,8 @@ from typing import Any
 
 from addin_sdfusion.robot import InputError, Pose, Robot
 from addin_sdfusion.robot.formats.sdf.world import StaticObject, read_sdf_world
-from cardsflow_fmu.config.table import Context
-from cardsflow_fmu.signals.port import signal_names
+from cardsflow_fmu.cosim.signals.port import signal_names
+from cardsflow_fmu.experiment.config.table import Context
 from sim_dart.dart.link_shapes import link_shapes as collision_shapes
 from sim_dart.scene import (
     GROUND,

@@ -12,8 +12,8 @@ import numpy as np
 from addin_sdfusion.robot import Robot, UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space, Trajectory
 from addin_sdfusion.robot.readers import read_trajectory, trajectories_file
-from cardsflow_fmu.config.names import Names
-from cardsflow_fmu.config.table import Context
+from cardsflow_fmu.experiment.config.names import Names
+from cardsflow_fmu.experiment.config.table import Context
 from sim_dart.dynamics.core import CoreDynamics
 
 from .recorded_motion import motion_of_rows, read_motion

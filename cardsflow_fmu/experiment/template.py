@@ -11,8 +11,8 @@ from addin_sdfusion.exporting.experiment_text import point_lines, toml_key
 from addin_sdfusion.robot import Coordinate, Robot
 from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.model.trajectory import Trajectory
-from cardsflow_fmu.config.key_path import EVERY_OTHER
-from cardsflow_fmu.config.schema import json_schema
+from cardsflow_fmu.experiment.config.key_path import EVERY_OTHER
+from cardsflow_fmu.experiment.config.schema import json_schema
 
 from .settings.file import ExperimentTables
 

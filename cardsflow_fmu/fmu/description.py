@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from cardsflow_fmu.signals.dependencies import Dependencies
-from cardsflow_fmu.signals.ports import Port
-from cardsflow_fmu.signals.units import SI_UNITS
-from cardsflow_fmu.signals.variables import Variable
+from cardsflow_fmu.cosim.signals.dependencies import Dependencies
+from cardsflow_fmu.cosim.signals.ports import Port
+from cardsflow_fmu.cosim.signals.units import SI_UNITS
+from cardsflow_fmu.cosim.signals.variables import Variable
 from cardsflow_fmu.version import __version__
 
 FmiVersion = Literal["2.0", "3.0"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from cardsflow_fmu.signals.variables import Variable
+from cardsflow_fmu.cosim.signals.variables import Variable
 from cardsflow_fmu.version import __version__
 
 from .description import FmuDescription

@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 
-from cardsflow_fmu.signals.variables import Variable
+from cardsflow_fmu.cosim.signals.variables import Variable
 
 from .description import FmuDescription, document, flag, known, start, type_names
 

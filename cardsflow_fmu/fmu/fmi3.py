@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ET
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.signals.variables import ELEMENTS, Variable
+from cardsflow_fmu.cosim.signals.variables import ELEMENTS, Variable
 
 from .description import FmuDescription, document, flag, known, number, start, type_names
 

@@ -6,8 +6,8 @@ import re
 import xml.etree.ElementTree as ET
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.signals.ports import Port
-from cardsflow_fmu.signals.units import SI_UNITS
+from cardsflow_fmu.cosim.signals.ports import Port
+from cardsflow_fmu.cosim.signals.units import SI_UNITS
 
 from . import fmi2, fmi3
 from .description import FmiVersion, FmuDescription

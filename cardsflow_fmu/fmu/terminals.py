@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
-from cardsflow_fmu.signals.variables import Variable
+from cardsflow_fmu.cosim.signals.variables import Variable
 
 _GROUPS = {
     "joints": ("Signals of joints", ("q", "qd", "q_d", "qd_d", "qdd_d", "tau", "torque")),

@@ -10,6 +10,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.cosim.signals.dependencies import Dependencies
+from cardsflow_fmu.cosim.signals.ports import Port
+from cardsflow_fmu.cosim.signals.variables import array_variables, scalar_variables
 from cardsflow_fmu.runtime.carried_module import carried_files
 from cardsflow_fmu.runtime.library import find_platform, library_path, this_platform
 from cardsflow_fmu.runtime.model import FmuModel
@@ -21,9 +24,6 @@ from cardsflow_fmu.runtime.model_file import (
     class_path,
 )
 from cardsflow_fmu.runtime.port_table import encode_port_table, ports_digest
-from cardsflow_fmu.signals.dependencies import Dependencies
-from cardsflow_fmu.signals.ports import Port
-from cardsflow_fmu.signals.variables import array_variables, scalar_variables
 from cardsflow_fmu.utils.archive import contents_of, write_archive
 from cardsflow_fmu.version import __version__
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.cosim.signals.roles import ESTIMATOR, HARDWARE, SENSORS
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.runtime.model_file import NativeModel
-from cardsflow_fmu.signals.roles import ESTIMATOR, HARDWARE, SENSORS
 
 from .c_model import CModel
 from .controller import ControllerModel

@@ -6,13 +6,13 @@ import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
 from addin_sdfusion.robot.model.tension_laws import states_of
+from cardsflow_fmu.cosim.signals.dependencies import Dependencies, controller_dependencies
+from cardsflow_fmu.cosim.signals.estimation import estimate_inputs
+from cardsflow_fmu.cosim.signals.groups import Groups
+from cardsflow_fmu.cosim.signals.muscles import driven_muscles, modelled_muscles, state_order
+from cardsflow_fmu.cosim.signals.ports import controller_groups
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.controller import ControllerSettings
-from cardsflow_fmu.signals.dependencies import Dependencies, controller_dependencies
-from cardsflow_fmu.signals.estimation import estimate_inputs
-from cardsflow_fmu.signals.groups import Groups
-from cardsflow_fmu.signals.muscles import driven_muscles, modelled_muscles, state_order
-from cardsflow_fmu.signals.ports import controller_groups
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import compile_blob
 from sim_dart.core.tasks import point_rows, task_rows

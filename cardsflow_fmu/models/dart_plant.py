@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.muscles import (
+from cardsflow_fmu.cosim.signals.muscles import (
     commanded_muscles,
     modelled_muscles,
     rubbing_muscles,
     state_order,
 )
+from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
 from sim_dart import Plant

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cardsflow_fmu.cosim.participant import Idle, WiredPorts
+from cardsflow_fmu.cosim.signals.port import Port
 from cardsflow_fmu.runtime.model import FmuModel
-from cardsflow_fmu.signals.port import Port
 
 
 class DirectParticipant(WiredPorts):

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from cardsflow_fmu.cosim.signals.dependencies import Dependencies, sampled_dependencies
+from cardsflow_fmu.cosim.signals.estimation import estimator_groups
+from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.dependencies import Dependencies, sampled_dependencies
-from cardsflow_fmu.signals.estimation import estimator_groups
-from cardsflow_fmu.signals.groups import Groups
 from sim_dart import compile_blob
 from sim_dart.estimation.estimated_robot import estimated_robot
 from sim_dart.estimation.estimator import PoseEstimator

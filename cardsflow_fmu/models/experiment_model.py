@@ -8,12 +8,12 @@ from typing import Self
 
 import numpy as np
 
+from cardsflow_fmu.cosim.signals.dependencies import Dependencies
+from cardsflow_fmu.cosim.signals.groups import Groups, all_ports, group_places, group_views
+from cardsflow_fmu.cosim.signals.port import Port
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.runtime.derivatives import Indices
 from cardsflow_fmu.runtime.model import FmuModel
-from cardsflow_fmu.signals.dependencies import Dependencies
-from cardsflow_fmu.signals.groups import Groups, all_ports, group_places, group_views
-from cardsflow_fmu.signals.port import Port
 from cardsflow_fmu.utils.arrays import FloatArray
 
 

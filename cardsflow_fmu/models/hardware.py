@@ -7,13 +7,13 @@ import weakref
 import numpy as np
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.cosim.signals.dependencies import Dependencies, hardware_dependencies
+from cardsflow_fmu.cosim.signals.groups import Groups
+from cardsflow_fmu.cosim.signals.hardware import hardware_groups
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.hardware.protocol.signals import require_forces
 from cardsflow_fmu.hardware.session.connect import Connection, make_session
 from cardsflow_fmu.hardware.session.session import STOPPED, HardwareSession
-from cardsflow_fmu.signals.dependencies import Dependencies, hardware_dependencies
-from cardsflow_fmu.signals.groups import Groups
-from cardsflow_fmu.signals.hardware import hardware_groups
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
 from sim_dart import MusclePaths

@@ -19,10 +19,10 @@ from cardsflow_fmu.cosim.master import columns_of
 from cardsflow_fmu.cosim.pacing import Pacer
 from cardsflow_fmu.cosim.participant import WiredPorts
 from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
 from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.cosim.wiring import ConvertingCopy, Copy, connect
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.ports import SOLVE_TIME
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .by_role import C_MODELS, missing_in_c, require_in_c

@@ -8,17 +8,17 @@ import numpy as np
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.tension_laws import command_range
-from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.runtime.derivatives import Indices
-from cardsflow_fmu.signals.dependencies import Dependencies, plant_dependencies
-from cardsflow_fmu.signals.groups import Groups
-from cardsflow_fmu.signals.muscles import (
+from cardsflow_fmu.cosim.signals.dependencies import Dependencies, plant_dependencies
+from cardsflow_fmu.cosim.signals.groups import Groups
+from cardsflow_fmu.cosim.signals.muscles import (
     commanded_muscles,
     modelled_muscles,
     rubbing_muscles,
     state_order,
 )
-from cardsflow_fmu.signals.ports import plant_groups
+from cardsflow_fmu.cosim.signals.ports import plant_groups
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.runtime.derivatives import Indices
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart import CoreDynamics, compile_blob
 from sim_dart.core.blob import fixed_energy

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot.model.trajectory import Trajectory
+from cardsflow_fmu.cosim.signals.dependencies import Dependencies, reference_dependencies
+from cardsflow_fmu.cosim.signals.groups import Groups
+from cardsflow_fmu.cosim.signals.ports import reference_groups
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.reference import ApproachSettings, FlowerSettings
-from cardsflow_fmu.signals.dependencies import Dependencies, reference_dependencies
-from cardsflow_fmu.signals.groups import Groups
-from cardsflow_fmu.signals.ports import reference_groups
 from controllers import SplineReference
 from controllers.references.flower import (
     ApproachReference,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.cosim.signals.dependencies import Dependencies, sampled_dependencies
+from cardsflow_fmu.cosim.signals.estimation import measured_muscles, sensor_groups
+from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.estimator import EstimatorTable
-from cardsflow_fmu.signals.dependencies import Dependencies, sampled_dependencies
-from cardsflow_fmu.signals.estimation import measured_muscles, sensor_groups
-from cardsflow_fmu.signals.groups import Groups
 from sim_dart import compile_blob
 from sim_dart.estimation.estimated_robot import cable_compliances, estimated_robot
 from sim_dart.estimation.unit_places import unit_places

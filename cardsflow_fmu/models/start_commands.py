@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from addin_sdfusion.robot import Robot
-from cardsflow_fmu.signals.muscles import modelled_muscles
+from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.force_distribution.gravity_compensation import gravity_compensation
 from sim_dart import MuscleDrive, control_dynamics

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, limits
+from cardsflow_fmu.cosim.signals.roles import HARDWARE
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
 from cardsflow_fmu.experiment.settings.own_law import OwnLaw
 from cardsflow_fmu.models.by_role import missing_in_c
 from cardsflow_fmu.models.native_loop import missing_in_loop
 from cardsflow_fmu.runtime.model_file import NATIVE_FILE
-from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import entry_bytes, opened_archive
 
 OVER_FMUS = "Python, over FMUs"

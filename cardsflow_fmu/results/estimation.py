@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from cardsflow_fmu.cosim.signals.estimation import ESTIMATE, STATUSES, VALID
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.estimation import ESTIMATE, STATUSES, VALID
-from cardsflow_fmu.signals.ports import coordinate_signals
 from cardsflow_fmu.utils.arrays import FloatArray
 
 

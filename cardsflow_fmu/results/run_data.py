@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import UnknownNameError
+from cardsflow_fmu.cosim.signals.ports import identifier
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.ports import identifier
 from cardsflow_fmu.utils.arrays import FloatArray
 
 

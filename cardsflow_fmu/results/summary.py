@@ -15,16 +15,16 @@ from numpy.typing import NDArray
 from addin_sdfusion.robot import Muscle
 from addin_sdfusion.robot.model.tension_laws import law_of
 from cardsflow_fmu.cosim.recording import Recording
-from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.followed import (
+from cardsflow_fmu.cosim.signals.followed import (
     Followed,
     followed_by_name,
     followed_signals,
     tracking_unit,
 )
-from cardsflow_fmu.signals.muscles import tension_signals
-from cardsflow_fmu.signals.ports import TORQUE, force_unit, motor_signals, slack_signals
-from cardsflow_fmu.signals.world import FRICTION_ERROR, FRICTION_NOT_CONVERGED
+from cardsflow_fmu.cosim.signals.muscles import tension_signals
+from cardsflow_fmu.cosim.signals.ports import TORQUE, force_unit, motor_signals, slack_signals
+from cardsflow_fmu.cosim.signals.world import FRICTION_ERROR, FRICTION_NOT_CONVERGED
+from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 

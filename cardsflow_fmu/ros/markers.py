@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import WORLD, Robot
+from cardsflow_fmu.results.viewer.scene import colours
+from cardsflow_fmu.results.viewer.scene import shapes as s
+from cardsflow_fmu.results.viewer.scene.link_poses import link_poses
+from cardsflow_fmu.results.viewer.scene.meshes import LinkMeshes
+from cardsflow_fmu.results.viewer.scene.stage import Stage
 from cardsflow_fmu.ros_interface.node import Values, header
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.viewer.scene import colours
-from cardsflow_fmu.viewer.scene import shapes as s
-from cardsflow_fmu.viewer.scene.link_poses import link_poses
-from cardsflow_fmu.viewer.scene.meshes import LinkMeshes
-from cardsflow_fmu.viewer.scene.stage import Stage
 
 from .robot_frames import point_values, pose_values, urdf_frames
 

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 from addin_sdfusion.robot import WORLD, Robot
 from addin_sdfusion.robot.model.pose import IDENTITY
 from addin_sdfusion.robot.transforms.joint_chains import single_joints
+from cardsflow_fmu.results.viewer.scene.link_poses import link_poses, motion_transforms
 from cardsflow_fmu.ros_interface.node import Values, header
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.viewer.scene.link_poses import link_poses, motion_transforms
 from sim_dart.core.frames import transform
 
 

@@ -14,17 +14,17 @@ from addin_sdfusion.robot.formats.urdf.capabilities import URDF_ALONE
 from addin_sdfusion.robot.formats.urdf.write import urdf_text
 from addin_sdfusion.robot.formats.writing.carried_meshes import CarriedMeshes
 from addin_sdfusion.robot.mesh_files import mesh_bytes
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals, identifier
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.results.run_data import RunData
+from cardsflow_fmu.results.viewer.scene.link_poses import link_poses, moved_point
+from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
+from cardsflow_fmu.results.viewer.scene.motion import Motion, frame_rows, motion_of, task_points
+from cardsflow_fmu.results.viewer.scene.muscle_paths import muscle_paths
+from cardsflow_fmu.results.viewer.scene.stage import Stage
 from cardsflow_fmu.ros_interface import message_types as types
 from cardsflow_fmu.ros_interface.node import Topic
-from cardsflow_fmu.signals.ports import coordinate_signals, identifier
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.viewer.scene.link_poses import link_poses, moved_point
-from cardsflow_fmu.viewer.scene.meshes import link_meshes
-from cardsflow_fmu.viewer.scene.motion import Motion, frame_rows, motion_of, task_points
-from cardsflow_fmu.viewer.scene.muscle_paths import muscle_paths
-from cardsflow_fmu.viewer.scene.stage import Stage
 from sim_dart.scene import Scene
 
 from .markers import body_markers, cable_markers, task_markers

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
+from cardsflow_fmu.cosim.signals.hardware import MEASURED_TORQUE
+from cardsflow_fmu.cosim.signals.muscles import command_ports
+from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME, TORQUE, identifier, slack_signals
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.ros_interface import message_types as types
 from cardsflow_fmu.ros_interface.joint_state import JointState
 from cardsflow_fmu.ros_interface.node import Topic, Values, header
-from cardsflow_fmu.signals.hardware import MEASURED_TORQUE
-from cardsflow_fmu.signals.muscles import command_ports
-from cardsflow_fmu.signals.ports import SOLVE_TIME, TORQUE, identifier, slack_signals
 from cardsflow_fmu.utils.arrays import FloatArray
 
 JOINT_STATES = Topic("/joint_states", types.JOINT_STATE)

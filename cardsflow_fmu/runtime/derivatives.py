@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.utils.arrays import FloatArray
 
 Indices = NDArray[np.intp]

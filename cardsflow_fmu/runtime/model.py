@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from addin_sdfusion.robot import InputError, SimulationError
-from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .derivatives import Indices, directional_derivative

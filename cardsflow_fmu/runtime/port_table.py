@@ -8,8 +8,8 @@ import zlib
 from collections.abc import Sequence
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.signals.ports import Port
-from cardsflow_fmu.signals.variables import Variable
+from cardsflow_fmu.cosim.signals.ports import Port
+from cardsflow_fmu.cosim.signals.variables import Variable
 
 _MAGIC = b"CARDSFMU"
 _VERSION = 2

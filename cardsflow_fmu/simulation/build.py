@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from addin_sdfusion.robot.files import write_files
-from cardsflow_fmu.config.table import checked
+from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
+from cardsflow_fmu.cosim.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
 from cardsflow_fmu.experiment.carried_files import require_own
+from cardsflow_fmu.experiment.config.table import checked
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.run import Compute
 from cardsflow_fmu.experiment.writer import experiment_resources
@@ -16,10 +18,8 @@ from cardsflow_fmu.fmu.platforms import libraries_for
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c, model_class, model_in_c
 from cardsflow_fmu.runtime.library import find_platform, prebuilt_libraries, this_platform
-from cardsflow_fmu.signals.muscles import modelled_muscles
-from cardsflow_fmu.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
-from cardsflow_fmu.ssp.from_experiment import experiment_system, with_plant
-from cardsflow_fmu.ssp.writer import write_ssp
+from cardsflow_fmu.simulation.ssp.from_experiment import experiment_system, with_plant
+from cardsflow_fmu.simulation.ssp.writer import write_ssp
 from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.folder_lock import made_folder
 from cardsflow_fmu.utils.renamed import refuse_arguments

@@ -12,7 +12,10 @@ import numpy as np
 from addin_sdfusion.robot import CardsflowError, Finding, InputError, Robot
 from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
-from cardsflow_fmu.analysis.excitation.design import (
+from cardsflow_fmu.cosim.signals.port import coordinate_signals
+from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
+from cardsflow_fmu.experiment.template import Beginning, experiment_text
+from cardsflow_fmu.results.analysis.excitation.design import (
     DURATION,
     NOISE,
     READ,
@@ -20,10 +23,7 @@ from cardsflow_fmu.analysis.excitation.design import (
     Excitation,
     excitations,
 )
-from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
-from cardsflow_fmu.experiment.template import Beginning, experiment_text
-from cardsflow_fmu.report.calibration import unidentified
-from cardsflow_fmu.signals.port import coordinate_signals
+from cardsflow_fmu.results.report.calibration import unidentified
 from cardsflow_fmu.utils.csv_table import csv_text
 from cardsflow_fmu.utils.folder_lock import new_folder
 from sim_dart.calibration.identifiability import identifiable

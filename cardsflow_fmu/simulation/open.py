@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from cardsflow_fmu.analysis.observable import observability_warnings, observed_poses
 from cardsflow_fmu.cosim.described_fmu import DescribedFmu
 from cardsflow_fmu.cosim.external_fmu import AdaptedFmu, fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.cosim.signals.ports import outer_signals
+from cardsflow_fmu.cosim.signals.roles import HARDWARE
 from cardsflow_fmu.cosim.step_loop import StepLoop
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
@@ -25,11 +26,10 @@ from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.by_role import model_class
 from cardsflow_fmu.models.direct_participant import DirectParticipant, IdleParticipant
 from cardsflow_fmu.models.native_loop import NativeLoop, runs_in_c
+from cardsflow_fmu.results.analysis.observable import observability_warnings, observed_poses
 from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
 from cardsflow_fmu.results.saved_run import experiment_archive
 from cardsflow_fmu.results.summary import Speed, summarize
-from cardsflow_fmu.signals.ports import outer_signals
-from cardsflow_fmu.signals.roles import HARDWARE
 from cardsflow_fmu.utils.archive import contents_of
 from cardsflow_fmu.utils.temporary import temporary_folder
 

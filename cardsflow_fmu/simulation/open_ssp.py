@@ -9,24 +9,24 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.config.multiples import require_multiple
-from cardsflow_fmu.config.table import Context, checked
 from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.fmu_description import read_description
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.participant import Participant
 from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.cosim.signals.roles import HARDWARE
+from cardsflow_fmu.cosim.signals.units import conversion, variable_units
+from cardsflow_fmu.experiment.config.multiples import require_multiple
+from cardsflow_fmu.experiment.config.table import Context, checked
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
 from cardsflow_fmu.results.engines import system_engines
 from cardsflow_fmu.results.files import EXPERIMENT, RECORDING_FILE, Contents
 from cardsflow_fmu.results.summary import Speed, summarize_system
-from cardsflow_fmu.signals.roles import HARDWARE
-from cardsflow_fmu.signals.units import conversion, variable_units
-from cardsflow_fmu.ssp.carried_experiment import system_experiment, system_hardware
-from cardsflow_fmu.ssp.reader import archive_named, read_system, unpack_ssp
-from cardsflow_fmu.ssp.settings import SystemRunSettings
-from cardsflow_fmu.ssp.system import Component, System
+from cardsflow_fmu.simulation.ssp.carried_experiment import system_experiment, system_hardware
+from cardsflow_fmu.simulation.ssp.reader import archive_named, read_system, unpack_ssp
+from cardsflow_fmu.simulation.ssp.settings import SystemRunSettings
+from cardsflow_fmu.simulation.ssp.system import Component, System
 
 from .result import SystemResult
 

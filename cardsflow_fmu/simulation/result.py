@@ -15,7 +15,7 @@ from cardsflow_fmu.utils.extras import install
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from cardsflow_fmu.report.figures import Figure
+    from cardsflow_fmu.results.report.figures import Figure
 
 
 class SystemResult(RunData):
@@ -70,13 +70,13 @@ class SystemResult(RunData):
         Raises:
             InputError: The result has nothing of it to draw.
         """
-        from cardsflow_fmu.report.figures import figure_of
+        from cardsflow_fmu.results.report.figures import figure_of
 
         return figure_of(self, what, columns)
 
     def _repr_html_(self) -> str:
         """The summary and a figure, for a notebook."""
-        from cardsflow_fmu.report.notebook import result_html
+        from cardsflow_fmu.results.report.notebook import result_html
 
         return result_html(self)
 

@@ -286,7 +286,7 @@ def _write(result: SystemResult, written: list[str], folder: OutputFolder) -> No
     else:
         contents |= table_file(result, form)
     if isinstance(result, Result) and len(result.rows):
-        from cardsflow_fmu.report.run_figures import run_images  # matplotlib takes a second
+        from cardsflow_fmu.results.report.run_figures import run_images  # matplotlib takes a second
 
         contents |= run_images(result)
         if result.experiment.run.recording == "mcap":

@@ -15,14 +15,19 @@ from addin_sdfusion.robot import CardsflowError, InputError, Robot, SimulationEr
 from addin_sdfusion.robot.checks.not_simulated import not_simulated
 from addin_sdfusion.robot.files import is_folder
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
-from cardsflow_fmu.analysis.first_motion import DURATION, UNDRIVEN, FirstMotion, first_motion
-from cardsflow_fmu.analysis.motion_check import new_meetings
+from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML, experiment_settings
 from cardsflow_fmu.experiment.template import Beginning, experiment_text
 from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.results.analysis.first_motion import (
+    DURATION,
+    UNDRIVEN,
+    FirstMotion,
+    first_motion,
+)
+from cardsflow_fmu.results.analysis.motion_check import new_meetings
 from cardsflow_fmu.results.summary import Speed, summarize
-from cardsflow_fmu.signals.muscles import modelled_muscles
 from controllers.analysis.stiffness import stiffness
 from controllers.force_distribution.one_way import one_way
 from controllers.force_distribution.quadratic import least_squares

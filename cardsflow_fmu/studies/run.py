@@ -282,7 +282,7 @@ def _best(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | Non
 
 def _tracking_unit(experiment: Experiment) -> str:
     """The unit of the tracking error."""
-    from cardsflow_fmu.signals.followed import followed_signals, tracking_unit
+    from cardsflow_fmu.cosim.signals.followed import followed_signals, tracking_unit
 
     return tracking_unit(
         followed_signals(

@@ -20,8 +20,8 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.external_fmu import fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.cosim.signals.ports import load_signals
 from cardsflow_fmu.models.native_loop import NativeLoop
-from cardsflow_fmu.signals.ports import load_signals
 from cardsflow_fmu.simulation.build import build
 from sim_dart import Plant
 

@@ -14,14 +14,14 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.recording import Recording
-from cardsflow_fmu.report.figures import plot
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.results import row_store
 from cardsflow_fmu.results.files import table_file
 from cardsflow_fmu.results.folder import OutputFolder
 from cardsflow_fmu.results.journal import Journal
+from cardsflow_fmu.results.report.figures import plot
 from cardsflow_fmu.results.run_data import ExperimentRunData
 from cardsflow_fmu.ros.recording import write_recording
-from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.simulation.open import OpenExperiment, open_experiment
 from cardsflow_fmu.simulation.result import SystemResult
 from cardsflow_fmu.utils.csv_table import csv_text

@@ -22,11 +22,11 @@ from addin_sdfusion.robot.formats.mjcf.write import write_mjcf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.hardware.protocol.signals import hardware_signature
-from cardsflow_fmu.report.panels import all_panels
+from cardsflow_fmu.results.report.panels import all_panels
+from cardsflow_fmu.results.viewer.scene.motion import motion_of
+from cardsflow_fmu.results.viewer.scene.stage import Stage
 from cardsflow_fmu.simulation.result import Result
 from cardsflow_fmu.simulation.run import run, simulate
-from cardsflow_fmu.viewer.scene.motion import motion_of
-from cardsflow_fmu.viewer.scene.stage import Stage
 from sim_dart import CoreDynamics, DartDynamics, Plant
 
 MASS, REACH, ABOUT, GRAVITY = 2.0, 0.3, 0.05, 9.81

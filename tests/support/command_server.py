@@ -24,7 +24,7 @@ from pathlib import Path
 PRELOADED = (
     "cardsflow_fmu.cli.main",
     "cardsflow_fmu.simulation.run",
-    "cardsflow_fmu.report.run_figures",
+    "cardsflow_fmu.results.report.run_figures",
     "cardsflow_fmu.studies",
     "matplotlib.backends.backend_agg",
     "matplotlib.backends.backend_pdf",

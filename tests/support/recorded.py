@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import Robot
-from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.simulation.result import SystemResult
 
 

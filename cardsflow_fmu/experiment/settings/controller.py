@@ -18,10 +18,10 @@ from pydantic import (
 
 from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
-from cardsflow_fmu.config.messages import SettingError
-from cardsflow_fmu.config.multiples import require_multiple
-from cardsflow_fmu.config.names import each
-from cardsflow_fmu.config.table import (
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.multiples import require_multiple
+from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     OR_FALSE,
     Context,

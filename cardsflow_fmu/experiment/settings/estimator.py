@@ -11,9 +11,10 @@ from pydantic import Field
 
 from addin_sdfusion.robot import InputError, Pose, Robot
 from addin_sdfusion.robot.model.tension_laws import law_of
-from cardsflow_fmu.config.file import read_settings
-from cardsflow_fmu.config.names import each
-from cardsflow_fmu.config.table import (
+from cardsflow_fmu.cosim.signals.port import signal_names
+from cardsflow_fmu.experiment.config.file import read_settings
+from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     Context,
     FromZero,
@@ -24,7 +25,6 @@ from cardsflow_fmu.config.table import (
     Vector3,
     setting,
 )
-from cardsflow_fmu.signals.port import signal_names
 from cardsflow_fmu.utils.multiples import whole_steps
 from sim_dart.estimation.sensors import MOST_DELAY, SensorSettings
 from sim_dart.estimation.settings import EstimatorSettings, InertialUnit

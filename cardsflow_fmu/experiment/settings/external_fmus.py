@@ -8,10 +8,10 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, model_validator
 
 from addin_sdfusion.robot import UnknownNameError
-from cardsflow_fmu.config.messages import SettingError
-from cardsflow_fmu.config.table import File, Short, Table, Text, setting
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
-from cardsflow_fmu.signals.units import KNOWN_UNITS
+from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.table import File, Short, Table, Text, setting
 
 
 def _existing(file: Path) -> Path:

@@ -6,8 +6,8 @@ from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from cardsflow_fmu.config.messages import SettingError
-from cardsflow_fmu.config.table import Listed, Table, setting
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.table import Listed, Table, setting
 
 from .controller import ControllerSettings
 from .estimator import EstimatorTable

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from addin_sdfusion.robot import Robot
-from cardsflow_fmu.config.messages import SettingError
-from cardsflow_fmu.config.multiples import require_multiple
-from cardsflow_fmu.config.names import each
-from cardsflow_fmu.config.table import (
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.multiples import require_multiple
+from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     Context,
     File,

@@ -8,11 +8,11 @@ from typing import Annotated, Any
 from pydantic import ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
 
 from addin_sdfusion.robot import Robot
-from cardsflow_fmu.config.messages import SettingError
-from cardsflow_fmu.config.names import each
-from cardsflow_fmu.config.table import Context, Table, Vector3, setting
-from cardsflow_fmu.signals.ports import load_signals
-from cardsflow_fmu.signals.world import wrench_signals
+from cardsflow_fmu.cosim.signals.ports import load_signals
+from cardsflow_fmu.cosim.signals.world import wrench_signals
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.table import Context, Table, Vector3, setting
 
 from .plant import PlantSettings
 

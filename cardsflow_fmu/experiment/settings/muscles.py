@@ -28,10 +28,10 @@ from addin_sdfusion.robot.model.laws import TENSION_LAWS
 from addin_sdfusion.robot.model.laws.law import Parameter
 from addin_sdfusion.robot.model.muscle import CableModel, OwnTension
 from addin_sdfusion.robot.model.tension_laws import PRESETS
-from cardsflow_fmu.config.key_path import by_name
-from cardsflow_fmu.config.messages import SettingError, joined
-from cardsflow_fmu.config.table import Context, FromZero, Short, Table, setting
-from cardsflow_fmu.signals.units import SI_UNITS
+from cardsflow_fmu.cosim.signals.units import SI_UNITS
+from cardsflow_fmu.experiment.config.key_path import by_name
+from cardsflow_fmu.experiment.config.messages import SettingError, joined
+from cardsflow_fmu.experiment.config.table import Context, FromZero, Short, Table, setting
 
 from .own_law import OWN_LAW_FORM, OwnLaw
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.trajectory import Space
-from cardsflow_fmu.config.names import Names
-from cardsflow_fmu.signals.ports import task_names
+from cardsflow_fmu.cosim.signals.ports import task_names
+from cardsflow_fmu.experiment.config.names import Names
 
 
 def robot_names(robot: Robot, space: Space = "joint") -> dict[str, Names]:

@@ -6,8 +6,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cardsflow_fmu.config.names import each
-from cardsflow_fmu.config.table import AS_WHOLE, FromZero, Listed, Positive, Table, setting
+from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.table import (
+    AS_WHOLE,
+    FromZero,
+    Listed,
+    Positive,
+    Table,
+    setting,
+)
 
 Rule = Literal["euler", "rk4"]
 """The integrators of a plant."""

@@ -11,9 +11,9 @@ from pydantic import Field, WithJsonSchema, model_validator
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
-from cardsflow_fmu.config.messages import SettingError
-from cardsflow_fmu.config.names import each
-from cardsflow_fmu.config.table import (
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     File,
     FromZero,

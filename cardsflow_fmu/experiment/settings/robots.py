@@ -11,10 +11,10 @@ from typing import Any
 from addin_sdfusion.robot import InputError, Pose, Robot, UnknownNameError
 from addin_sdfusion.robot.readers import ABSOLUTE, Reading, read
 from addin_sdfusion.robot.transforms.combine import Member, combine
-from cardsflow_fmu.config.table import Context, Table, Text, Vector3, setting
+from cardsflow_fmu.cosim.signals.port import identifier
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals, task_signals
+from cardsflow_fmu.experiment.config.table import Context, Table, Text, Vector3, setting
 from cardsflow_fmu.experiment.robot_overrides import KINDS, with_overrides
-from cardsflow_fmu.signals.port import identifier
-from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals, task_signals
 
 Overrides = dict[str, dict[str, Any]]
 

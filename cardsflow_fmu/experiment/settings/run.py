@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import field_validator, model_validator
 
-from cardsflow_fmu.config.messages import SettingError
-from cardsflow_fmu.config.table import File, Listed, Positive, Table, setting
 from cardsflow_fmu.cosim.coupling import Coupling, Scheme
-from cardsflow_fmu.signals.roles import ROLES
+from cardsflow_fmu.cosim.signals.roles import ROLES
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.table import File, Listed, Positive, Table, setting
 
 Compute = Literal["c", "python"]
 ModelCoupling = Literal["fmu", "direct"]

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import model_validator
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.config.messages import SettingError
-from cardsflow_fmu.config.table import (
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.table import (
     File,
     Fraction,
     FromZero,

@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 from addin_sdfusion.robot import InputError, Robot
-from cardsflow_fmu.experiment.settings.hardware import HardwareSettings, MotorSettings
-from cardsflow_fmu.signals.hardware import MEASURED_TORQUE
-from cardsflow_fmu.signals.muscles import modelled_muscles
-from cardsflow_fmu.signals.ports import (
+from cardsflow_fmu.cosim.signals.hardware import MEASURED_TORQUE
+from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
+from cardsflow_fmu.cosim.signals.ports import (
     TORQUE,
     coordinate_signals,
     force_unit,
     motor_signals,
     muscle_signals,
 )
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings, MotorSettings
 
 from .signature import port_signature
 

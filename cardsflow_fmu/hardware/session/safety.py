@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
+from cardsflow_fmu.cosim.signals.ports import force_unit
 from cardsflow_fmu.experiment.settings.hardware import SafetySettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
-from cardsflow_fmu.signals.ports import force_unit
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.validation import resting
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cardsflow_fmu.signals.groups import Groups, group_places
+from cardsflow_fmu.cosim.signals.groups import Groups, group_places
 from sim_dart.core.library import pack_field
 
 from .binding import native_library

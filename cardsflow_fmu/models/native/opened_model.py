@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from addin_sdfusion.robot import InputError, SimulationError
+from cardsflow_fmu.cosim.signals.ports import Port
+from cardsflow_fmu.cosim.signals.variables import scalar_variables
 from cardsflow_fmu.runtime.derivatives import Indices
 from cardsflow_fmu.runtime.port_table import encode_port_table
-from cardsflow_fmu.signals.ports import Port
-from cardsflow_fmu.signals.variables import scalar_variables
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 

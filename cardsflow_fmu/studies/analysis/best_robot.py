@@ -15,7 +15,7 @@ from addin_sdfusion.robot.readers import read_trajectories
 from addin_sdfusion.robot.writers.convert import convert
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.viewer.scene.link_poses import link_poses, moved_point
+from cardsflow_fmu.results.viewer.scene.link_poses import link_poses, moved_point
 
 MUSCLES, EXPERIMENT = "muscles.csv", "experiment.json"
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 
-from cardsflow_fmu.report.figures import STYLE, inline_svg
+from cardsflow_fmu.results.report.figures import STYLE, inline_svg
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _MOST_BINS = 40

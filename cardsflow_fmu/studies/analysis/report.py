@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cardsflow_fmu.report.html import Markup, page, table
+from cardsflow_fmu.results.report.html import Markup, page, table
 from cardsflow_fmu.studies.definition.metrics import parted
 from cardsflow_fmu.studies.definition.rerun_command import only_command
 from cardsflow_fmu.studies.definition.sampling import is_searched

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
+from cardsflow_fmu.cosim.signals.ports import muscle_signals
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.ports import muscle_signals
 from cardsflow_fmu.simulation.result import Result
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -199,7 +199,7 @@ def _stiffness(result: Result, box: Box | None, muscle: str | None) -> float:
 
 
 def _coordinate_columns(result: Result) -> list[str]:
-    from cardsflow_fmu.signals.ports import coordinate_signals
+    from cardsflow_fmu.cosim.signals.ports import coordinate_signals
 
     names = coordinate_signals("q", result.experiment.robot)
     return names if all(name in result.names for name in names) else []

@@ -8,12 +8,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.config.key_path import indexed, split_path
+from cardsflow_fmu.cosim.signals.ports import task_names
+from cardsflow_fmu.experiment.config.key_path import indexed, split_path
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.robot_overrides import ALIASES, KINDS, is_parameters
 from cardsflow_fmu.experiment.settings.hardware import hardware_data
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.signals.ports import task_names
 
 Nominal = float | tuple[float, ...]
 

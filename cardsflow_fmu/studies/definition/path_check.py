@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from cardsflow_fmu.config.key_path import PathError, split_path
+from cardsflow_fmu.experiment.config.key_path import PathError, split_path
 from cardsflow_fmu.experiment.experiment import Experiment
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.config.file import read_settings
-from cardsflow_fmu.config.key_path import join_path, split_path
-from cardsflow_fmu.config.table import Context
+from cardsflow_fmu.experiment.config.file import read_settings
+from cardsflow_fmu.experiment.config.key_path import join_path, split_path
+from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.names import robot_names
 from cardsflow_fmu.utils.extras import install

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from addin_sdfusion.robot.json_text import json_text
-from cardsflow_fmu.config.key_path import quoted
+from cardsflow_fmu.experiment.config.key_path import quoted
 
 from .sampling import Run
 from .study import Study

@@ -11,10 +11,10 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from addin_sdfusion.robot import InputError
-from cardsflow_fmu.config.key_path import join_path, split_path
-from cardsflow_fmu.config.messages import SettingError
-from cardsflow_fmu.config.names import each
-from cardsflow_fmu.config.table import (
+from cardsflow_fmu.experiment.config.key_path import join_path, split_path
+from cardsflow_fmu.experiment.config.messages import SettingError
+from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     File,
     Listed,

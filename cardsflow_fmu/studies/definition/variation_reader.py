@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, UnknownNameError
-from cardsflow_fmu.config.key_path import EVERY_OTHER, indexed, join_path, split_path
-from cardsflow_fmu.config.table import Context
+from cardsflow_fmu.cosim.signals.ports import task_names
+from cardsflow_fmu.experiment.config.key_path import EVERY_OTHER, indexed, join_path, split_path
+from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.signals.ports import task_names
 
 from .nominal_values import nominal_value
 from .outcome import LEADING_COLUMNS, TRAILING_COLUMNS

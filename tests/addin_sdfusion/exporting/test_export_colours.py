@@ -10,7 +10,7 @@ from fake_fusion import Builder, designs
 
 from addin_sdfusion.robot.formats.urdf.write import write_urdf
 from addin_sdfusion.robot.readers import read_robot
-from cardsflow_fmu.viewer.scene.meshes import link_meshes
+from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
 
 with fake_fusion.modules():
     from support.designs.exported import export

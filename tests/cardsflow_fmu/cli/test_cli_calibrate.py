@@ -15,7 +15,7 @@ from addin_sdfusion.robot import read_robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
-from cardsflow_fmu.report.readings import read_readings
+from cardsflow_fmu.results.report.readings import read_readings
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.simulation.run import simulate
 

@@ -22,6 +22,7 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 from addin_sdfusion.robot import write_sdf
 from addin_sdfusion.robot.readers import read
 from cardsflow_fmu import Experiment, Result
+from cardsflow_fmu.cosim.signals.ports import muscle_signals
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.status import Event, StatusReporter
 from cardsflow_fmu.hardware.links.udp import UdpLink
@@ -29,7 +30,6 @@ from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.frame import Flag
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader, read_recording
-from cardsflow_fmu.signals.ports import muscle_signals
 from cardsflow_fmu.simulation.run import RunError, run, simulate
 from sim_dart import MusclePaths
 

@@ -28,7 +28,7 @@ from addin_sdfusion.robot import (
     write_sdf,
 )
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.analysis.first_motion import first_motion
+from cardsflow_fmu.results.analysis.first_motion import first_motion
 from cardsflow_fmu.simulation.starter import init
 from sim_dart import CoreDynamics
 

@@ -11,7 +11,7 @@ import pytest
 from addin_sdfusion.robot import InputError, UnknownNameError
 from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.master import Master
-from cardsflow_fmu.signals.units import KNOWN_UNITS, Conversion
+from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Conversion
 
 H, STEPS = 0.1, 20
 LAMBDA = -0.8

@@ -16,9 +16,9 @@ from support.robots.robots import PLANAR_2R
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, Result, build
 from cardsflow_fmu.cosim.described_fmu import DescribedFmu
+from cardsflow_fmu.cosim.signals.variables import ELEMENTS
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.fmu.description import FmiVersion
-from cardsflow_fmu.signals.variables import ELEMENTS
 from cardsflow_fmu.simulation.run import simulate
 
 LEVERS = np.array([[0.1, -0.1, 0.05, -0.05], [0.0, 0.02, 0.1, -0.1]])

@@ -17,8 +17,8 @@ from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.master import Master
+from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
 from cardsflow_fmu.models.native_loop import NativeLoop
-from cardsflow_fmu.signals.ports import SOLVE_TIME
 
 
 class Source:

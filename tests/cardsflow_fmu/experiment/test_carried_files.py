@@ -22,9 +22,9 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.carried_files import require_closed, robot_files, robot_folder
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.results.saved_run import experiment_archive
+from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
+from cardsflow_fmu.results.viewer.view import robot_act
 from cardsflow_fmu.simulation.build import build
-from cardsflow_fmu.viewer.scene.meshes import link_meshes
-from cardsflow_fmu.viewer.view import robot_act
 
 SECRET = trimesh.creation.box((0.111, 0.222, 0.333)).export(file_type="stl")
 """A private drawing: a mesh, and still nobody's business."""

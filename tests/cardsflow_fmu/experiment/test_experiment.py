@@ -11,7 +11,7 @@ from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError, write_sdf
 from cardsflow_fmu import Experiment
-from cardsflow_fmu.config.file import read_settings
+from cardsflow_fmu.experiment.config.file import read_settings
 from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.simulation.run import simulate
 

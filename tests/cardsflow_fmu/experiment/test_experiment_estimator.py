@@ -14,15 +14,15 @@ from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.analysis.observable import (
+from cardsflow_fmu.experiment.writer import experiment_data
+from cardsflow_fmu.hardware.protocol.recording import read_recording
+from cardsflow_fmu.results.analysis.observable import (
     observability_remarks,
     observability_warnings,
     observed_poses,
 )
-from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.hardware.protocol.recording import read_recording
-from cardsflow_fmu.report.readings import read_readings
 from cardsflow_fmu.results.files import RECORDING_FILE
+from cardsflow_fmu.results.report.readings import read_readings
 from cardsflow_fmu.simulation.result import Result
 from cardsflow_fmu.simulation.run import simulate
 from sim_dart.calibration.calibrate import calibrate

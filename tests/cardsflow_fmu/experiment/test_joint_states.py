@@ -16,10 +16,10 @@ from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals
 from cardsflow_fmu.experiment import recorded_messages
 from cardsflow_fmu.experiment.joint_states import read_joint_states
 from cardsflow_fmu.ros.recording import write_recording
-from cardsflow_fmu.signals.ports import coordinate_signals
 
 pytestmark = pytest.mark.extra("ros2")
 

@@ -13,11 +13,11 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, Result, build
-from cardsflow_fmu.analysis.sizing import size
+from cardsflow_fmu.cosim.signals.muscles import ENERGIES
 from cardsflow_fmu.experiment.writer import experiment_data, experiment_resources
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.signals.muscles import ENERGIES
+from cardsflow_fmu.results.analysis.sizing import size
 from cardsflow_fmu.simulation.run import simulate
 from sim_dart import DartDynamics, MuscleDrive
 from sim_dart.plant.settings import MOST_SUBSTEPS
@@ -138,7 +138,7 @@ def test_the_summary_and_the_figure_show_tensions(pneumatic: Result) -> None:
     names = [f"tension.cable_{k}" for k in (1, 2, 3, 4)]
     assert list(forces["per_muscle"]) == names
     assert forces["max"] == pneumatic.columns(names).max()
-    from cardsflow_fmu.report.run_figures import tracking_figure
+    from cardsflow_fmu.results.report.run_figures import tracking_figure
 
     labels = [axes.get_ylabel() for axes in tracking_figure(pneumatic).axes]
     assert labels == ["tension [N]", "pressure [Pa]", "joint position [rad]"]

@@ -17,8 +17,8 @@ from support.robots.robots import EXAMPLES, PLANAR_2R
 from addin_sdfusion.robot import InputError, UnknownNameError
 from addin_sdfusion.robot.model.laws import TENSION_LAWS
 from cardsflow_fmu.cli.init import schema
-from cardsflow_fmu.config.table import Context
 from cardsflow_fmu.experiment import scene
+from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.reader import experiment_settings
 from cardsflow_fmu.experiment.settings import plant, world

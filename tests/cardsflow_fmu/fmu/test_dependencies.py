@@ -24,8 +24,8 @@ from support.robots.robots import EXAMPLES
 from support.ways import COMPUTE
 
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.signals.ports import SOLVE_TIME
 from cardsflow_fmu.simulation.build import build
 
 PLANAR = EXAMPLES / "planar_2r"

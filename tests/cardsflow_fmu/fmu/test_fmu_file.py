@@ -13,9 +13,9 @@ from fmpy.validation import validate_fmu
 from toy_model import PORTS, ToyModel
 
 from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.runtime.library import find_platform, library_path, this_platform
-from cardsflow_fmu.signals.ports import Port
 
 pytestmark = pytest.mark.native
 

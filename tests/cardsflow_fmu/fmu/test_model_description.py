@@ -7,10 +7,10 @@ import pytest
 from toy_model import PORTS
 
 from addin_sdfusion.robot import InputError
+from cardsflow_fmu.cosim.signals.ports import Port
+from cardsflow_fmu.cosim.signals.variables import scalar_variables
 from cardsflow_fmu.fmu.description import FmuDescription
 from cardsflow_fmu.fmu.model_description import model_description
-from cardsflow_fmu.signals.ports import Port
-from cardsflow_fmu.signals.variables import scalar_variables
 
 INPUT = Port("f.biceps", "N", "input", "continuous", "Force of biceps", 0.1)
 

@@ -14,11 +14,11 @@ from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.experiment.settings.hardware import CommandKind, MotorSettings, SensorSettings
 from cardsflow_fmu.hardware.emulator.drives import force_bounds
 from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
 from cardsflow_fmu.hardware.session.motors import MotorMap
-from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.simulation.run import simulate
 from controllers import SpringMotors
 

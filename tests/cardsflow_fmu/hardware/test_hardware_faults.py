@@ -14,11 +14,11 @@ from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.experiment.settings.hardware import Faults
 from cardsflow_fmu.hardware.emulator.faults import FaultyChannel
 from cardsflow_fmu.hardware.protocol.frame import Frame, Kind, pack, unpack
 from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake
-from cardsflow_fmu.signals.ports import coordinate_signals, muscle_signals
 from cardsflow_fmu.simulation.run import RunError, simulate
 
 FRAMES = 4000

@@ -31,8 +31,8 @@ from cardsflow_fmu.hardware.protocol.recording import read_recording
 from cardsflow_fmu.hardware.session.approach import with_approach
 from cardsflow_fmu.hardware.session.connect import KEY_FILE, LINK, RECORDING, Connection
 from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.report.summary_html import summary_tables
 from cardsflow_fmu.results.files import RECORDING_FILE
+from cardsflow_fmu.results.report.summary_html import summary_tables
 from cardsflow_fmu.runtime.library import this_platform
 from cardsflow_fmu.simulation.build import build, build_fmus
 from cardsflow_fmu.simulation.run import run, simulate, simulate_system

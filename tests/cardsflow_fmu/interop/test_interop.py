@@ -25,7 +25,7 @@ from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.run import simulate_system
-from cardsflow_fmu.ssp.reader import read_system, unpack_ssp
+from cardsflow_fmu.simulation.ssp.reader import read_system, unpack_ssp
 
 pytestmark = pytest.mark.interop
 

@@ -16,10 +16,10 @@ from support.robots.robots import with_coordinates
 from addin_sdfusion.robot import InputError, write_sdf
 from addin_sdfusion.robot.model.loop import LoopType
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.cosim.signals.ports import task_names
 from cardsflow_fmu.models.by_role import C_MODELS
 from cardsflow_fmu.models.native.opened_model import OpenedModel
 from cardsflow_fmu.models.native_loop import NativeLoop
-from cardsflow_fmu.signals.ports import task_names
 from cardsflow_fmu.simulation.build import build
 
 SEEDS = range(10)

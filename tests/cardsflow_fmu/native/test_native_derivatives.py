@@ -34,11 +34,11 @@ from support.robots.wrapped import over_ellipsoids
 
 from addin_sdfusion.robot import CableModel, Robot
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.cosim.signals.groups import all_ports
+from cardsflow_fmu.cosim.signals.ports import Port, plant_groups
 from cardsflow_fmu.models.native.fields import encode
 from cardsflow_fmu.models.plant import PlantModel, plant_fields
 from cardsflow_fmu.runtime.model_file import NativeModel
-from cardsflow_fmu.signals.groups import all_ports
-from cardsflow_fmu.signals.ports import Port, plant_groups
 from cardsflow_fmu.simulation.build import build
 from sim_dart import CoreDynamics, close_loops, compile_blob
 from sim_dart.core.arrays import FloatArray

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardsflow_fmu.report.downsample import downsample, every_few
+from cardsflow_fmu.results.report.downsample import downsample, every_few
 
 
 @pytest.mark.parametrize("count", [1, 5, 4000, 4001, 30_000, 99_999])

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from support.command_line import CommandLine
 
-from cardsflow_fmu.report.chosen_curves import chosen, colours_of
-from cardsflow_fmu.report.figures import figure_of_panels
-from cardsflow_fmu.report.panels import Curve, Panel, all_panels, panels_of
+from cardsflow_fmu.results.report.chosen_curves import chosen, colours_of
+from cardsflow_fmu.results.report.figures import figure_of_panels
+from cardsflow_fmu.results.report.panels import Curve, Panel, all_panels, panels_of
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.results.saved_run import read_results
 

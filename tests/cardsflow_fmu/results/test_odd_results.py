@@ -15,7 +15,7 @@ from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment, run
-from cardsflow_fmu.report.page import report
+from cardsflow_fmu.results.report.page import report
 
 Change = Callable[[Path], object]
 

@@ -20,11 +20,11 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.cli.main import main
 from cardsflow_fmu.experiment.writer import experiment_data
-from cardsflow_fmu.report.figures import figure_of, plot
-from cardsflow_fmu.report.page import report, report_page
-from cardsflow_fmu.report.panels import KINDS, all_panels, panels_of
 from cardsflow_fmu.results.compare import compare, compare_results
 from cardsflow_fmu.results.files import table_file
+from cardsflow_fmu.results.report.figures import figure_of, plot
+from cardsflow_fmu.results.report.page import report, report_page
+from cardsflow_fmu.results.report.panels import KINDS, all_panels, panels_of
 from cardsflow_fmu.results.saved_run import is_run, read_results
 from cardsflow_fmu.simulation.result import SystemResult
 

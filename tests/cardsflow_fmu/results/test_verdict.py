@@ -14,10 +14,10 @@ from support.ways import WAYS
 from addin_sdfusion.robot import InputError, SimulationError
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cosim.divergence import Divergence
-from cardsflow_fmu.report.page import report_page
+from cardsflow_fmu.results.report.page import report_page
 from cardsflow_fmu.results.verdict import problems
+from cardsflow_fmu.results.viewer.view import notes
 from cardsflow_fmu.simulation.run import RunError
-from cardsflow_fmu.viewer.view import notes
 
 WEAK = {f"muscles.cable_{k}.f_max": 15.0 for k in range(1, 5)} | {"run.duration": 0.2}
 

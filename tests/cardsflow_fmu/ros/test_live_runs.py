@@ -16,11 +16,11 @@ from support.ros.bus import Bus
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals
 from cardsflow_fmu.ros.publisher import RunPublisher, parameters_of
 from cardsflow_fmu.ros.scene_topics import DESCRIPTION, Shown
 from cardsflow_fmu.ros.topics import JOINT_STATES, TENDON_STATES
 from cardsflow_fmu.ros_interface.joint_state import JointState
-from cardsflow_fmu.signals.ports import coordinate_signals
 
 EXPERIMENT = Experiment.load(PLANAR_2R)
 

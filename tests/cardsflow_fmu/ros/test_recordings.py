@@ -20,14 +20,14 @@ from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import WORLD, InputError, Pose, Robot
 from cardsflow_fmu import Experiment, run
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals, motor_signals, muscle_signals
 from cardsflow_fmu.hardware.protocol.recording import Recorder, RecordingHeader
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
+from cardsflow_fmu.results.viewer.scene.link_poses import link_poses
 from cardsflow_fmu.ros.recording import convert_run, write_recording
 from cardsflow_fmu.ros.robot_frames import quaternion_values
 from cardsflow_fmu.ros.topics import nanoseconds
 from cardsflow_fmu.ros_interface.message_types import type_store
-from cardsflow_fmu.signals.ports import coordinate_signals, motor_signals, muscle_signals
-from cardsflow_fmu.viewer.scene.link_poses import link_poses
 from sim_dart import MusclePaths
 from sim_dart.core.frames import transform
 

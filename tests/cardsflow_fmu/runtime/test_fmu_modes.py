@@ -30,7 +30,7 @@ REPEATS = int(os.environ.get("CARDSFLOW_TEST_REPEATS", "3"))
 EQUAL_NAMES = """
 from pathlib import Path
 from cardsflow_fmu.runtime.model import FmuModel
-from cardsflow_fmu.signals.ports import Port
+from cardsflow_fmu.cosim.signals.ports import Port
 
 PORTS = (Port("y", "", "output", "discrete", "Which one"),)
 

@@ -11,7 +11,7 @@ from support.small_studies import PLANAR
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cli.common import settings_of
-from cardsflow_fmu.config.key_path import (
+from cardsflow_fmu.experiment.config.key_path import (
     PathError,
     join_path,
     set_value,

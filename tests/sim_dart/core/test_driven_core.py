@@ -24,7 +24,7 @@ from addin_sdfusion.robot import (
 )
 from addin_sdfusion.robot.model.coupling import all_values
 from addin_sdfusion.robot.transforms.lock import lock
-from cardsflow_fmu.viewer.scene.link_poses import link_poses
+from cardsflow_fmu.results.viewer.scene.link_poses import link_poses
 from sim_dart.core.arrays import FloatArray
 from sim_dart.dart.skeleton import build_skeleton
 from sim_dart.dynamics.core import CoreDynamics

@@ -13,8 +13,8 @@ from cardsflow_fmu.cosim.external_fmu import fitting_wiring
 from cardsflow_fmu.cosim.fmu_instance import FmuInstance
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.recording import Recording
+from cardsflow_fmu.cosim.signals.ports import load_signals
 from cardsflow_fmu.experiment.settings.run import Compute
-from cardsflow_fmu.signals.ports import load_signals
 from cardsflow_fmu.simulation.build import build
 
 

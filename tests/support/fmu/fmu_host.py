@@ -20,10 +20,10 @@ from fmpy import fmi2
 from fmpy.fmi1 import FMICallException
 from toy_model import PORTS, REFERENCES, ToyModel
 
+from cardsflow_fmu.cosim.signals.port import Port
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.fmu.writer import write_fmu
 from cardsflow_fmu.runtime.model import FloatArray, FmuModel
-from cardsflow_fmu.signals.port import Port
 
 from .fmi3_host import FMU3SlaveAs2
 

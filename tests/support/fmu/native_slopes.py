@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Robot
+from cardsflow_fmu.cosim.signals.groups import all_ports
+from cardsflow_fmu.cosim.signals.muscles import driven_muscles, ideal_muscles, state_order
+from cardsflow_fmu.cosim.signals.ports import plant_groups
 from cardsflow_fmu.models.native.fields import encode
 from cardsflow_fmu.models.plant import PlantModel, plant_fields
 from cardsflow_fmu.runtime.model_file import NativeModel
-from cardsflow_fmu.signals.groups import all_ports
-from cardsflow_fmu.signals.muscles import driven_muscles, ideal_muscles, state_order
-from cardsflow_fmu.signals.ports import plant_groups
 from sim_dart import compile_blob
 
 from .fmu_host import load, pack

@@ -7,8 +7,8 @@ from typing import Self
 
 import numpy as np
 
+from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.runtime.model import FloatArray, FmuModel
-from cardsflow_fmu.signals.ports import Port
 
 PORTS = (
     Port("u.a", "N", "input", "continuous", "Force on a"),

@@ -8,8 +8,8 @@ import time
 from pathlib import Path
 from typing import Self
 
+from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.runtime.model import FloatArray, FmuModel
-from cardsflow_fmu.signals.ports import Port
 
 WELL, SLEEP, EXIT, CRASH, RAISE, HOLD = range(6)
 

@@ -9,8 +9,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.runtime.model import FloatArray, FmuModel
-from cardsflow_fmu.signals.ports import Port
 
 NEVER = 1e300
 

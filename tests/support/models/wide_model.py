@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Self
 
+from cardsflow_fmu.cosim.signals.ports import Port
 from cardsflow_fmu.runtime.model import FloatArray, FmuModel
-from cardsflow_fmu.signals.ports import Port
 
 FEW, MANY = 4, 60
 

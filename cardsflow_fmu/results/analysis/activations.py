@@ -1,0 +1,245 @@
+"""Static optimisation: muscle activations along a motion.
+
+At each point of the motion the activations a are those of least sum of squares that move the robot,
+
+    min a'a  s.t.  -L'(F_1 a + F_0) = M qdd + C + G + D qd + w_e,   a_min <= a <= 1,
+
+where F_1 is a muscle's tension at full activation less that at none, with a rigid tendon, at its
+length and speed, and F_0 what pulls unasked. OpenSim's `StaticOptimization` leaves the passive
+forces of muscles out of F_0; so is it here unless they are asked for. Its Millard2012 muscles take
+the angle of pennation at a length in the wrong unit there; here the cosine is that of the fibres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, Muscle, Robot
+from addin_sdfusion.robot.model.tension_laws import law_of
+from cardsflow_fmu.experiment.config.names import Names
+from cardsflow_fmu.experiment.recorded_motion import read_recorded
+from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.opensim_table import opensim_text
+from controllers.analysis.inverse_dynamics import Motion, motion_terms
+from controllers.arrays import BoolArray
+from controllers.force_distribution.methods import distribute
+from controllers.references.splines import SplineReference
+from sim_dart import MuscleDrive, control_dynamics
+
+RESERVE = 1.0
+"""Torque of a reserve actuator at activation 1, in [N·m] or [N], where muscles do not suffice."""
+_NO_ARM = 1e-9  # of the largest moment arm
+
+
+@dataclass(frozen=True, eq=False)
+class Activations:
+    """Activations along a motion.
+
+    Attributes:
+        times: T times, in [s].
+        muscle_names: m names.
+        activations: Shape (T, m).
+        forces: Tensions, shape (T, m), in [N].
+        coordinate_names: n names.
+        reserves: Torques that muscles do not make, shape (T, n), in [N·m] or [N].
+        undriven: Coordinates that no muscle moves; their reserves are the whole torque.
+        infeasible: Whether muscles alone do not suffice for the others, shape (T,).
+    """
+
+    times: FloatArray
+    muscle_names: tuple[str, ...]
+    activations: FloatArray
+    forces: FloatArray
+    coordinate_names: tuple[str, ...]
+    reserves: FloatArray
+    undriven: tuple[str, ...]
+    infeasible: BoolArray
+
+
+def recorded(robot: Robot, file: Path, noise: float | None = None) -> Motion:
+    """A recorded motion of a robot at the times of its rows.
+
+    Args:
+        robot: The robot.
+        file: See `read_motion`: .mot and .sto of OpenSim among others.
+        noise: Standard deviation of the positions' noise; found from them when None.
+
+    Raises:
+        InputError: It holds no motion of the robot.
+    """
+    names = Names("coordinate", [c.name for c in robot.coordinates])
+    lengths = [c.name for c in robot.coordinates if c.unit == "m"]
+    times, trajectory = read_recorded(file, {"joint": names}, noise, lengths)
+    reference = SplineReference(trajectory)
+    rows = [reference.evaluate(t) for t in (times - times[0]).tolist()]
+    q, qd, qdd = (np.array([getattr(row, name) for row in rows]) for name in ("q", "qd", "qdd"))
+    return Motion(times, q, qd, qdd)
+
+
+def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) -> Activations:
+    """Activations of a robot's muscles along a motion.
+
+    Args:
+        robot: The robot; ideal cables count with their largest forces.
+        motion: The motion.
+        passive: Whether passive forces of muscles count as well.
+
+    Raises:
+        InputError: A muscle has no activation, or its largest force is not known.
+    """
+    least = np.array([_least(muscle) for muscle in robot.muscles])
+    dynamics = control_dynamics(robot)
+    terms = motion_terms(dynamics, motion)
+    L = terms.L[:, : len(robot.muscles)]
+    active = _active(_with_parameters(robot, _ACTIVE), motion)
+    resting = _resting(_with_parameters(robot, _RIGID), motion, passive=passive)
+    tau = terms.tau + np.einsum("tmn,tm->tn", L, resting)
+    arms = np.abs(L).max(axis=(0, 1), initial=0.0)
+    driven = arms > _NO_ARM * arms.max(initial=0.0)
+    A, demanded = (L * active[:, :, None])[:, :, driven], tau[:, driven]
+    found = distribute(A, demanded, least, 1.0)
+    a, infeasible = np.array(found.forces), ~found.solved
+    if infeasible.any():
+        a[infeasible] = _with_reserves(A[infeasible], demanded[infeasible], least)
+    reserves = tau + np.einsum("tmn,tm->tn", L, active * a)
+    reserves[np.ix_(~infeasible, driven)] = 0.0
+    names = np.array(terms.coordinate_names)
+    return Activations(
+        motion.times,
+        tuple(muscle.name for muscle in robot.muscles),
+        a,
+        active * a + resting,
+        terms.coordinate_names,
+        reserves,
+        tuple(names[~driven].tolist()),
+        infeasible,
+    )
+
+
+def _least(muscle: Muscle) -> float:
+    """The least activation; OpenSim's muscles have 0.01."""
+    law = law_of(muscle.model)
+    default = next((p.default for p in law.parameters if p.name == "minimum_activation"), 0.0)
+    return dict(muscle.model.parameters).get("minimum_activation", default or 0.0)
+
+
+_RIGID = {"elastic_tendon": 0.0, "minimum_activation": 1e-9}
+_ACTIVE = _RIGID | {"fibre_damping": 0.0}
+
+
+def _with_parameters(robot: Robot, values: Mapping[str, float]) -> Robot:
+    """The robot with other parameters of all muscles that have them.
+
+    Raises:
+        InputError: A muscle has none.
+    """
+    made = []
+    for muscle in robot.muscles:
+        law = law_of(muscle.model)
+        known = law.command is None or law.command.name in ("excitation", "force")
+        if not known:
+            problem = f"muscle {muscle.name!r}: {law.kind!r} has no activation"
+            raise InputError(f"{problem}; static optimisation is for muscles of Hill's type")
+        if law.kind == "ideal" and not np.isfinite(muscle.f_max):
+            raise InputError(f"muscle {muscle.name!r}: no largest force is given; set f_max")
+        own = {p.name: values[p.name] for p in law.parameters if p.name in values}
+        parameters = tuple((dict(muscle.model.parameters) | own).items())
+        made.append(replace(muscle, model=replace(muscle.model, parameters=parameters)))
+    sets = tuple(
+        replace(one, muscles=tuple(made)) if one.name == robot.cable_set else one
+        for one in robot.cable_sets
+    )
+    return replace(robot, cable_sets=sets)
+
+
+def _active(robot: Robot, motion: Motion) -> FloatArray:
+    """F_1 along a motion, shape (T, m), in [N]."""
+    laws = [law_of(muscle.model) for muscle in robot.muscles]
+    full = np.array(
+        [
+            m.f_max if law.kind == "ideal" else 1.0
+            for m, law in zip(robot.muscles, laws, strict=True)
+        ]
+    )
+    none, most = (_tensions(robot, motion, level, level * full) for level in (0.0, 1.0))
+    return np.where([law.command is None for law in laws], 0.0, most - none)
+
+
+def _resting(robot: Robot, motion: Motion, *, passive: bool) -> FloatArray:
+    """F_0 along a motion, shape (T, m), in [N]."""
+    counts = [passive or law_of(muscle.model).command is None for muscle in robot.muscles]
+    return np.where(counts, _tensions(robot, motion, 0.0, np.zeros(len(counts))), 0.0)
+
+
+def _tensions(robot: Robot, motion: Motion, states: float, commands: FloatArray) -> FloatArray:
+    """Tensions along a motion with all states at one value, shape (T, m), in [N]."""
+    drive, found = MuscleDrive(robot), np.zeros((len(motion.times), len(robot.muscles)))
+    for row, q, qd in zip(found, motion.q, motion.qd, strict=True):
+        drive.set_state(q, qd, np.full(drive.states, states))
+        row[:] = drive.tensions(commands)
+    return found
+
+
+def _with_reserves(A: FloatArray, tau: FloatArray, least: FloatArray) -> FloatArray:
+    """Activations with reserve actuators at all coordinates, shape (T, m)."""
+    n = tau.shape[1]
+    both = np.concatenate([RESERVE * np.eye(n), -RESERVE * np.eye(n)])
+    rows = np.concatenate([A, np.broadcast_to(both, (len(A), 2 * n, n))], axis=1)
+    low = np.concatenate([least, np.zeros(2 * n)])
+    high = np.concatenate([np.ones_like(least), np.full(2 * n, np.inf)])
+    return np.asarray(distribute(rows, tau, low, high).forces[:, : len(least)])
+
+
+def activation_files(found: Activations) -> dict[str, str]:
+    """Activations, and forces with reserves, as tables of OpenSim, by their files' names."""
+    reserves = [f"reserve_{name}" for name in found.coordinate_names]
+    rows = np.column_stack([found.times, found.activations])
+    forces = np.column_stack([found.times, found.forces, found.reserves])
+    names = ["time", *found.muscle_names]
+    return {
+        "activations.sto": opensim_text("activations", names, rows),
+        "forces.sto": opensim_text("forces", [*names, *reserves], forces),
+    }
+
+
+def activation_summary(found: Activations) -> dict[str, Any]:
+    """What a person wants to know of them first, for JSON."""
+    largest = found.activations.max(axis=0, initial=0.0)
+    reserves = np.abs(found.reserves).max(axis=0, initial=0.0)
+    return {
+        "points": len(found.times),
+        "begin": float(found.times[0]),
+        "end": float(found.times[-1]),
+        "infeasible": int(found.infeasible.sum()),
+        "first_infeasible": float(found.times[found.infeasible][0])
+        if found.infeasible.any()
+        else None,
+        "undriven": list(found.undriven),
+        "largest_activations": dict(zip(found.muscle_names, largest.tolist(), strict=True)),
+        "largest_reserves": dict(zip(found.coordinate_names, reserves.tolist(), strict=True)),
+    }
+
+
+def describe_activations(summary: Mapping[str, Any], most: int = 5) -> str:
+    """The same as lines of text, with the muscles that are activated most."""
+    lines = []
+    reserves = summary["largest_reserves"]
+    if summary["infeasible"]:
+        driven = {n: t for n, t in reserves.items() if n not in summary["undriven"]}
+        name = max(driven, key=driven.__getitem__)
+        lines.append(
+            f"WARNING: muscles do not suffice at {summary['infeasible']} of {summary['points']} "
+            f"points, from t = {summary['first_infeasible']:.4g} s; {name} lacks {driven[name]:.3g}"
+        )
+    if summary["undriven"]:
+        names = ", ".join(f"{n} {reserves[n]:.4g}" for n in summary["undriven"])
+        lines.append(f"no muscle moves these, which take reserves of up to: {names}")
+    lines.append(f"{summary['points']} points from {summary['begin']:g} to {summary['end']:g} s")
+    ranked = sorted(summary["largest_activations"].items(), key=lambda one: -one[1])
+    lines += [f"  {name}  up to {a:.4g}" for name, a in ranked[:most]]
+    return "\n".join(lines)

@@ -1,0 +1,132 @@
+"""Splines that a robot can follow: within limits, speeds and the forces of its muscles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from addin_sdfusion.robot import CardsflowError, Robot
+from cardsflow_fmu.results.analysis.first_motion import counted_force, robot_size
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.analysis.inverse_dynamics import Motion, MotionTerms, motion_terms
+from sim_dart import control_dynamics
+from sim_dart.dynamics.core import CoreDynamics
+from sim_dart.estimation.estimated_robot import passive_muscles
+
+from .spline import GRID, KNOTS, ORDER, PER_SPAN, basis
+
+_MARGIN = 0.05
+"""Of the forces' range that a motion leaves at its upper bound, and of the limits' range."""
+
+_AT_BOUND = 0.7
+"""Part of the proposals at bounds, and of their coordinates: they identify most."""
+
+_SMALLER = 0.8
+_SPARSE = 4
+
+_SLIDE = 0.3
+"""Speed of a sliding coordinate over that of a turning one: of the robot's size."""
+
+_WIDE = 1.5
+"""How far coordinates without a limit go, in [rad], or of the robot's size."""
+
+
+class Motions:
+    """Motions that a robot can make.
+
+    Args:
+        robot: The robot.
+        start: Its pose at rest.
+        spans: Between two knots.
+        speed: Largest, in [rad/s].
+    """
+
+    def __init__(self, robot: Robot, start: FloatArray, spans: int, speed: float) -> None:
+        self.robot, self.start, self.spans = robot, start, spans
+        self.dynamics: CoreDynamics = control_dynamics(robot)
+        turns = np.array([c.unit == "rad" for c in robot.coordinates])
+        size = robot_size(robot)
+        self._step = KNOTS * speed * np.where(turns, 1.0, _SLIDE * size)
+        wide = _WIDE * np.where(turns, 1.0, size)
+        low, high = np.array([(c.lower, c.upper) for c in robot.coordinates]).reshape(-1, 2).T
+        room = np.where(np.isfinite(high - low), high - low, 0.0)
+        self._low = np.maximum(low + _MARGIN * room, start - wide)
+        self._high = np.minimum(high - _MARGIN * room, start + wide)
+        self._low, self._high = np.minimum(self._low, start), np.maximum(self._high, start)
+        most = np.minimum(self.dynamics.f_max, counted_force(robot))
+        least = np.maximum(self.dynamics.f_min, -counted_force(robot))
+        self._bounds = least, most - _MARGIN * (most - least)
+        self._basis = [basis(order) for order in range(3)]
+        self.passive = passive_muscles(robot)
+        self.motors = [k for k, c in enumerate(robot.coordinates) if c.actuated]
+
+    @property
+    def free(self) -> range:
+        """Indices of the control points that are not the start."""
+        return range(ORDER, self.spans)
+
+    def at_rest(self) -> FloatArray:
+        """Control points of a robot that stays, shape (spans + 5, n)."""
+        return np.tile(self.start, (self.spans + ORDER, 1))
+
+    def proposed(self, points: FloatArray, k: int, rng: np.random.Generator) -> FloatArray:
+        """Another control point k within limits and speeds, mostly at some of them, shape (n,)."""
+        near = points[[k - 1, k + 1]]
+        low = np.maximum(self._low, near.max(axis=0) - self._step)
+        high = np.minimum(self._high, near.min(axis=0) + self._step)
+        low, share = np.minimum(low, high), rng.uniform(size=len(low))
+        at_bound = rng.uniform(size=len(low)) < _AT_BOUND * (rng.uniform() < _AT_BOUND)
+        return np.asarray(low + (high - low) * np.where(at_bound, np.round(share), share))
+
+    def random(self, rng: np.random.Generator) -> FloatArray:
+        """Control points of a random motion that can be made."""
+        points = self.at_rest()
+        for k in self.free:
+            points[k] = self.proposed(points, k, rng)
+        for k in reversed(self.free):  # back to the start in time
+            points[k] = np.clip(points[k], points[k + 1] - self._step, points[k + 1] + self._step)
+        return self.shrunk(points)
+
+    def shrunk(self, points: FloatArray) -> FloatArray:
+        """The motion made smaller about the start until it can be made.
+
+        Raises:
+            CardsflowError: Even the start cannot be held with margins.
+        """
+        for _ in range(40):
+            if np.isfinite(self.whole(points)[1]).all():
+                return points
+            points = self.smaller(points)
+        raise CardsflowError(
+            f"robot {self.robot.name!r}: muscles hold the pose where it begins without "
+            f"{100 * _MARGIN:g} % of their range left: there is no motion about it"
+        )
+
+    def smaller(self, points: FloatArray) -> FloatArray:
+        """The same way with less of it."""
+        return np.asarray(self.start + _SMALLER * (points - self.start))
+
+    def rows(self, points: FloatArray, span: int, first: int, count: int) -> Motion:
+        """The motion within a span, and on into the next ones, on the grid."""
+        at = first + np.arange(count)
+        which = np.minimum(span + at // PER_SPAN, self.spans - 1)
+        inside = at - (which - span) * PER_SPAN
+        around = points[which[:, None] + np.arange(ORDER + 1)]
+        q, qd, qdd = (np.einsum("tk,tkn->tn", B[inside], around) for B in self._basis)
+        return Motion(np.asarray(span * KNOTS + GRID * at, np.float64), q, qd, qdd)
+
+    def terms(self, points: FloatArray, spans: range) -> MotionTerms:
+        """Torques and Jacobians in spans, at some rows of the grid."""
+        m = self.rows(points, spans[0], 0, PER_SPAN * len(spans) + 1)
+        some = slice(None, None, _SPARSE)
+        return motion_terms(
+            self.dynamics, Motion(m.times[some], m.q[some], m.qd[some], m.qdd[some])
+        )
+
+    def forces(self, terms: MotionTerms) -> FloatArray:
+        """Least forces within the bounds, shape (T, m); NaN where there are none."""
+        return terms.with_bounds(*self._bounds).distribute().forces
+
+    def whole(self, points: FloatArray) -> tuple[Motion, FloatArray]:
+        """The motion on the grid, and its forces."""
+        motion = self.rows(points, 0, 0, self.spans * PER_SPAN + 1)
+        return motion, self.forces(motion_terms(self.dynamics, motion))

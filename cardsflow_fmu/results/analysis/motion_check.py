@@ -1,0 +1,227 @@
+"""Muscle-muscle and muscle-link interference along a motion: `cardsflow check --motion`."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from addin_sdfusion.robot import (
+    Coordinate,
+    Finding,
+    InputError,
+    Robot,
+    Subject,
+    UnknownNameError,
+    limits,
+)
+from addin_sdfusion.robot.files import read_file
+from addin_sdfusion.robot.readers import (
+    Reading,
+    read_trajectory,
+    trajectories_file,
+    trajectory_names,
+)
+from cardsflow_fmu.cosim.signals.port import identifier
+from cardsflow_fmu.utils.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from sim_dart.dart.interference import Nearest
+
+RANDOM = "random"
+_POSTURES = 500
+_WIDE = {"rad": math.pi, "m": 1.0}  # where a joint has no limits
+_TOUCHING = 1e-9  # in [m]
+_NEAR = 1e-3  # in [m]: muscles, which have no thickness, meet within it
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Postures to look at.
+
+    Attributes:
+        postures: Shape (k, n), in [rad] or [m].
+        times: Shape (k,), in [s]; None where they are no motion in time.
+    """
+
+    postures: FloatArray
+    times: FloatArray | None
+
+    def place(self, robot: Robot, sample: int) -> str:
+        """When or where a posture is, for messages."""
+        if self.times is not None:
+            return f"at t = {self.times[sample]:.4g} s"
+        values = zip(robot.coordinates, self.postures[sample], strict=True)
+        return "at " + ", ".join(f"{c.name} = {q:.3g} {c.unit}" for c, q in values)
+
+
+def read_motion(motion: str, reading: Reading, robot: Robot) -> Motion:
+    """The postures of a motion.
+
+    Args:
+        motion: `random`, the name of a trajectory beside the robot, or a table with a column
+            `q.<joint>` or `<joint>` for every joint, such as a run's results.csv.
+        reading: Where the robot comes from.
+        robot: The robot.
+
+    Raises:
+        InputError: There is no such motion, or it is not one of this robot.
+    """
+    if motion == RANDOM:
+        return Motion(_random_postures(robot), None)
+    if motion.endswith(".csv"):
+        return _table(Path(motion), robot)
+    return _trajectory(motion, reading, robot)
+
+
+def _random_postures(robot: Robot) -> FloatArray:
+    """The same ones every time, within the joints' limits."""
+    limits = np.array([_limits(c) for c in robot.coordinates]).reshape(-1, 2)
+    low, high = limits[:, 0], limits[:, 1]
+    postures: FloatArray = np.random.default_rng(0).uniform(low, high, (_POSTURES, len(limits)))
+    return postures
+
+
+def _limits(coordinate: Coordinate) -> tuple[float, float]:
+    """Its limits, or as wide a range where there is none."""
+    lower, upper, wide = coordinate.lower, coordinate.upper, _WIDE[coordinate.unit]
+    return (
+        lower if math.isfinite(lower) else min(-wide, upper - 2 * wide),
+        upper if math.isfinite(upper) else max(wide, lower + 2 * wide),
+    )
+
+
+def _trajectory(name: str, reading: Reading, robot: Robot) -> Motion:
+    from controllers import SplineReference
+
+    file = trajectories_file(reading.files[0])
+    if file is None:
+        what = f"{name!r} is neither {RANDOM!r} nor a .csv, and there is no trajectories file"
+        raise InputError(f"{what} beside {reading.files[0]}", key="--motion")
+    try:
+        trajectory = read_trajectory(file, name)
+    except UnknownNameError:
+        raise UnknownNameError(
+            "trajectory", name, [*trajectory_names(file), RANDOM], key="--motion"
+        ) from None
+    if len(trajectory.points[0].q) != len(robot.coordinates):
+        raise InputError(f"{name!r} does not move all joints of the robot", key="--motion")
+    times = np.linspace(0.0, trajectory.points[-1].time, _POSTURES)
+    reference = SplineReference(trajectory)
+    return Motion(np.array([reference.evaluate(float(t)).q for t in times]), times)
+
+
+def _table(file: Path, robot: Robot) -> Motion:
+    try:
+        data = read_file(file, limits.MOTION)
+        if data.count(b"\n") + data.count(b"\r") > 2 * limits.MOTION_ROWS:
+            raise InputError(f"holds more than {limits.MOTION_ROWS} rows", file=file)
+        rows = list(csv.reader(io.StringIO(data.decode("utf-8-sig"))))
+    except (UnicodeDecodeError, csv.Error):
+        raise InputError("is no table of comma-separated values", file=file) from None
+    if len(rows) < 2:
+        raise InputError("holds no rows", file=file)
+    names = [name.strip() for name in rows[0]]
+    columns = [_column(c.name, names, file) for c in robot.coordinates]
+    postures = [_numbers(row, columns, file, line) for line, row in enumerate(rows[1:], 2)]
+    times = None
+    if "time" in names:
+        k = names.index("time")
+        times = np.array([_numbers(row, [k], file, n)[0] for n, row in enumerate(rows[1:], 2)])
+    return Motion(np.array(postures).reshape(len(postures), len(columns)), times)
+
+
+def _column(joint: str, names: Sequence[str], file: Path) -> int:
+    for name in (f"q.{identifier(joint)}", joint):
+        if name in names:
+            return names.index(name)
+    raise UnknownNameError("column", f"q.{identifier(joint)}", names, file=file, line=1)
+
+
+def _numbers(row: Sequence[str], columns: Sequence[int], file: Path, line: int) -> list[float]:
+    try:
+        values = [float(row[k]) for k in columns]
+    except (ValueError, IndexError):
+        raise InputError("holds something that is no number", file=file, line=line) from None
+    if not all(math.isfinite(value) for value in values):
+        raise InputError("holds a number that is not finite", file=file, line=line)
+    return values
+
+
+def motion_findings(
+    reading: Reading, robot: Robot, motion: str, clearance: float, capsule_radius: float | None
+) -> list[Finding]:
+    """A warning for each pair that comes nearer than a clearance.
+
+    Args:
+        reading: Where the robot comes from.
+        robot: The robot.
+        motion: See `read_motion`.
+        clearance: In [m].
+        capsule_radius: Radius of capsules in place of the links, in [m]; None for the hulls
+            of their collision meshes.
+
+    Raises:
+        InputError: The motion, the clearance or a mesh cannot be used.
+    """
+    from sim_dart.dart.interference import Interference
+    from sim_dart.scene import Scene
+
+    if not (math.isfinite(clearance) and clearance >= 0):
+        raise InputError(f"must be 0 or above, not {clearance!r}", key="--clearance")
+    folder = reading.files[0].parent.resolve()
+    if capsule_radius is None:
+        scene = Scene(mesh_folder=folder)
+    else:
+        scene = Scene(links="capsules", capsule_radius=capsule_radius)
+    postures = read_motion(motion, reading, robot)
+    findings = []
+    for near in Interference(robot, scene).nearest(postures.postures):
+        if near.distance > clearance:
+            break
+        message = f"{_meeting(near)} {postures.place(robot, near.sample)}"
+        code = "muscle-meets-link" if near.is_link else "muscle-meets-muscle"
+        findings.append(Finding("warning", code, message, Subject("muscle", near.muscle)))
+    return findings
+
+
+def new_meetings(robot: Robot, mesh_folder: Path, postures: FloatArray) -> list[str]:
+    """Muscles that come to meet one another or links along a motion, apart at its start.
+
+    Args:
+        robot: The robot.
+        mesh_folder: Where the links' collision meshes are; without them muscles alone count.
+        postures: The motion, shape (k, n), in [rad] or [m].
+
+    Returns:
+        A line for each pair.
+    """
+    from sim_dart.dart.interference import Interference
+    from sim_dart.scene import Scene
+
+    try:
+        pairs = Interference(robot, Scene(mesh_folder=mesh_folder))
+    except InputError:  # no meshes that can be read
+        pairs = Interference(robot, Scene(links="none"))
+    there = {(n.muscle, n.other): n.distance for n in pairs.nearest(postures[:1])}
+    return [
+        _meeting(near)
+        for near in pairs.nearest(postures)
+        if near.distance <= _NEAR < there.get((near.muscle, near.other), 0.0)
+    ]
+
+
+def _meeting(near: Nearest) -> str:
+    if near.is_link and near.distance < 0:
+        what = f"passes {-1e3 * near.distance:.3g} mm deep through link {near.other!r}"
+    else:
+        kind = "link" if near.is_link else "muscle"
+        apart = f"{1e3 * near.distance:.3g} mm" if near.distance > _TOUCHING else "touch"
+        what = f"comes within {apart} of {kind} {near.other!r}"
+    return f"muscle {near.muscle!r} {what}"

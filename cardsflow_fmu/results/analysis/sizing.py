@@ -1,0 +1,341 @@
+"""Required muscle strengths along a motion, and the attachments that are the bottleneck."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import CubicSpline
+
+from addin_sdfusion.robot import InputError, Muscle, Robot
+from addin_sdfusion.robot.transforms.lock import lock
+from cardsflow_fmu.cosim.signals.muscles import driven_muscles, modelled_muscles
+from cardsflow_fmu.cosim.signals.ports import force_unit
+from cardsflow_fmu.experiment.experiment import Experiment
+from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.analysis.inverse_dynamics import (
+    Motion,
+    MotionTerms,
+    MuscleSizes,
+    motion_terms,
+    size_muscles,
+)
+from controllers.analysis.kinematics import inverse_kinematics
+from controllers.analysis.wrench_set import too_many_facets
+from controllers.force_distribution.linear import minimum_infinity_norm
+from controllers.force_distribution.one_way import one_way
+from sim_dart import IndependentDynamics, MuscleDrive, control_dynamics
+from sim_dart.muscles.paths import MusclePaths
+
+MOST_POINTS = 1000
+"""Most points of a motion that are looked at."""
+
+FEWEST_POINTS = 5
+
+MARGIN = 0.2
+"""Default of what is added to a peak, as a part of it."""
+
+_SHIFT = 1e-3  # of a via point, in [m], to see what it does
+_SMALL = 1e-6  # a bottleneck below this, in [N/mm], is none
+
+
+def reference_motion(experiment: Experiment, points: int | None = None) -> Motion:
+    """The joint motion that an experiment's reference asks for.
+
+    Of a reference in operational space, every point is the configuration nearest to the
+    controller's posture, or to the start, that is there; velocities and accelerations are those of
+    a cubic spline through them.
+
+    Args:
+        experiment: The experiment.
+        points: Number of points, at least 5; one a controller period when None, but at least 5 and
+            at most `MOST_POINTS`.
+
+    Raises:
+        InputError: A point is out of the robot's reach, or there are too few points.
+    """
+    from cardsflow_fmu.models.reference import make_reference
+
+    reference = make_reference(experiment)
+    duration = min(experiment.run.duration, reference.duration)
+    if points is None:
+        periods = math.floor(duration / experiment.controller.period)
+        points = min(max(periods + 1, FEWEST_POINTS), MOST_POINTS)
+    if points < FEWEST_POINTS:
+        raise InputError(f"a motion needs at least {FEWEST_POINTS} points, not {points}")
+    times = np.linspace(0.0, duration, points)
+    rows = [reference.evaluate(t) for t in times.tolist()]
+    if experiment.reference.space == "operational":
+        return _followed(experiment, times, [row.q for row in rows])
+    q, qd, qdd = (np.array([getattr(row, name) for row in rows]) for name in ("q", "qd", "qdd"))
+    if experiment.robot.loops:
+        _close(experiment, q, qd, qdd)
+    return Motion(times, q, qd, qdd)
+
+
+def _close(experiment: Experiment, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> None:
+    """Let the dependent coordinates of a motion follow from the others, from one point to the next.
+
+    Raises:
+        InputError: The loops cannot be closed at a point.
+    """
+    dynamics = IndependentDynamics(experiment.robot, experiment.controller.dependent)
+    before = np.array(experiment.start.q)
+    for k in range(len(q)):
+        q[k] = before = dynamics.closed(np.where(dynamics.dependent, before, q[k]))
+        qd[k] = dynamics.free_motion(q[k]) @ qd[k]
+        qdd[k] = dynamics.complete(q[k], qd[k], qdd[k])
+
+
+def _followed(experiment: Experiment, times: FloatArray, path: list[FloatArray]) -> Motion:
+    """The joint motion that follows task positions, from one point to the next."""
+    dynamics, tasks = control_dynamics(experiment.robot), experiment.controller.tasks
+    q: ArrayLike = experiment.start.q
+    posture = tasks.posture.q0 if tasks is not None and tasks.posture is not None else q
+    found = []
+    for t, y in zip(times.tolist(), path, strict=True):
+        try:
+            q = inverse_kinematics(dynamics, y, q, posture=posture).q
+        except InputError as error:
+            raise InputError(f"at {t:g} s {error.what}", key="reference") from None
+        found.append(q)
+    spline = CubicSpline(times, np.array(found))
+    return Motion(times, spline(times), spline(times, 1), spline(times, 2))
+
+
+def size(
+    experiment: Experiment, *, margin: float = MARGIN, method: str = "least_squares"
+) -> dict[str, Any]:
+    """Required strengths of an experiment's muscles, as plain data in SI units.
+
+    The robot is the one that is simulated; its loads from outside count. Passive coordinates are
+    held where the motion begins.
+
+    Args:
+        experiment: The experiment.
+        margin: Margin on the peaks, as a part of them.
+        method: The force distribution, see `controllers.force_distribution`.
+
+    Raises:
+        InputError: The margin is wrong, or the reference is out of the robot's reach.
+    """
+    motion = _loaded(experiment, reference_motion(experiment))
+    robot, motion = driven_part(experiment, experiment.plant_robot, motion)
+    return size_robot(robot, motion, margin=margin, method=method)
+
+
+def driven_part(experiment: Experiment, robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
+    """A robot and its motion with passive coordinates locked where the motion begins.
+
+    Args:
+        experiment: The experiment, which says what is passive.
+        robot: Its robot, or the one that is simulated.
+        motion: Its motion.
+    """
+    passive = np.array(experiment.controller.passive, bool)
+    if not passive.any():
+        return robot, motion
+    names = np.array([c.name for c in robot.coordinates])
+    held = dict(zip(names[passive].tolist(), motion.q[0, passive].tolist(), strict=True))
+    q, qd, qdd = (values[:, ~passive] for values in (motion.q, motion.qd, motion.qdd))
+    w_e = None if motion.w_e is None else motion.w_e[:, ~passive]
+    return lock(robot, held), Motion(motion.times, q, qd, qdd, w_e)
+
+
+def _loaded(experiment: Experiment, motion: Motion) -> Motion:
+    """The motion with w_e = -J_p'F of the forces on task points."""
+    disturbance = experiment.disturbance
+    if disturbance is None:
+        return motion
+    dynamics, forces = control_dynamics(experiment.robot), np.ravel(disturbance.forces)
+    acts = (disturbance.begin <= motion.times) & (motion.times < disturbance.end)
+    w_e = np.array([-dynamics.point_jacobian(q).T @ forces for q in motion.q])
+    return replace(motion, w_e=np.where(acts[:, None], w_e, 0.0))
+
+
+def size_robot(
+    robot: Robot, motion: Motion, *, margin: float = MARGIN, method: str = "least_squares"
+) -> dict[str, Any]:
+    """Required strengths of a robot's muscles for a motion, as plain data in SI units.
+
+    Passive muscles pull as they do, and are not sized.
+
+    Args:
+        robot: The robot.
+        motion: The motion.
+        margin: Margin on the peaks, as a part of them.
+        method: The force distribution, see `controllers.force_distribution`.
+
+    Raises:
+        InputError: The robot has no muscles, the motion has another number of coordinates, or the
+            margin is wrong.
+    """
+    if not robot.muscles and not robot.motors:
+        raise InputError(f"the robot {robot.name!r} has no muscles to size, and no motors")
+    robot, motion = _without_passive(robot, motion)
+    terms = motion_terms(control_dynamics(robot), motion)
+    sizes = size_muscles(terms, margin=margin, method=method)
+    critical = sizes.critical
+    return {
+        "margin": margin,
+        "method": method,
+        "points": len(motion.times),
+        "begin": float(motion.times[0]),
+        "end": float(motion.times[-1]),
+        "infeasible_points": int(np.sum(~sizes.forces.solved)),
+        "impossible_points": len(sizes.impossible),
+        "muscles": _muscle_rows(robot, sizes),
+        "motors": _motor_rows(robot, sizes),
+        "least_peak": None
+        if critical is None
+        else {"force": float(sizes.least_peaks[critical]), "time": float(motion.times[critical])},
+        "bottlenecks": [] if critical is None else bottlenecks(robot, terms, critical),
+        "coordinates": _coordinate_rows(sizes),
+        "units": {"force": "N", "torque": "N.m", "time": "s", "power": "W", "gain": "N/mm"},
+    }
+
+
+def _without_passive(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
+    """The robot with passive muscles that may not be used, and what they pull with as a load."""
+    passive = [k for k in modelled_muscles(robot) if k not in driven_muscles(robot)]
+    if not passive:
+        return robot, motion
+    drive, dynamics = MuscleDrive(robot), control_dynamics(robot)
+    pull = np.zeros_like(motion.q)
+    for row, q, qd in zip(pull, motion.q, motion.qd, strict=True):
+        drive.set_state(q, qd, np.zeros(drive.states))
+        f = drive.tensions(np.zeros(len(robot.muscles)))[passive]
+        row[:] = dynamics.muscle_jacobian(q)[passive].T @ f
+    muscles = [
+        replace(muscle, f_min=0.0, f_max=0.0) if k in passive else muscle
+        for k, muscle in enumerate(robot.muscles)
+    ]
+    load = pull if motion.w_e is None else motion.w_e + pull
+    return robot.with_muscles(muscles), replace(motion, w_e=load)
+
+
+def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, Any]]:
+    """Effect of moving each attachment on the largest muscle force at a point, worst first.
+
+    The measure is the least possible force of the strongest muscle, without upper bounds: it does
+    not depend on the force distribution. Its gradient is by central differences of the muscle
+    Jacobian of robots with one via point moved.
+
+    Args:
+        robot: The robot.
+        terms: Required torques and Jacobians along the motion.
+        point: Index of the point.
+    """
+    q, tau = terms.motion.q[point], terms.tau[point]
+    muscles, motor_rows = len(robot.muscles), terms.L[point][len(robot.muscles) :]
+    open_ways = np.full(terms.motors, -np.inf)
+    low = np.concatenate([terms.f_min[:muscles], open_ways])
+    counts = (np.arange(len(low) + terms.motors) < muscles).astype(float)
+
+    def least_peak(moved: Robot) -> float:
+        paths = MusclePaths(moved)  # it owns the memory of what it evaluates
+        rows = np.concatenate([paths.evaluate(q).jacobian, motor_rows])
+        L, f_min, f_max = one_way(rows, low, np.full(len(low), np.inf), terms.motors)
+        least = minimum_infinity_norm(L, tau, f_min, f_max, counts=counts)
+        return float(least.forces[:muscles].max(initial=0.0))
+
+    found = []
+    for k, muscle in enumerate(robot.muscles):
+        for i, via in enumerate(muscle.via_points):
+            gradient = np.zeros(3)
+            for axis in range(3):
+                ahead, behind = (
+                    least_peak(_moved(robot, k, i, axis, sign * _SHIFT)) for sign in (1, -1)
+                )
+                gradient[axis] = (ahead - behind) / (2.0 * 1e3 * _SHIFT)
+            gain = float(np.linalg.norm(gradient))
+            if math.isfinite(gain) and gain > _SMALL:
+                found.append(
+                    {
+                        "muscle": muscle.name,
+                        "via_point": i + 1,
+                        "link": via.link,
+                        "gain": gain,
+                        "direction": (-gradient / gain).tolist(),
+                    }
+                )
+    return sorted(found, key=lambda entry: -entry["gain"])
+
+
+def _moved(robot: Robot, muscle: int, via: int, axis: int, shift: float) -> Robot:
+    """The robot with one via point moved along one axis of its link's frame, in [m]."""
+    muscles: list[Muscle] = list(robot.muscles)
+    points = list(muscles[muscle].via_points)
+    x, y, z = (p + shift * (k == axis) for k, p in enumerate(points[via].position))
+    points[via] = replace(points[via], position=(x, y, z))
+    muscles[muscle] = replace(muscles[muscle], via_points=tuple(points))
+    return robot.with_muscles(muscles)
+
+
+def _muscle_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
+    """Forces of each muscle within its bounds, and its required bound."""
+    columns = _columns(sizes, "needed_f_max", "f_min", "f_max")
+    return [
+        {
+            "name": muscle.name,
+            "f_min": muscle.f_min,
+            "f_max": _finite(muscle.f_max),
+            **{name: _finite(column[k]) for name, column in columns.items()},
+        }
+        for k, muscle in enumerate(robot.muscles)
+    ]
+
+
+def _motor_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
+    """Torques of each motor within its bounds, and the effort that it needs."""
+    columns = _columns(sizes, "needed_effort", "tau_min", "tau_max")
+    return [
+        {
+            "name": motor.name,
+            "unit": force_unit(motor),
+            "tau_min": _finite(motor.tau_min),
+            "tau_max": _finite(motor.tau_max),
+            **{name: _finite(column[k]) for name, column in columns.items()},
+        }
+        for k, motor in enumerate(robot.motors, start=len(robot.muscles))
+    ]
+
+
+def _columns(sizes: MuscleSizes, needed: str, low: str, high: str) -> dict[str, FloatArray]:
+    """What the motion asks of every muscle and motor, by the names of the columns."""
+    forces = sizes.forces
+    at_min, at_max = forces.shares_at_bounds()
+    power = np.where(np.isnan(forces.power), 0.0, forces.power)
+    return {
+        "peak": forces.peaks(),
+        "peak_time": forces.peak_times(),
+        "rms": forces.rms(),
+        needed: sizes.needed,
+        f"share_at_{low}": at_min,
+        f"share_at_{high}": at_max,
+        "peak_power": np.maximum(power.max(axis=0), 0.0),
+        "peak_braking_power": np.maximum(-power.min(axis=0), 0.0),
+    }
+
+
+def _coordinate_rows(sizes: MuscleSizes) -> list[dict[str, Any]]:
+    """The least torque margins of every coordinate along the motion; None where there are none."""
+    names = sizes.forces.terms.coordinate_names
+    rows: list[dict[str, Any]] = [
+        {"name": name, "torque_down": None, "torque_up": None} for name in names
+    ]
+    if too_many_facets(len(sizes.needed) + sizes.forces.terms.motors, len(names)):
+        return rows
+    for key, margins in zip(("torque_down", "torque_up"), sizes.forces.torque_margins, strict=True):
+        for j, row in enumerate(rows):
+            known = margins[:, j][np.isfinite(margins[:, j])]
+            row[key] = float(known.min()) if len(known) else None
+    return rows
+
+
+def _finite(value: float) -> float | None:
+    """A number for JSON, which has no infinity."""
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,100 @@
+"""Markers of motion capture: where they are on a robot, and where they were seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.experiment.config.file import read_settings
+from cardsflow_fmu.experiment.config.table import Context, Table, Text, Vector3, setting
+from cardsflow_fmu.utils.arrays import FloatArray
+from cardsflow_fmu.utils.csv_table import read_csv
+from sim_dart.calibration.markers import Marker
+from sim_dart.calibration.readings import Readings
+
+
+class MarkerSettings(Table):
+    """Where a marker is."""
+
+    link: Text = setting("the link that it is on")
+    position: Vector3 = setting("in the link, in m")
+
+
+def read_markers(file: Path) -> tuple[Marker, ...]:
+    """The markers of a table: `[elbow]`, `link = "upper_arm"`, `position = [0.0, 0.0, 0.1]`.
+
+    Raises:
+        InputError: It is no such table; the message names the marker.
+    """
+    context = Context(file)
+    found = []
+    for name, data in read_settings(file).items():
+        own = MarkerSettings.read(data, context, name)
+        found.append(Marker(name, own.link, own.position))
+    if not found:
+        raise InputError("has no markers: a table for each, with its link and position", file=file)
+    return tuple(found)
+
+
+def read_capture(file: Path) -> dict[str, FloatArray]:
+    """The columns of a table of motion capture; empty fields are NaN.
+
+    Raises:
+        InputError: It is none, or has no times.
+    """
+    names, rows = read_csv(file, what="table of motion capture", blanks=True)
+    if "time" not in names:
+        raise InputError("has no column 'time'", file=file)
+    return dict(zip(names, rows.T, strict=True))
+
+
+def marker_names(markers: Sequence[Marker]) -> list[str]:
+    """The columns of markers' places, 3 M of them: `elbow.x`, in [m]."""
+    return [f"{one.name}.{axis}" for one in markers for axis in "xyz"]
+
+
+def seen_at(readings: Readings, first: float, times: FloatArray, markers: FloatArray) -> Readings:
+    """Readings at the times of motion capture: tensions are means from each to the next.
+
+    Args:
+        readings: Of the robot.
+        first: Time of the first of them, in [s].
+        times: At equal steps, shape (K,), in [s].
+        markers: Shape (K, 3 M).
+    """
+    there = first + readings.step * np.arange(len(readings.q) + 1)
+    step = float(times[1] - times[0])
+
+    def at(values: FloatArray) -> FloatArray:
+        rows = (np.interp(times, there[:-1], one, np.nan, np.nan) for one in values.T)
+        return np.stack([*rows], axis=1) if values.shape[1] else np.zeros((len(times), 0))
+
+    def mean(values: FloatArray) -> FloatArray:
+        lost = np.isnan(values)
+        sums = [np.where(lost, 0.0, values), lost.astype(float)]
+        total, gaps = (
+            readings.step * np.vstack([np.zeros(values.shape[1]), np.cumsum(one, axis=0)])
+            for one in sums
+        )
+        ends = np.append(times, times[-1] + step)
+        inside = (ends[:-1] >= there[0]) & (ends[1:] <= there[-1] + 1e-9)
+        found = np.full((len(times), values.shape[1]), np.nan)
+        for k in range(values.shape[1]):
+            part, lost_part = (np.diff(np.interp(ends, there, one[:, k])) for one in (total, gaps))
+            sound = inside & (lost_part < 1e-9)
+            found[sound, k] = part[sound] / step
+        return found
+
+    return replace(
+        readings,
+        step=step,
+        q=at(readings.q),
+        lengths=at(readings.lengths),
+        tensions=mean(readings.tensions),
+        torques=mean(readings.torques),
+        markers=markers,
+    )

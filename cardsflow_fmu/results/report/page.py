@@ -1,0 +1,157 @@
+"""The report of a run on one self-contained page: `cardsflow report`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from addin_sdfusion.robot import Coordinate
+from addin_sdfusion.robot.json_text import json_text
+from addin_sdfusion.robot.readers import read
+from cardsflow_fmu.cosim.signals.ports import force_unit
+from cardsflow_fmu.experiment.writer import experiment_data
+from cardsflow_fmu.results.analysis.info import robot_info
+from cardsflow_fmu.results.run_data import ExperimentRunData
+from cardsflow_fmu.results.saved_run import opened_run
+from cardsflow_fmu.results.viewer.html.page import replay_page
+from cardsflow_fmu.results.viewer.scene.act import Act
+from cardsflow_fmu.results.viewer.view import PAGES, act_of
+from cardsflow_fmu.utils.overwrite import own_place, write_own
+
+from .figures import figure_of_panels, inline_svg
+from .html import folded, page, section, table
+from .panels import all_panels
+from .summary_html import in_short, summary_tables
+
+_BINS = 500
+
+
+def report(path: str | Path, file: str | Path) -> Path:
+    """Write the report of a run.
+
+    Raises:
+        InputError: The folder does not hold what is needed, or the file cannot be written.
+    """
+    place = own_place(file, PAGES)
+    with opened_run(path) as result:
+        text = report_page(result)
+    return write_own(place, text)
+
+
+def report_page(result: ExperimentRunData) -> str:
+    """The report of a run as one page of HTML, which names no address.
+
+    Raises:
+        InputError: The run gave no rows.
+    """
+    name = str(result.summary.get("experiment", result.experiment.robot.name))
+    act = act_of(result)
+    return page(
+        f"{name}: report",
+        f"<h1>{escape(name)}</h1>",
+        *_verdict(result),
+        section("Replay", _replay(act)),
+        section("Figures", *_figures(result)),
+        folded("Summary", *summary_tables(result.summary)),
+        folded("Robot", *_robot(result)),
+        folded("Experiment", f"<pre>{escape(_experiment(result))}</pre>"),
+        folded("Versions", table(("what", "version"), _versions(result.summary))),
+    )
+
+
+def _verdict(result: ExperimentRunData) -> list[str]:
+    """What is wrong with the run, before all else, and how well it went."""
+    lines = []
+    if not result.complete:
+        error = result.summary.get("error") or "it ended early"
+        lines.append(f"Incomplete run: {error}")
+    lines += [f"Warning: {warning}" for warning in result.summary.get("warnings") or ()]
+    notices = [f'<p class="notice">{escape(line)}</p>' for line in lines]
+    kind = "verdict" if lines else "verdict good"
+    course = "; ".join(in_short(result.summary))
+    return [*notices, f'<p class="{kind}">{escape(course)}</p>']
+
+
+def _replay(act: Act) -> str:
+    """The replay as a page of its own within this one, so that neither touches the other."""
+    inner = escape(replay_page([act]))
+    return f'<iframe title="replay" sandbox="allow-scripts" srcdoc="{inner}"></iframe>'
+
+
+def _figures(result: ExperimentRunData) -> Iterator[str]:
+    for kind, panels in all_panels(result).items():
+        svg = inline_svg(figure_of_panels(panels, bins=_BINS), salt=kind)
+        yield f"<figure>{svg}<figcaption>{escape(kind.replace('_', ' '))}</figcaption></figure>"
+
+
+def _robot(result: ExperimentRunData) -> Iterator[str]:
+    """Links, joints, muscles, and what `check` says."""
+    experiment = result.experiment
+    bounds = {m.name: (m.f_min, m.f_max) for m in experiment.robot.muscles}
+    for part in experiment.parts:
+        named = {m.name: bounds[f"{part.name}_{m.name}"] for m in part.robot.muscles}
+        yield f"<h3>{escape(part.name)}</h3>"
+        yield from _one_robot(part.files[0], part.robot.cable_set, named, part.robot.motors)
+    if not experiment.parts:
+        robot = experiment.robot
+        yield from _one_robot(experiment.robot_path, robot.cable_set, bounds, robot.motors)
+
+
+def _one_robot(
+    path: Path,
+    cable_set: str,
+    bounds: Mapping[str, tuple[float, float]],
+    motors: Sequence[Coordinate],
+) -> Iterator[str]:
+    info = robot_info(path, cable_set or None)
+    yield (
+        f"<p>{escape(info['name'])}: {len(info['links'])} links, {len(info['coordinates'])} "
+        f"coordinates, {len(info['muscles'])} muscles, {info['mass']:.6g} kg, "
+        f"reach {info['reach']:.4g} m</p>"
+    )
+    yield table(("link", "mass [kg]"), ([x["name"], x["mass"]] for x in info["links"]))
+    yield table(
+        ("joint", "type", "parent", "child"),
+        ([j["name"], j["type"], j["parent"], j["child"]] for j in info["joints"]),
+    )
+    yield table(
+        ("coordinate", "unit", "lower", "upper", "initial", "damping"),
+        (
+            [c["name"], c["unit"], c["lower"], c["upper"], c["initial"], c["damping"]]
+            for c in info["coordinates"]
+        ),
+    )
+    yield table(
+        ("motor", "tau_min", "tau_max", "unit"),
+        ([c.name, c.tau_min, c.tau_max, force_unit(c)] for c in motors),
+    )
+    yield table(
+        ("muscle", "model", "f_min [N]", "f_max [N]", "length [m]", "via points", "links"),
+        (
+            [
+                m["name"],
+                m["model"],
+                *bounds[m["name"]],
+                m["length"],
+                m["via_points"],
+                " - ".join(m["links"]),
+            ]
+            for m in info["muscles"]
+        ),
+    )
+    findings = read(path, cable_set or None).findings
+    rows = [["error" if f.is_error else "warning", f.message] for f in findings]
+    yield table(("check", "finding"), rows) if rows else "<p>check: nothing found</p>"
+
+
+def _experiment(result: ExperimentRunData) -> str:
+    """Everything that was set, defaults included; files as they stand beside the experiment."""
+    text = json_text(experiment_data(result.experiment), indent=2, ensure_ascii=False)
+    beside = json_text(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]
+    return text.replace(beside, "")
+
+
+def _versions(summary: dict[str, Any]) -> list[Sequence[Any]]:
+    return [[name, version] for name, version in (summary.get("versions") or {}).items()]

@@ -1,0 +1,240 @@
+"""Panels of figures by topic: forces, tracking, errors and more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.cosim.signals.estimation import ESTIMATE
+from cardsflow_fmu.cosim.signals.followed import Followed, followed_by_name
+from cardsflow_fmu.cosim.signals.ports import coordinate_signals, identifier
+from cardsflow_fmu.results.columns import chosen_columns
+from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
+from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart.muscles.paths import MusclePaths
+
+from .downsample import every_few
+
+_LARGEST = 1e100
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A line of a figure.
+
+    Attributes:
+        name: For the legend.
+        time: In [s], shape (points,).
+        values: Shape (points,); what no axis has room for is left out, as what is no number is.
+        of: Of a reference, the name of the curve that is to follow it; else empty.
+        colour: Of a reference; that of its curve when empty.
+    """
+
+    name: str
+    time: FloatArray
+    values: FloatArray
+    of: str = ""
+    colour: str = ""
+
+    def __post_init__(self) -> None:
+        within = np.abs(self.values) < _LARGEST
+        if not within.all():
+            object.__setattr__(self, "values", np.where(within, self.values, np.nan))
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """Curves over one another.
+
+    Attributes:
+        label: Of the axis, with the unit.
+        curves: At least one.
+        by_change: Whether a curve counts by how much it changes, not by how large it is.
+    """
+
+    label: str
+    curves: list[Curve]
+    by_change: bool = False
+
+
+_of_diverged_runs = np.errstate(over="ignore", invalid="ignore")
+
+
+@_of_diverged_runs
+def panels_of(
+    result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()
+) -> list[Panel]:
+    """The panels of a figure.
+
+    Args:
+        result: The data of a run.
+        what: Keys of `KINDS`; forces, torques, tracking and errors when both are empty.
+        columns: Patterns of names, such as `q.*`.
+
+    Raises:
+        InputError: There is nothing of it to draw.
+        UnknownNameError: No kind has that name, or no column fits.
+    """
+    if not len(result.rows):
+        raise InputError("the run gave no rows: there is nothing to draw")
+    for kind in what:
+        if kind not in KINDS:
+            raise UnknownNameError("figure", kind, KINDS, key="--what")
+    panels = []
+    for kind in what:
+        found = KINDS[kind](result)
+        if not found:
+            raise InputError(f"the results hold nothing for {kind!r}", key="--what")
+        panels += found
+    if columns:
+        panels += _chosen(result, columns)
+    elif not what:
+        panels = [panel for kind in _USUAL for panel in KINDS[kind](result)]
+        panels = panels or _chosen(result, ["*"])
+    return panels
+
+
+@_of_diverged_runs
+def all_panels(result: RunData) -> dict[str, list[Panel]]:
+    """Every kind that the result has something of."""
+    found = {kind: panels(result) for kind, panels in KINDS.items()}
+    return {kind: panels for kind, panels in found.items() if panels}
+
+
+def _chosen(result: RunData, patterns: Sequence[str]) -> list[Panel]:
+    """A panel for every unit, or for every prefix where units are not known."""
+    groups: dict[str, list[str]] = {}
+    for name in chosen_columns(result.names, patterns):
+        groups.setdefault(result.units.get(name) or f"{name.split('.')[0]}", []).append(name)
+    return [
+        Panel(f"[{label}]" if result.units.get(names[0]) else label, _curves(result, names))
+        for label, names in groups.items()
+    ]
+
+
+def _curves(result: RunData, names: Sequence[str]) -> list[Curve]:
+    return [Curve(name, result["time"], result[name]) for name in names]
+
+
+def _starting(prefix: str, label: str, by_change: bool = False) -> Callable[[RunData], list[Panel]]:
+    """A panel, for each unit, of all columns that begin alike."""
+
+    def panels(result: RunData) -> list[Panel]:
+        by_unit: dict[str, list[str]] = {}
+        for name in result.names:
+            if name.startswith(f"{prefix}."):
+                by_unit.setdefault(result.units.get(name) or "-", []).append(name)
+        return [
+            Panel(f"{label} [{unit}]", _curves(result, names), by_change)
+            for unit, names in by_unit.items()
+        ]
+
+    return panels
+
+
+def _followed(result: RunData) -> dict[str, list[Followed]]:
+    """The positions that are followed, by unit."""
+    by_unit: dict[str, list[Followed]] = {}
+    for signal in followed_by_name(result.names, result.units):
+        by_unit.setdefault(signal.unit or "-", []).append(signal)
+    return by_unit
+
+
+def tracking_curves(result: RunData, followed: Sequence[Followed]) -> list[Curve]:
+    """Positions, and their references."""
+    time = result["time"]
+    return [
+        *_curves(result, [signal.actual for signal in followed]),
+        *(Curve(f.desired, time, result[f.desired], of=f.actual, colour="black") for f in followed),
+    ]
+
+
+def _tracking(result: RunData) -> list[Panel]:
+    by_unit = _followed(result)
+    return [
+        Panel(f"position [{unit}]", tracking_curves(result, followed), by_change=True)
+        for unit, followed in by_unit.items()
+    ]
+
+
+def _errors(result: RunData) -> list[Panel]:
+    time, panels = result["time"], []
+    for unit, followed in _followed(result).items():
+        errors = [(f.actual, f.error(result[f.actual], result[f.desired])) for f in followed]
+        panels.append(Panel(f"error [{unit}]", [Curve(n, time, e) for n, e in errors]))
+    return panels
+
+
+def _estimates(result: RunData) -> list[Panel]:
+    """Errors of estimated positions, and three times their standard deviations."""
+    by_unit: dict[str, list[Curve]] = {}
+    time = result["time"]
+    for name in result.names:
+        prefix, _, rest = name.partition(".")
+        truth, sd = f"q.{rest}", f"{ESTIMATE['sd']}.{rest}"
+        if prefix != ESTIMATE["q"] or not {truth, sd} <= set(result.names):
+            continue
+        error, bound = result[name] - result[truth], 3.0 * result[sd]
+        curves = by_unit.setdefault(result.units.get(truth) or "-", [])
+        curves.append(Curve(name, time, error))
+        curves.append(Curve(f"3 {sd}", time, bound, of=name, colour="black"))
+    return [Panel(f"error of the estimate [{unit}]", own) for unit, own in by_unit.items()]
+
+
+def _innovation(result: RunData) -> list[Panel]:
+    names = [name for name in ("innovation", "valid") if name in result.names]
+    return [Panel("innovation, validity", _curves(result, names))] if len(names) == 2 else []
+
+
+def _solve_times(result: RunData) -> list[Panel]:
+    times = result.solve_times
+    curve = [Curve("controller", times[:, 0], 1e6 * times[:, 1])]
+    return [Panel("time of a tick [us]", curve)] if len(times) else []
+
+
+def _moment_arms(result: RunData) -> list[Panel]:
+    """-dl/dq of every muscle about every joint that it acts on, along the motion."""
+    if not isinstance(result, ExperimentRunData):
+        return []
+    robot = result.experiment.robot
+    signals = coordinate_signals("q", robot)
+    if not set(signals) <= set(result.names):
+        return []
+    rows = every_few(len(result.rows), _POSES)
+    time, paths = result["time"][rows], MusclePaths(robot)
+    poses = result.columns(signals)[rows]
+    known = np.isfinite(poses).all(axis=1)
+    if not known.any():
+        return []
+    time = time[known]
+    arms = -np.stack([paths.evaluate(q).jacobian.copy() for q in poses[known]])
+    panels = []
+    for j, coordinate in enumerate(robot.coordinates):
+        acting = [k for k in range(len(robot.muscles)) if np.abs(arms[:, k, j]).max() > _NO_ARM]
+        curves = [Curve(identifier(robot.muscles[k].name), time, arms[:, k, j]) for k in acting]
+        unit = "m" if coordinate.unit == "rad" else "1"
+        panels += [Panel(f"moment arm, {coordinate.name} [{unit}]", curves)] if curves else []
+    return panels
+
+
+_POSES = 1000
+_NO_ARM = 1e-12
+_USUAL = ("forces", "torques", "tracking", "errors", "estimate")
+
+KINDS: dict[str, Callable[[RunData], list[Panel]]] = {
+    "forces": _starting("f", "force command"),
+    "torques": _starting("tau", "motor command"),
+    "tracking": _tracking,
+    "errors": _errors,
+    "estimate": _estimates,
+    "loads": _starting("w_hat", "estimated load"),
+    "innovation": _innovation,
+    "lengths": _starting("l", "muscle length", by_change=True),
+    "moment_arms": _moment_arms,
+    "solve_times": _solve_times,
+    "slack": _starting("slack", "missing"),
+}
+"""What can be drawn, by name; an empty list where a result has nothing of it."""

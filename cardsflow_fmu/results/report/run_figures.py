@@ -1,0 +1,142 @@
+"""The figures that a run writes: tracking, path, world."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from addin_sdfusion.robot.model.tension_laws import law_of
+from cardsflow_fmu.cosim.signals.followed import Followed, followed_by_name
+from cardsflow_fmu.cosim.signals.muscles import (
+    command_signals,
+    driven_muscles,
+    modelled_muscles,
+    tension_signals,
+)
+from cardsflow_fmu.cosim.signals.ports import identifier, muscle_signals
+from cardsflow_fmu.results.run_data import ExperimentRunData
+
+from .downsample import every_few
+from .figures import STYLE, figure_of_panels, image, title_of
+from .panels import KINDS, Curve, Panel, tracking_curves
+
+TRACKING, PATH, WORLD = "tracking", "path", "world"
+
+
+def run_images(result: ExperimentRunData) -> dict[str, bytes]:
+    """The figures of a run with at least one row as PNG and SVG files, by name."""
+    figures = {TRACKING: tracking_figure(result)}
+    point = _point(result)
+    if point:
+        figures[PATH] = _path_figure(result, point)
+    world = _world_panels(result)
+    if world:
+        figures[WORLD] = figure_of_panels(world, title=title_of(result))
+    return {
+        f"{name}.{form}": image(figure, form, mark=None)
+        for name, figure in figures.items()
+        for form in ("png", "svg")
+    }
+
+
+def tracking_figure(result: ExperimentRunData) -> Figure:
+    """Force commands, and positions against the dotted reference: the paper's figures 10 and 12.
+
+    Of motors at joints, their torques; of muscles with laws, their commands and their tensions,
+    with dots where these were to be.
+    """
+    panels = [_forces(result), *_commands(result), *KINDS["torques"](result), _positions(result)]
+    return figure_of_panels([p for p in panels if p.curves], title=title_of(result))
+
+
+def _path_figure(result: ExperimentRunData, point: list[Followed]) -> Figure:
+    """The path of a task point in space, against the dotted reference."""
+    actual, desired = [f.actual for f in point], [f.desired for f in point]
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(5.8, 5.2))
+        # no layout engine knows how far the labels of a 3-D axis reach
+        axes: Any = figure.add_axes((0.02, 0.06, 0.84, 0.9), projection="3d")
+        rows = every_few(len(result.rows))
+        axes.plot(*result.columns(actual)[rows].T, label="path", linewidth=1.2)
+        axes.plot(*result.columns(desired)[rows].T, ":", color="black", label="reference")
+        for axis, name in zip("xyz", actual, strict=True):
+            getattr(axes, f"set_{axis}label")(f"{name} [m]")
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.legend(loc="upper left", frameon=False)
+        figure.suptitle(title_of(result))
+    return figure
+
+
+def _point(result: ExperimentRunData) -> list[Followed]:
+    """The coordinates of the first task point that is followed with x, y and z; empty if none."""
+    followed = followed_by_name(result.names, result.units)
+    for frame in result.experiment.robot.task_frames:
+        prefix = f"y.{identifier(frame.name)}."
+        point = [signal for signal in followed if signal.actual.startswith(prefix)]
+        if frame.axes == ("x", "y", "z") and len(point) == 3:
+            return point
+    return []
+
+
+def _forces(result: ExperimentRunData) -> Panel:
+    """The tensions of muscles, and the desired ones where a law makes them."""
+    time, robot = result["time"], result.experiment.robot
+    desired = dict(zip(tension_signals(robot), muscle_signals("f", robot), strict=True))
+    names = [name for name in desired if name in result.names]
+    curves = [Curve(name, time, result[name]) for name in names]
+    curves += [
+        Curve(desired[name], time, result[desired[name]], of=name)
+        for name in names
+        if desired[name] != name and desired[name] in result.names
+    ]
+    return Panel("tension [N]" if modelled_muscles(robot) else "force command [N]", curves)
+
+
+def _commands(result: ExperimentRunData) -> list[Panel]:
+    """The recorded commands of muscles with laws, a panel a kind."""
+    robot = result.experiment.robot
+    groups: dict[str, list[Curve]] = {}
+    for name, k in zip(command_signals(robot), driven_muscles(robot), strict=True):
+        command = law_of(robot.muscles[k].model).command
+        if command is not None and name in result.names:
+            unit = f" [{command.unit}]" if command.unit != "1" else ""
+            label = f"{command.name.replace('_', ' ')}{unit}"
+            groups.setdefault(label, []).append(Curve(name, result["time"], result[name]))
+    return [Panel(label, curves) for label, curves in groups.items()]
+
+
+def _positions(result: ExperimentRunData) -> Panel:
+    """Positions against their references."""
+    followed = followed_by_name(result.names, result.units)
+    units = "/".join(dict.fromkeys(signal.unit for signal in followed)) or "-"
+    what = "joint" if result.experiment.reference.space == "joint" else "task"
+    return Panel(f"{what} position [{units}]", tracking_curves(result, followed), by_change=True)
+
+
+def _world_panels(result: ExperimentRunData) -> list[Panel]:
+    """Displacements of objects along x, y and z, and magnitudes of contact forces."""
+    time = result["time"]
+    displacements = [
+        Curve(name, time, result[name] - result[name][0])
+        for thing in _groups(result, "object", "x")
+        for name in (f"{thing}.{axis}" for axis in "xyz")
+    ]
+    forces = [
+        Curve(body, time, np.linalg.norm([result[f"{body}.f{axis}"] for axis in "xyz"], axis=0))
+        for body in _groups(result, "contact", "fx")
+    ]
+    panels = [
+        Panel("displacement of objects [m]", displacements),
+        Panel("contact force [N]", forces),
+    ]
+    return [panel for panel in panels if panel.curves]
+
+
+def _groups(result: ExperimentRunData, prefix: str, axis: str) -> list[str]:
+    """Names of recorded objects or bodies, without the axis."""
+    ending = f".{axis}"
+    named = [n for n in result.names if n.startswith(f"{prefix}.") and n.endswith(ending)]
+    return [name.removesuffix(ending) for name in named]

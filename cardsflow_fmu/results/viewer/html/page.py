@@ -1,0 +1,33 @@
+"""The replay page, which opens from disk and needs no network."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from importlib.resources import files
+
+from cardsflow_fmu.results.viewer.scene.act import Act
+from cardsflow_fmu.utils.html_page import html_page
+
+from .page_data import encode
+
+_PARTS = files(__package__) / "page_parts"
+_SCRIPTS = ("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", "replay.js")
+
+
+def replay_page(acts: Sequence[Act]) -> str:
+    """A page that shows motions side by side, with play, scrub, speed and switches."""
+    title = " and ".join(act.title for act in acts)
+    data = base64.b64encode(encode(acts)).decode()
+    script = "\n".join(_part(name) for name in _SCRIPTS)
+    return html_page(
+        title,
+        _part("page.css"),
+        "<noscript>The replay is drawn by the script in this page: allow it.</noscript>",
+        f'<script type="text/plain" id="motion">{data}</script>',
+        f"<script>\n'use strict';\n{script}</script>",
+    )
+
+
+def _part(name: str) -> str:
+    return (_PARTS / name).read_text(encoding="utf-8")

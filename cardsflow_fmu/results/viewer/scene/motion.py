@@ -1,0 +1,193 @@
+"""The motion of a run at an even frame rate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+from addin_sdfusion.robot import InputError, Link, Robot, TaskFrame
+from cardsflow_fmu.cosim.signals.ports import (
+    TORQUE,
+    coordinate_signals,
+    identifier,
+    motor_signals,
+    muscle_signals,
+    signal_names,
+)
+from cardsflow_fmu.results.run_data import RunData
+from cardsflow_fmu.utils.arrays import FloatArray
+from sim_dart.scene import Scene
+
+_FARTHEST = 1e9
+
+RATE = 25.0
+"""Frames a second of a replay."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A robot's motion at K frames.
+
+    Attributes:
+        time: In [s], shape (K,).
+        q: Joint positions, shape (K, n), in [rad] or [m].
+        tensions: Muscle forces, shape (K, m), in [N]; None where they are not known.
+        q_d: Desired joint positions, shape (K, n); None where they are not known.
+        y_d: Desired task points, shape (K, 3), in [m], by the name of the task frame; nan for
+            axes without reference.
+        contacts: Contact force on a link or an object, world axes, shape (K, 3), in [N], by name.
+        objects: Poses of the objects that move, shape (K, 4, 4), by their names.
+        torques: Of motors at joints, shape (K, motors), in [N·m] or [N]; None where not known.
+    """
+
+    time: FloatArray
+    q: FloatArray
+    tensions: FloatArray | None = None
+    q_d: FloatArray | None = None
+    y_d: dict[str, FloatArray] = field(default_factory=dict)
+    contacts: dict[str, FloatArray] = field(default_factory=dict)
+    objects: dict[str, FloatArray] = field(default_factory=dict)
+    torques: FloatArray | None = None
+
+    @staticmethod
+    def still(q: ArrayLike) -> Motion:
+        """A single frame at joint positions q, without forces."""
+        return Motion(np.zeros(1), np.atleast_2d(np.asarray(q, dtype=np.float64)))
+
+
+def frame_rows(time: FloatArray, rate: float = RATE) -> NDArray[np.int64]:
+    """The rows of a result that make frames at an even rate, the last row always among them.
+
+    Args:
+        time: Time of every row, rising, in [s].
+        rate: Frames a second.
+    """
+    if not len(time):
+        return np.zeros(0, dtype=np.int64)
+    due = np.arange(time[0], time[-1], 1.0 / rate)
+    rows = np.searchsorted(time, due - 0.5 * np.min(np.diff(time), initial=1.0 / rate))
+    return np.unique(np.append(rows, len(time) - 1))
+
+
+def motion_of(
+    robot: Robot,
+    result: RunData,
+    rows: NDArray[np.int64] | None = None,
+    world: Scene | None = None,
+) -> Motion:
+    """The frames of a result.
+
+    Args:
+        robot: The robot of the run.
+        result: Results of the run.
+        rows: Rows of the frames; those of `frame_rows` when None.
+        world: Objects around the robot.
+
+    Raises:
+        InputError: The result has no rows, or lacks a joint position.
+    """
+    if not len(result.rows):
+        raise InputError("the run gave no rows: there is nothing to show")
+    rows = frame_rows(result["time"]) if rows is None else rows
+    columns = _Columns(result, rows)
+    q = columns.all(coordinate_signals("q", robot))
+    if q is None:
+        missing = next(n for n in coordinate_signals("q", robot) if n not in result.names)
+        raise InputError(f"the results have no column {missing!r}: what moves is not known")
+    return Motion(
+        result["time"][rows],
+        q,
+        columns.all(_tensions(robot, result)),
+        columns.all(coordinate_signals("q_d", robot)),
+        _followed_points(robot, columns),
+        _contacts(robot.links, world, columns),
+        {} if world is None else _objects(world, columns),
+        columns.all(motor_signals(TORQUE, robot)),
+    )
+
+
+def _tensions(robot: Robot, result: RunData) -> list[str]:
+    """Columns of the tensions: the actual ones where recorded, else the commands."""
+    pairs = zip(muscle_signals("tension", robot), muscle_signals("f", robot), strict=True)
+    return [actual if actual in result.names else desired for actual, desired in pairs]
+
+
+def drawable(values: FloatArray) -> FloatArray:
+    """The values, with nan for those of a diverged run that cannot be drawn."""
+    within = np.abs(values) < _FARTHEST
+    return values if within.all() else np.where(within, values, np.nan)
+
+
+class _Columns:
+    """Columns at the chosen rows."""
+
+    def __init__(self, result: RunData, rows: NDArray[np.int64]) -> None:
+        self._result, self._rows = result, rows
+
+    def all(self, names: list[str]) -> FloatArray | None:
+        """The columns, shape (K, len(names)); None if one is missing."""
+        if not set(names) <= set(self._result.names):
+            return None
+        if not names:
+            return np.zeros((len(self._rows), 0))
+        return drawable(self._result.columns(names)[self._rows])
+
+    def any(self, names: list[str]) -> FloatArray | None:
+        """The columns, nan where one is missing; None if all are."""
+        found = [self.all([name]) for name in names]
+        if all(column is None for column in found):
+            return None
+        nothing = np.full((len(self._rows), 1), np.nan)
+        return np.hstack([nothing if column is None else column for column in found])
+
+
+def task_points(robot: Robot) -> list[TaskFrame]:
+    """The task frames that are points, the first of them called the end effector."""
+    return [frame for frame in robot.task_frames if not frame.is_orientation]
+
+
+def _followed_points(robot: Robot, columns: _Columns) -> dict[str, FloatArray]:
+    frames = task_points(robot)
+    names = signal_names("y_d", [frame.name for frame in frames])
+    found = {
+        frame.name: columns.any([f"{name}.{axis}" for axis in "xyz"])
+        for frame, name in zip(frames, names, strict=True)
+    }
+    return {name: points for name, points in found.items() if points is not None}
+
+
+def _contacts(
+    links: tuple[Link, ...], world: Scene | None, columns: _Columns
+) -> dict[str, FloatArray]:
+    names = [link.name for link in links]
+    names += [] if world is None else [thing.name for thing in world.objects]
+    found = {
+        name: columns.all([f"contact.{identifier(name)}.f{axis}" for axis in "xyz"])
+        for name in names
+    }
+    return {name: forces for name, forces in found.items() if forces is not None}
+
+
+def _objects(world: Scene, columns: _Columns) -> dict[str, FloatArray]:
+    """The poses of the objects that move, where the results have them."""
+    names = [thing.name for thing in world.moving_objects]
+    signals = signal_names("object", names)
+    axes = (*"xyz", "qx", "qy", "qz", "qw")
+    found = {
+        name: columns.all([f"{signal}.{axis}" for axis in axes])
+        for name, signal in zip(names, signals, strict=True)
+    }
+    return {name: _poses(values) for name, values in found.items() if values is not None}
+
+
+def _poses(values: FloatArray) -> FloatArray:
+    """Positions and quaternions (x, y, z, w), shape (K, 7), as poses."""
+    turns = np.nan_to_num(values[:, 3:])
+    turns[~turns.any(axis=1)] = (0.0, 0.0, 0.0, 1.0)
+    T = np.tile(np.eye(4), (len(values), 1, 1))
+    T[:, :3, :3] = Rotation.from_quat(turns).as_matrix()
+    T[:, :3, 3] = values[:, :3]
+    return T

@@ -1,0 +1,90 @@
+"""The experiment in the FMUs of an .ssp file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path, PurePosixPath
+
+from addin_sdfusion.robot import CardsflowError, InputError, limits
+from cardsflow_fmu.cosim.signals.roles import HARDWARE
+from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
+from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
+from cardsflow_fmu.utils.archive import (
+    archive_bytes,
+    entry_bytes,
+    inner_archive,
+    opened_archive,
+    unpack_archive,
+)
+from cardsflow_fmu.utils.temporary import temporary_folder
+
+_RESOURCES = "resources/"
+_PARTS = ("robot", "robots", "world")
+
+
+def system_experiment(path: Path) -> bytes | None:
+    """The contents of experiment.zip, from the first FMU that carries an experiment.
+
+    A damaged archive gives none: its reader reports what is wrong.
+
+    Returns:
+        The archive; None where no FMU of ours is in it.
+    """
+    for files in _all_carried(path, first="plant.fmu"):
+        return archive_bytes(files)
+    return None
+
+
+def system_hardware(path: Path) -> HardwareSettings | None:
+    """The hardware settings in the hardware's FMU.
+
+    Returns:
+        The settings; None where there is no hardware's FMU of ours.
+    """
+    for files in _all_carried(path, first=f"{HARDWARE}.fmu"):
+        with temporary_folder() as aside:
+            archive = aside / "experiment.zip"
+            archive.write_bytes(archive_bytes(files))
+            try:
+                if HARDWARE not in json.loads(files[EXPERIMENT_FILE]):
+                    continue
+                folder = unpack_archive(archive, aside / "it", "archive", "an experiment")
+                return Experiment.from_resources(folder).hardware
+            except (CardsflowError, ValueError, TypeError):
+                continue
+    return None
+
+
+def _all_carried(path: Path, first: str) -> Iterator[dict[str, bytes]]:
+    """Files of experiments in FMUs, those of an FMU of that name first."""
+    try:
+        with opened_archive(path, ".ssp") as system:
+            fmus = [entry for entry in system.infolist() if entry.filename.endswith(".fmu")]
+            fmus.sort(key=lambda entry: (not entry.filename.endswith(first), entry.filename))
+            for fmu in fmus:
+                files = _carried(entry_bytes(system, fmu, limits.INNER_FMU))
+                if files:
+                    yield files
+    except InputError:
+        return
+
+
+def _carried(fmu: bytes) -> dict[str, bytes]:
+    """The experiment and its robot's files in an FMU; nothing where it has none."""
+    with inner_archive(fmu) as archive:
+        entries = {
+            entry.filename.removeprefix(_RESOURCES): entry
+            for entry in archive.infolist()
+            if entry.filename.startswith(_RESOURCES) and _is_of_experiment(entry.filename)
+        }
+        if EXPERIMENT_FILE not in entries:
+            return {}
+        if sum(entry.file_size for entry in entries.values()) > limits.UNPACKED_IN_MEMORY:
+            return {}
+        return {name: archive.read(entry) for name, entry in entries.items()}
+
+
+def _is_of_experiment(name: str) -> bool:
+    parts = PurePosixPath(name).parts[1:]
+    return parts == (EXPERIMENT_FILE,) or (len(parts) > 1 and parts[0] in _PARTS)

@@ -1,0 +1,151 @@
+"""Experiments as systems of FMUs, for .ssp files."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu.cosim.external_fmu import ExternalFmu, fitting_wiring, renamed, stated_units
+from cardsflow_fmu.cosim.signals.ports import Port, outer_signals
+from cardsflow_fmu.cosim.signals.roles import ROLES
+from cardsflow_fmu.cosim.signals.units import KNOWN_UNITS, Unit, conversion, variable_units
+from cardsflow_fmu.cosim.wiring import routes
+from cardsflow_fmu.experiment.experiment import Experiment
+
+from .system import Component, Connection, Connector, Parameter, System
+
+_TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean"}
+
+
+def experiment_system(
+    experiment: Experiment, fmus: Mapping[str, Path], tables: Mapping[str, Sequence[Port]]
+) -> System:
+    """Reference, controller and plant, wired as in a run of the experiment.
+
+    Raises:
+        InputError: Something does not fit, or an FMU has connectors that SSP cannot hold.
+    """
+    order = ("reference", *experiment.roles[len(ROLES) :], "controller", "plant")
+    parts = [_Part(role, fmus[role], experiment.fmus.get(role), tables[role]) for role in order]
+    by_role = {part.name: part for part in parts}
+    connections: list[Connection] = []
+    loads = outer_signals(experiment.robot, experiment.plant.wrenches)
+    wiring = fitting_wiring(experiment.wiring, experiment.fmus, parts, loads)
+    for target, source in routes(parts, wiring).items():
+        role, input_ = target.split(".", 1)
+        if isinstance(source, str):
+            giver, output = source.split(".", 1)
+            connections.append(_connection(by_role[giver], output, by_role[role], input_))
+        elif source != 0.0:
+            by_role[role].hold(input_, source)
+    return System(
+        experiment.name,
+        tuple(part.component({c.target for c in connections}) for part in parts),
+        tuple(connections),
+        # other masters step everybody at once, and a controller takes whole periods alone
+        experiment.controller.period,
+        experiment.run.duration,
+    )
+
+
+def with_plant(system: System, source: str) -> System:
+    """The same system with another FMU that has the plant's ports, such as the hardware's.
+
+    Args:
+        system: The system.
+        source: Path of the FMU in the archive.
+    """
+    components = tuple(
+        replace(c, source=source, parameters=()) if c.name == "plant" else c
+        for c in system.components
+    )
+    return replace(system, components=components)
+
+
+def _connection(source: _Part, output: str, target: _Part, input_: str) -> Connection:
+    route = f"{source.name}.{output} -> {target.name}.{input_}"
+    try:
+        change = conversion(source.unit("output", output), target.unit("input", input_))
+    except InputError as error:
+        raise InputError(f"{route}: {error.what}", key="wiring") from None
+    ends = (source.name, source.own("output", output)), (target.name, target.own("input", input_))
+    return Connection(*ends, change)
+
+
+class _Part:
+    """An FMU of the system under the experiment's names."""
+
+    def __init__(
+        self, role: str, file: Path, external: ExternalFmu | None, ports: Sequence[Port]
+    ) -> None:
+        from cardsflow_fmu.cosim.fmu_description import read_description  # takes a second
+
+        self.name = role
+        self._file = file
+        try:
+            description = read_description(file)
+        except Exception as error:  # damage shows in many errors
+            raise InputError(f"is no FMU: {' '.join(str(error).split())}", file=file) from None
+        self._variables = {v.name: v for v in description.modelVariables}
+        self._units: dict[str, Unit] = variable_units(description)
+        self._held: list[Parameter] = []
+        self._own: dict[str, dict[str, str]] = {"input": {}, "output": {}}
+        self._parameters = [] if external else [p for p in ports if p.causality == "parameter"]
+        names = {side: self._side(side) for side in self._own}
+        if external is not None:
+            self._units |= stated_units(external, [*names["input"], *names["output"]])
+            self._held = [Parameter(*entry) for entry in external.parameters.items()]
+            for side in self._own:
+                table = renamed(external, side, names[side], ports)
+                self._own[side] = {port: variable for variable, port in table.items()}
+        for side, back in self._own.items():
+            back |= {name: name for name in names[side] if name not in back.values()}
+        self.input_names = tuple(self._own["input"])
+        self.output_names = tuple(self._own["output"])
+
+    def own(self, side: str, port: str) -> str:
+        """The FMU's name of a port."""
+        return self._own[side][port]
+
+    def unit(self, side: str, port: str) -> Unit | None:
+        """The FMU's unit of a port."""
+        return self._units.get(self.own(side, port))
+
+    def hold(self, port: str, value: float) -> None:
+        """Start an input at a value."""
+        self._held.append(Parameter(self.own("input", port), value))
+
+    def component(self, fed: Collection[tuple[str, str]]) -> Component:
+        """The FMU as a component of a system.
+
+        Args:
+            fed: Inputs that connections lead to. No other input becomes a connector: FMPy would
+                feed it from some connection.
+        """
+        inputs = [name for name in self._side("input") if (self.name, name) in fed]
+        connectors = [
+            *(self._connector(name, "input") for name in inputs),
+            *(self._connector(name, "output") for name in self._side("output")),
+        ]
+        own = [Parameter(p.name, p.start, KNOWN_UNITS.get(p.unit)) for p in self._parameters]
+        source = f"resources/{self.name}.fmu"
+        return Component(self.name, source, tuple(connectors), (*own, *self._held))
+
+    def _connector(self, name: str, kind: Literal["input", "output"]) -> Connector:
+        kind_of_value = _TYPES[self._variables[name].type]
+        unit = self._units.get(name) if kind_of_value == "Real" else None
+        return Connector(name, kind, kind_of_value, unit)
+
+    def _side(self, causality: str) -> list[str]:
+        variables = [v for v in self._variables.values() if v.causality == causality]
+        for variable in variables:
+            self._require_scalar(variable)
+        return [v.name for v in variables]
+
+    def _require_scalar(self, variable: Any) -> None:
+        if variable.type not in _TYPES or variable.dimensions:
+            what = f"{variable.causality} {variable.name} is no scalar number, as SSP needs"
+            raise InputError(what, file=self._file)

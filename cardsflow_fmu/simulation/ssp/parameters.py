@@ -1,0 +1,81 @@
+"""Parameter bindings of a system or a component: inline, or from an .ssv file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.cosim.signals.units import Unit
+
+from .system import Parameter
+from .xml import children, decimal, local, parse, read_units
+
+_SET_TYPE = "application/x-ssp-parameter-set"
+
+
+def read_parameters(element: Any, folder: Path, file: Path) -> list[Parameter]:
+    """The start values that an element binds; of two for one variable the later counts.
+
+    Args:
+        element: A System or a Component.
+        folder: What paths of parameter sets are relative to.
+        file: The file that the element stands in, for messages.
+
+    Raises:
+        InputError: Something in it is wrong or not supported.
+    """
+    values: dict[str, Parameter] = {}
+    for bindings in children(element, "ParameterBindings"):
+        for binding in children(bindings, "ParameterBinding"):
+            values |= {p.name: p for p in _bound(binding, folder, file)}
+    return list(values.values())
+
+
+def _bound(binding: Any, folder: Path, file: Path) -> list[Parameter]:
+    if children(binding, "ParameterMapping") or binding.get("sourceBase", "SSD") != "SSD":
+        what = "parameter mappings and sources inside components are not supported"
+        raise InputError(what, file=file, line=binding.sourceline)
+    if binding.get("type", _SET_TYPE) != _SET_TYPE:
+        raise InputError("is no parameter set", file=file, line=binding.sourceline)
+    source = binding.get("source")
+    if source is None:
+        inline = [
+            s for v in children(binding, "ParameterValues") for s in children(v, "ParameterSet")
+        ]
+        sets = [(one, file) for one in inline]
+    else:
+        path = (folder / source).resolve()
+        if folder.resolve() not in path.parents:
+            what = f"{source!r} leads out of the archive"
+            raise InputError(what, file=file, line=binding.sourceline)
+        sets = [(parse(path), path)]
+    prefix = binding.get("prefix", "")
+    return [p for one, place in sets for p in _parameters(one, prefix, place)]
+
+
+def _parameters(parameter_set: Any, prefix: str, file: Path) -> list[Parameter]:
+    units = read_units(parameter_set, file)
+    return [
+        _parameter(element, prefix, units, file)
+        for group in children(parameter_set, "Parameters")
+        for element in children(group, "Parameter")
+    ]
+
+
+def _parameter(element: Any, prefix: str, units: dict[str, Unit], file: Path) -> Parameter:
+    name = f"{prefix}{element.get('name', '')}"
+    values = list(element.iterchildren(tag=etree.Element))
+    kind = local(values[0]) if values else "nothing"
+    if kind == "Boolean":
+        return Parameter(name, float(values[0].get("value") in ("true", "1")))
+    if kind not in ("Real", "Integer"):
+        what = f"parameter {name} is {kind}: only numbers and truth values are supported"
+        raise InputError(what, file=file, line=element.sourceline)
+    unit = values[0].get("unit")
+    if unit is not None and unit not in units:
+        raise UnknownNameError("unit", unit, units, file=file, line=element.sourceline)
+    number = decimal(values[0], "value", file)
+    return Parameter(name, number, None if unit is None else units[unit])

@@ -1,0 +1,215 @@
+"""Reading of .ssp files: flat systems of co-simulation FMUs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+from lxml import etree
+
+from addin_sdfusion.robot import InputError, UnknownNameError
+from cardsflow_fmu.cosim.signals.units import Conversion, Unit, conversion
+from cardsflow_fmu.utils.archive import require_inside, unpack_archive
+
+from .parameters import read_parameters
+from .system import Component, Connection, Connector, System
+from .writer import FMU_TYPE
+from .xml import children, decimal, local, parse, read_units, require
+
+
+def unpack_ssp(path: Path, folder: Path) -> Path:
+    """Unpack an .ssp file, refusing names that lead out of the folder.
+
+    Args:
+        path: The .ssp.
+        folder: An empty folder.
+
+    Returns:
+        The folder.
+
+    Raises:
+        InputError: It is no zip archive, or holds what no .ssp should.
+    """
+    return unpack_archive(path, folder, ".ssp", "a system of FMUs")
+
+
+@contextmanager
+def archive_named(path: Path, folder: Path) -> Iterator[Path]:
+    """Errors about unpacked files name the archive that they are of.
+
+    Args:
+        path: The .ssp.
+        folder: Where it is unpacked; this is what the context gives.
+    """
+    try:
+        yield folder
+    except InputError as error:
+        if error.file is not None and error.file.is_relative_to(folder):
+            error.file = path / error.file.relative_to(folder)
+        raise
+
+
+def read_system(folder: Path, variant: str | None = None) -> System:
+    """Read the system structure of an unpacked .ssp.
+
+    Args:
+        folder: Where it is unpacked.
+        variant: Name of another .ssd in it; SystemStructure when None.
+
+    Raises:
+        InputError: It is wrong, or asks for something that is not supported.
+    """
+    structures = {file.stem: file for file in sorted(folder.glob("*.ssd"))}
+    name = variant or "SystemStructure"
+    if name not in structures:
+        raise UnknownNameError("system structure", name, structures, file=folder)
+    file = structures[name]
+    root = parse(file)
+    system = require(root, "System", file)
+    units = read_units(root, file)
+    components = [_component(element, folder, file, units) for element in _elements(system, file)]
+    names = [component.name for component in components]
+    if len(set(names)) < len(names):
+        raise InputError("two components have the same name", file=file)
+    parameters = read_parameters(system, file.parent, file)
+    components = [_with_parameters(c, system_parameters=parameters) for c in components]
+    unknown = {p.name.split(".", 1)[0] for p in parameters} - set(names)
+    if unknown:
+        raise UnknownNameError("component", sorted(unknown)[0], names, file=file)
+    step, stop = _experiment(root, file)
+    connections = tuple(_connections(system, components, file))
+    return System(root.get("name", file.stem), tuple(components), connections, step, stop)
+
+
+def _elements(system: Any, file: Path) -> list[Any]:
+    found = []
+    for elements in children(system, "Elements"):
+        for element in elements.iterchildren(tag=etree.Element):
+            if local(element) != "Component":
+                what = f"{local(element)} {element.get('name', '')!r} inside the system"
+                raise InputError(
+                    f"{what}: only flat systems of FMUs are supported",
+                    file=file,
+                    line=element.sourceline,
+                )
+            found.append(element)
+    if not found:
+        raise InputError("the system has no components", file=file)
+    return found
+
+
+def _component(element: Any, folder: Path, file: Path, units: dict[str, Unit]) -> Component:
+    name, source = element.get("name") or "", element.get("source") or ""
+    line = element.sourceline
+    if not name or "." in name:
+        raise InputError(f"{name!r} cannot name a component", file=file, line=line)
+    if element.get("type", FMU_TYPE) != FMU_TYPE:
+        raise InputError(f"component {name} is no FMU", file=file, line=line)
+    if element.get("implementation", "any") not in ("any", "CoSimulation"):
+        what = f"component {name} is meant for model exchange, which is not supported"
+        raise InputError(what, file=file, line=line)
+    require_inside(source, file)
+    if not (folder / source).is_file():
+        raise InputError(f"component {name}: no file {source!r} in it", file=file, line=line)
+    connectors = [
+        _connector(one, units, file)
+        for group in children(element, "Connectors")
+        for one in children(group, "Connector")
+        if one.get("kind") in ("input", "output")
+    ]
+    return Component(
+        name, source, tuple(connectors), tuple(read_parameters(element, file.parent, file))
+    )
+
+
+def _connector(element: Any, units: dict[str, Unit], file: Path) -> Connector:
+    kind: Literal["input", "output"] = "input" if element.get("kind") == "input" else "output"
+    typed = list(element.iterchildren(tag=etree.Element))
+    name = local(typed[0]) if typed else "Real"
+    unit = typed[0].get("unit") if typed else None
+    if unit is not None and unit not in units:
+        raise UnknownNameError("unit", unit, units, file=file, line=element.sourceline)
+    return Connector(element.get("name") or "", kind, name, units[unit] if unit else None)
+
+
+def _with_parameters(component: Component, *, system_parameters: list[Any]) -> Component:
+    """A component with those of the system's parameters that are its own; they come first."""
+    lead = f"{component.name}."
+    own = [
+        replace(p, name=p.name.removeprefix(lead))
+        for p in system_parameters
+        if p.name.startswith(lead)
+    ]
+    taken = {p.name for p in own}
+    kept = [p for p in component.parameters if p.name not in taken]
+    return replace(component, parameters=(*kept, *own))
+
+
+def _experiment(root: Any, file: Path) -> tuple[float | None, float | None]:
+    """Step and end, where they are given."""
+    experiment = next(iter(children(root, "DefaultExperiment")), None)
+    if experiment is None:
+        return None, None
+    start = decimal(experiment, "startTime", file, default=0.0)
+    if start != 0.0:
+        raise InputError("a start time other than 0 is not supported", file=file)
+    stop = decimal(experiment, "stopTime", file) if "stopTime" in experiment.attrib else None
+    for algorithm in experiment.iter("{*}FixedStepAlgorithm"):
+        return decimal(algorithm, "baseStepSize", file), stop
+    return None, stop
+
+
+def _connections(system: Any, components: list[Component], file: Path) -> Iterator[Connection]:
+    """Those between components; the system's own connectors lead nowhere."""
+    known = {(c.name, one.name): one for c in components for one in c.connectors}
+    fed: set[tuple[str, str]] = set()
+    for group in children(system, "Connections"):
+        for element in children(group, "Connection"):
+            ends = [
+                (element.get(f"{end}Element"), element.get(f"{end}Connector") or "")
+                for end in ("start", "end")
+            ]
+            if None in (ends[0][0], ends[1][0]):
+                continue
+            for end in ends:
+                if end not in known:
+                    names = [".".join(one) for one in known]
+                    wrong = ".".join(str(part) for part in end)
+                    raise UnknownNameError(
+                        "connector", wrong, names, file=file, line=element.sourceline
+                    )
+            source, target = sorted(ends, key=lambda end: known[end].kind == "input")
+            if known[source].kind == "input" or known[target].kind == "output" or target in fed:
+                what = f"{'.'.join(source)} cannot feed {'.'.join(target)}"
+                raise InputError(what, file=file, line=element.sourceline)
+            fed.add(target)
+            yield _connection(element, known, source, target, file)
+
+
+def _connection(
+    element: Any,
+    known: dict[tuple[str, str], Connector],
+    source: tuple[str, str],
+    target: tuple[str, str],
+    file: Path,
+) -> Connection:
+    units = known[source].unit, known[target].unit
+    change = Conversion()
+    if element.get("suppressUnitConversion", "false") not in ("true", "1") and None not in units:
+        try:
+            change = conversion(*units)
+        except InputError as error:
+            route = f"{'.'.join(source)} -> {'.'.join(target)}"
+            raise InputError(f"{route}: {error.what}", file=file, line=element.sourceline) from None
+    for child in element.iterchildren(tag=etree.Element):
+        if local(child) == "LinearTransformation":
+            factor = decimal(child, "factor", file, default=1.0)
+            offset = decimal(child, "offset", file, default=0.0)
+            change = Conversion(factor * change.factor, factor * change.offset + offset)
+        elif local(child).endswith("Transformation"):
+            what = f"a {local(child)} is not supported"
+            raise InputError(what, file=file, line=child.sourceline)
+    return Connection(source, target, change)

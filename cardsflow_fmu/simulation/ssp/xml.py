@@ -1,0 +1,102 @@
+"""Elements, numbers and units in SSP files."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+from addin_sdfusion.robot import InputError, limits
+from addin_sdfusion.robot.files import read_file
+from cardsflow_fmu.cosim.signals.units import BASES, KNOWN_UNITS, Unit
+
+
+def parse(file: Path) -> Any:
+    """The root of an XML file, without expanding entities or reading anything else.
+
+    Raises:
+        InputError: It is no XML.
+    """
+    parser = etree.XMLParser(
+        resolve_entities=False,
+        load_dtd=False,
+        no_network=True,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    try:
+        data = read_file(file, limits.XML)
+        fault = limits.xml_fault(data)
+        if fault is not None:
+            raise InputError(fault, file=file)
+        return etree.fromstring(data, parser)
+    except etree.XMLSyntaxError as error:
+        raise InputError(f"is no XML: {error.msg}", file=file, line=error.lineno) from None
+
+
+def local(element: Any) -> str:
+    """An element's name without its namespace."""
+    return str(etree.QName(element).localname)
+
+
+def children(element: Any, name: str) -> list[Any]:
+    """An element's children of a name, in any namespace."""
+    return [child for child in element.iterchildren(tag=etree.Element) if local(child) == name]
+
+
+def require(element: Any, name: str, file: Path) -> Any:
+    """The one child of a name.
+
+    Raises:
+        InputError: There is none.
+    """
+    found = children(element, name)
+    if not found:
+        raise InputError(f"{local(element)} has no {name}", file=file, line=element.sourceline)
+    return found[0]
+
+
+def decimal(element: Any, name: str, file: Path, *, default: float | None = None) -> float:
+    """An attribute that is a finite number.
+
+    Raises:
+        InputError: It is missing, without a default, or is none.
+    """
+    text = element.get(name)
+    if text is None and default is not None:
+        return default
+    try:
+        number = float(text or "")
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        what = f"{name} must be a finite number, not {text!r}"
+        raise InputError(what, file=file, line=element.sourceline)
+    return number
+
+
+def read_units(root: Any, file: Path) -> dict[str, Unit]:
+    """The units that a file defines, and those that are known by name.
+
+    Raises:
+        InputError: A definition is wrong.
+    """
+    units = dict(KNOWN_UNITS)
+    for group in children(root, "Units"):
+        for element in children(group, "Unit"):
+            name = element.get("name") or ""
+            for base in children(element, "BaseUnit"):
+                factor = decimal(base, "factor", file, default=1.0)
+                offset = decimal(base, "offset", file, default=0.0)
+                units[name] = Unit(name, _exponents(base, file), factor, offset)
+    return units
+
+
+def _exponents(base: Any, file: Path) -> tuple[int, ...]:
+    exponents = [decimal(base, letter, file, default=0.0) for letter in BASES]
+    if not all(exponent.is_integer() for exponent in exponents):
+        raise InputError("exponents of units are whole", file=file, line=base.sourceline)
+    return tuple(map(int, exponents))

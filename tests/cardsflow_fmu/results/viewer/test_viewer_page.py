@@ -1,0 +1,173 @@
+from __future__ import annotations
+
+import base64
+import json
+import re
+import struct
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.browser import Page, opened_browser
+from support.recorded import waving, with_columns
+from support.robots.robots import EXAMPLES, planar_2r
+
+from addin_sdfusion.robot import InputError, Robot, read_robot
+from cardsflow_fmu.results.viewer import Motion, Stage, motion_of
+from cardsflow_fmu.results.viewer.html.page import replay_page
+from cardsflow_fmu.results.viewer.scene import shapes as s
+from cardsflow_fmu.results.viewer.scene.act import Act
+from cardsflow_fmu.results.viewer.view import write_page
+
+
+def roboy() -> Robot:
+    return read_robot(EXAMPLES / "roboy_left_arm/robot")
+
+
+def act(robot: Robot, seconds: float, title: str = "waving") -> Act:
+    result = waving(robot, seconds)
+    loop = 0.1 * np.stack([np.cos(result["time"]), np.sin(result["time"]), 0 * result["time"]])
+    names = [f"y_d.{robot.task_frames[0].name}.{axis}" for axis in "xyz"]
+    motion = motion_of(robot, with_columns(result, dict(zip(names, loop, strict=True))))
+    return Act(Stage(robot, motion), title, ("tracking error RMS 1 m",))
+
+
+@pytest.fixture(scope="module")
+def half_a_minute() -> Act:
+    return act(roboy(), 30.0)
+
+
+def decoded(page: str) -> tuple[dict[str, Any], Any]:
+    """The header, and a reader of tables, as the page's script has them."""
+    text = re.search(r'id="motion">([^<]*)<', page)
+    data = zlib.decompress(base64.b64decode(text[1]))
+    (length,) = struct.unpack_from("<I", data)
+    low, high = np.frombuffer(data[4 + length :], np.uint8).reshape(2, -1).astype(np.uint16)
+    numbers = low + (high << 8)
+
+    def table(entry: dict[str, Any]) -> np.ndarray:
+        part = numbers[entry["at"] :][: entry["rows"] * entry["columns"]]
+        levels = np.cumsum(part.reshape(entry["columns"], -1).T, axis=0, dtype=np.uint16)
+        return entry["low"] + levels * (entry["high"] - entry["low"]) / 65535
+
+    return json.loads(data[4 : 4 + length]), table
+
+
+@pytest.mark.slow
+def test_a_page_contains_the_scene_of_every_frame(half_a_minute: Act) -> None:
+    stage = half_a_minute.stage
+    header, table = decoded(replay_page([half_a_minute]))
+    (shown,) = header["acts"]
+    np.testing.assert_allclose(shown["time"], stage.motion.time, atol=1e-6)
+    for k in (0, 333, len(stage) - 1):
+        for shape, data in zip(stage.scene(k), shown["shapes"], strict=True):
+            assert data["name"] == shape.name
+            points = table(data["points"])
+            if isinstance(shape, s.Trail):
+                count = int(table(data["values"])[k if data["values"]["rows"] > 1 else 0, 0])
+                points = points[:count]
+            else:
+                points = points[min(k, len(points) - 1)].reshape(-1, 3)
+            np.testing.assert_allclose(points, shape.points, atol=5e-5 * stage.reach)
+            colours = table(data["colours"])
+            np.testing.assert_allclose(colours[min(k, len(colours) - 1)], shape.colour, atol=0.01)
+
+
+@pytest.mark.slow
+def test_half_a_minute_of_eleven_muscles_is_far_below_three_megabytes(half_a_minute: Act) -> None:
+    assert len(replay_page([half_a_minute])) < 1_000_000
+
+
+def test_a_page_names_no_address_and_escapes_names() -> None:
+    hostile = "</script><img src=http://example.org onerror=alert(1)>"
+    page = replay_page([act(planar_2r(), 0.1, hostile)])
+    assert re.findall(r"(?:https?|wss?|ftp):", page) == ["http:"]  # the title's, escaped
+    assert "<img" not in page
+    assert "default-src 'none'" in page
+
+
+def test_equal_runs_give_equal_pages() -> None:
+    assert replay_page([act(planar_2r(), 1.0)]) == replay_page([act(planar_2r(), 1.0)])
+
+
+def test_a_page_that_cannot_be_written_is_an_input_error(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        write_page([act(planar_2r(), 0.1)], tmp_path / "file/page.html")
+
+
+@pytest.fixture
+def page(tmp_path: Path) -> Any:
+    with opened_browser(tmp_path) as opened:
+        yield opened
+
+
+def picture(page: Page) -> np.ndarray:
+    """The part of the window where nothing but the robot is."""
+    page.wait_for("document.body?.dataset.drawn !== undefined")
+    return page.screenshot()[120:620, 60:820]
+
+
+def colourful(image: np.ndarray) -> int:
+    """How many pixels are no shade of grey, as the background, the floor and the links are."""
+    return int(np.count_nonzero(np.ptp(image, axis=2) > 60))
+
+
+@pytest.mark.browser
+def test_a_page_opens_from_disk_without_a_network_and_plays(
+    half_a_minute: Act, page: Page, tmp_path: Path
+) -> None:
+    file = write_page([half_a_minute], tmp_path / "half a minute.html")
+    page.open(file.as_uri(), offline=True)
+    first = picture(page)
+    assert colourful(first) > 1000
+
+    page.click("button[aria-label=play]")
+    page.wait_for("Number(document.body.dataset.drawn) > 1.0")
+    moved = picture(page)
+    assert np.count_nonzero(np.abs(moved - first).max(axis=2) > 40) > 500
+    page.click("button[aria-label=play]")
+    drawn = page.evaluate("document.body.dataset.drawn")
+    page.evaluate("new Promise(done => setTimeout(done, 200))")
+    assert page.evaluate("document.body.dataset.drawn") == drawn
+
+    assert page.evaluate("[...document.querySelectorAll('.label')].every(l => l.hidden)")
+    page.evaluate("document.querySelector('input[name=\"joint values\"]').click()")
+    page.wait_for("!document.querySelector('.label').hidden")
+    label = page.evaluate("document.querySelector('.label').textContent")
+    k = int(np.searchsorted(half_a_minute.stage.motion.time, float(drawn)))
+    assert float(label.split(": ")[1]) == pytest.approx(
+        half_a_minute.stage.motion.q[k, 0], abs=0.05
+    )
+
+    for name in s.GROUPS:
+        page.evaluate(f"document.querySelector('input[name=\"{name}\"]:checked')?.click()")
+    page.evaluate("new Promise(done => setTimeout(done, 200))")
+    assert colourful(picture(page)) < 100
+    assert page.evaluate("[...document.querySelectorAll('.label')].every(l => l.hidden)")
+
+    assert page.errors == []
+    assert page.requests == [file.as_uri()]
+
+
+@pytest.mark.browser
+def test_two_runs_are_side_by_side_and_a_still_robot_has_no_bar(page: Page, tmp_path: Path) -> None:
+    robot = planar_2r()
+    file = write_page([act(robot, 2.0), act(robot, 3.0, "longer")], tmp_path / "two.html")
+    page.open(f"{file.as_uri()}#t=2.5", offline=True)
+    both = picture(page)
+    assert page.evaluate("document.querySelectorAll('.act').length") == 2
+    assert "2.50 of 3.00 s" in page.evaluate("document.querySelector('output').textContent")
+    assert colourful(both[:, :440]) > 500
+    assert colourful(both[:, 440:]) > 500
+
+    file = write_page(
+        [Act(Stage(robot, Motion.still([0.5, 0.5])), "still")], tmp_path / "still.html"
+    )
+    page.open("about:blank")
+    page.open(file.as_uri(), offline=True)
+    picture(page)
+    assert page.evaluate("document.querySelector('.bar') === null")
+    assert page.errors == []

@@ -1,0 +1,287 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from support.recorded import waving, with_columns
+from support.robots.loops import four_bar
+from support.robots.random_robots import random_robot
+from support.robots.robots import EXAMPLES, planar_2r
+
+from addin_sdfusion.robot import InputError, Pose, WrapSurface, read_robot
+from cardsflow_fmu.results.viewer import Motion, Stage, motion_of
+from cardsflow_fmu.results.viewer.scene import shapes as s
+from cardsflow_fmu.results.viewer.scene.colours import RAMP, SLACK, tension_colour
+from cardsflow_fmu.results.viewer.scene.link_bodies import link_capsules
+from cardsflow_fmu.results.viewer.scene.link_poses import link_poses, moved_point
+from cardsflow_fmu.results.viewer.scene.motion import frame_rows
+from cardsflow_fmu.results.viewer.scene.muscle_paths import muscle_paths, pulls
+from cardsflow_fmu.results.viewer.scene.primitives import Body, bodies, directions, unit_body
+from cardsflow_fmu.results.viewer.scene.stage import scene
+from cardsflow_fmu.simulation.result import SystemResult
+from sim_dart import DartDynamics
+
+
+def by_name(shapes: list[s.Shape]) -> dict[str, s.Shape]:
+    found = {shape.name: shape for shape in shapes}
+    assert len(found) == len(shapes)
+    return found
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_poses_of_any_tree_are_those_of_the_dynamics(seed: int) -> None:
+    robot = random_robot(seed)
+    dynamics = DartDynamics(robot)
+    q = np.random.default_rng(seed).uniform(-2.0, 2.0, (7, dynamics.n))
+    poses = link_poses(robot, q)
+    hand = robot.task_frames[0]
+    y = np.array([dynamics.task_position(row)[:3] for row in q])
+    np.testing.assert_allclose(moved_point(poses[hand.link], hand.position), y, atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_drawn_muscles_are_as_long_as_the_simulated_ones(seed: int) -> None:
+    robot = random_robot(seed)
+    dynamics = DartDynamics(robot)
+    q = np.random.default_rng(seed).uniform(-2.0, 2.0, (7, dynamics.n))
+    steps = [np.diff(p.points, axis=1) for p in muscle_paths(robot, q, link_poses(robot, q))]
+    drawn = np.stack([np.linalg.norm(step, axis=2).sum(axis=1) for step in steps], axis=1)
+    np.testing.assert_allclose(drawn, [dynamics.muscle_lengths(row) for row in q], atol=1e-12)
+
+
+def test_muscles_are_drawn_over_their_surfaces() -> None:
+    """As long as simulated but for the arcs' chords, through every via point, and never inside."""
+    robot = read_robot(EXAMPLES / "hill_arm/robot")
+    dynamics = DartDynamics(robot)
+    lower, upper = dynamics.q_min, dynamics.q_max
+    q = lower + np.random.default_rng(0).uniform(size=(20, dynamics.n)) * (upper - lower)
+    poses = link_poses(robot, q)
+    longer = 0
+    for k, path in enumerate(muscle_paths(robot, q, poses)):
+        drawn = np.linalg.norm(np.diff(path.points, axis=1), axis=2).sum(axis=1)
+        true = np.array([dynamics.muscle_lengths(row)[k] for row in q])
+        assert ((drawn <= true + 1e-12) & (drawn >= true * (1 - 2e-3))).all()
+        longer += path.points.shape[1] > path.via.shape[1]
+        for i, point in enumerate(robot.muscles[k].via_points):
+            corner = path.points[np.arange(len(q)), path.via[:, i]]
+            np.testing.assert_allclose(corner, moved_point(poses[point.link], point.position))
+    assert longer
+
+
+def test_force_arrows_do_the_work_that_the_muscle_does() -> None:
+    """Virtual work: the forces at the via points, moved with q, give -dl/dq."""
+    robot = random_robot(3)
+    dynamics = DartDynamics(robot)
+    q, h = np.random.default_rng(3).uniform(-1.0, 1.0, dynamics.n), 1e-6
+    L = dynamics.muscle_jacobian(q)
+    for k in range(dynamics.n):
+        moved = q + h * np.eye(dynamics.n)[k] * np.array([[-1.0], [0.0], [1.0]])
+        for i, path in enumerate(muscle_paths(robot, moved, link_poses(robot, moved))):
+            speed = (path.points[2] - path.points[0]) / (2 * h)
+            assert np.sum(pulls(path)[1] * speed) == pytest.approx(-L[i, k], abs=1e-7)
+
+
+def test_the_two_link_arm_is_drawn_at_its_closed_form() -> None:
+    a, b = 0.4, -0.9
+    stage = Stage(planar_2r(), Motion.still([a, b]))
+    shapes = by_name(stage.scene(0))
+    elbow = np.array([math.sin(a), 0.0, math.cos(a)])
+    tip = elbow + np.array([math.sin(a + b), 0.0, math.cos(a + b)])
+    np.testing.assert_allclose(shapes["links/link_1/0"].points, [np.zeros(3), elbow], atol=1e-15)
+    np.testing.assert_allclose(shapes["links/link_2/0"].points, [elbow, tip], atol=1e-15)
+    np.testing.assert_allclose(shapes["links/joint joint_2"].points, [elbow], atol=1e-15)
+    frame = shapes["joint frames/joint_2"]
+    assert isinstance(frame, s.Frame)
+    z = (frame.points[3] - frame.points[0]) / frame.length
+    np.testing.assert_allclose(z, tip - elbow, atol=1e-12)
+    label = shapes["joint values/joint_2"]
+    assert isinstance(label, s.Label)
+    assert label.text == "joint_2: -0.900"
+    assert (label.position - elbow) @ [0.0, 0.0, 1.0] > 0.0
+
+
+def test_a_scene_has_all_groups_of_shapes() -> None:
+    robot = read_robot(EXAMPLES / "roboy_left_arm/robot")
+    result = waving(robot)
+    hand = {f"y_d.hand.{axis}": np.full(len(result.rows), 0.1) for axis in "xyz"}
+    shapes = scene(robot, with_columns(result, hand), 50)
+    groups = {shape.group for shape in shapes}
+    assert groups == set(s.GROUPS) - {s.WRAP_SURFACES, s.CONTACTS, s.OBJECTS, s.GROUND}
+    assert sum(shape.group == s.MUSCLES for shape in shapes) == 11
+    assert all(np.isfinite(shape.points).all() for shape in shapes)
+
+
+def test_all_frames_have_the_same_shapes_and_trails_grow() -> None:
+    robot = planar_2r()
+    stage = Stage(robot, motion_of(robot, waving(robot)))
+    frames = [by_name(stage.scene(k)) for k in range(len(stage))]
+    assert all(list(frame) == list(frames[0]) for frame in frames)
+    trails = [frame["trail/tip"].points for frame in frames]
+    for before, after in pairwise(trails):
+        np.testing.assert_array_equal(before, after[: len(before)])
+    assert len(trails[-1]) > len(trails[0]) == 1
+    tip = frames[-1]["links/link_2/0"].points[1]
+    apart = np.linalg.norm(np.diff(trails[-1], axis=0), axis=1)
+    step = 3.0 * 0.0045 * stage.reach  # along the way, of which a chord is shorter
+    assert apart.max() <= step * (1.0 + 1e-9)
+    assert np.median(apart) == pytest.approx(step, rel=0.01)
+    assert np.linalg.norm(trails[-1][-1] - tip) < step
+
+
+def test_a_scene_at_a_row_is_that_of_the_row() -> None:
+    robot = planar_2r()
+    result = waving(robot)
+    for k in (0, 17, -1):
+        label = by_name(scene(robot, result, k))["joint values/joint_1"]
+        assert isinstance(label, s.Label)
+        assert label.value == result["q.joint_1"][k]
+    with pytest.raises(IndexError):
+        scene(robot, result, len(result.rows))
+
+
+def test_joint_references_are_drawn_as_the_path_of_the_hand() -> None:
+    robot = planar_2r()
+    result = waving(robot)
+    followed = {f"q_d.joint_{k}": result[f"q.joint_{k}"] + 0.1 for k in (1, 2)}
+    motion = motion_of(robot, with_columns(result, followed))
+    a, b = motion.q.T + 0.1
+    way = Stage(robot, motion).reference["tip"]
+    expected = np.stack([np.sin(a) + np.sin(a + b), 0 * a, np.cos(a) + np.cos(a + b)], axis=1)
+    np.testing.assert_allclose(way, expected, atol=1e-12)
+
+
+def test_axes_without_reference_are_taken_from_the_actual_path() -> None:
+    robot = planar_2r()  # its task counts x and z
+    result = waving(robot)
+    followed = {"y_d.tip.x": np.ones(len(result.rows)), "y_d.tip.z": np.zeros(len(result.rows))}
+    stage = Stage(robot, motion_of(robot, with_columns(result, followed)))
+    expected = np.tile([1.0, 0.0, 0.0], (len(stage), 1))
+    np.testing.assert_allclose(stage.reference["tip"], expected, atol=1e-12)
+
+
+def test_colours_go_from_f_min_to_f_max_or_to_the_largest_tension() -> None:
+    robot = planar_2r()  # 10 to 100 N
+    tensions = np.array([[10.0, 100.0, 55.0, 10.0]])
+    motion = replace(Motion.still([0.1, 0.2]), tensions=tensions)
+    shapes = by_name(Stage(robot, motion, full_scale=True).scene(0))
+    assert shapes["muscles/cable_1"].colour == RAMP[0]
+    assert shapes["muscles/cable_2"].colour == RAMP[-1]
+    assert shapes["muscles/cable_3"].colour == RAMP[2]
+    weaker = Stage(robot, replace(motion, tensions=tensions / 2))
+    assert weaker.tension_range(0) == (10.0, 50.0)
+    assert by_name(weaker.scene(0))["muscles/cable_2"].colour == RAMP[-1]
+    assert tension_colour(math.nan, 0.0, 1.0) == SLACK
+
+
+def test_the_length_of_a_force_arrow_is_in_proportion_to_the_tension() -> None:
+    robot = planar_2r()
+    tensions = np.array([[10.0, 40.0, 20.0, 0.0]])
+    shapes = by_name(Stage(robot, replace(Motion.still([0.1, 0.2]), tensions=tensions)).scene(0))
+    arrows = [shapes[f"forces/cable_{k}/0"].points for k in (1, 2, 3, 4)]
+    lengths = [np.linalg.norm(end - start) for start, end in arrows]
+    np.testing.assert_allclose(np.array(lengths) / lengths[1], tensions[0] / 40.0, atol=1e-12)
+    line = shapes["muscles/cable_2"].points
+    toward = (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
+    np.testing.assert_allclose(arrows[1][1] - arrows[1][0], lengths[1] * toward, atol=1e-12)
+
+
+def test_contact_forces_are_drawn_where_the_results_have_them() -> None:
+    robot = planar_2r()
+    result = waving(robot)
+    forces = {
+        f"contact.link_2.f{a}": np.full(len(result.rows), v)
+        for a, v in zip("xyz", (0, 0, 9), strict=True)
+    }
+    stage = Stage(robot, motion_of(robot, with_columns(result, forces)))
+    arrow = by_name(stage.scene(3))["contacts/link_2"]
+    assert isinstance(arrow, s.Arrow)
+    direction = (arrow.end - arrow.start) / np.linalg.norm(arrow.end - arrow.start)
+    np.testing.assert_allclose(direction, [0.0, 0.0, 1.0], atol=1e-12)
+
+
+def test_wrap_surfaces_move_with_their_link() -> None:
+    turned = Pose((0.0, 0.0, 0.5), (math.pi / 2, 0.0, 0.0))  # its axis along -y of the link
+    surfaces = (
+        WrapSurface("ball", "link_2", "sphere", 0.1, Pose((0.0, 0.0, 1.0))),
+        WrapSurface("pulley", "link_1", "cylinder", 0.1, turned, 0.3),
+        WrapSurface("endless", "world", "cylinder", 0.1),
+    )
+    robot = replace(planar_2r(), wrap_surfaces=surfaces)
+    shapes = by_name(Stage(robot, Motion.still([math.pi / 2, 0.0])).scene(0))
+    np.testing.assert_allclose(shapes["wrap surfaces/ball"].points, [[2.0, 0.0, 0.0]], atol=1e-12)
+    ends = shapes["wrap surfaces/pulley"].points
+    np.testing.assert_allclose(ends, [[0.5, 0.15, 0.0], [0.5, -0.15, 0.0]], atol=1e-12)
+    assert np.isfinite(shapes["wrap surfaces/endless"].points).all()
+    assert shapes["wrap surfaces/ball"].opacity < 1.0
+
+
+def test_frames_have_an_even_rate_and_end_with_the_run() -> None:
+    time = np.arange(1001) * 1e-3
+    rows = frame_rows(time, 25.0)
+    assert rows[0] == 0
+    assert rows[-1] == 1000
+    assert set(np.diff(rows)) == {40}
+    slow = frame_rows(np.arange(11) * 0.1, 25.0)
+    np.testing.assert_array_equal(slow, np.arange(11))
+    np.testing.assert_array_equal(frame_rows(np.array([0.0])), [0])
+
+
+def test_results_that_cannot_be_drawn_are_refused() -> None:
+    robot = planar_2r()
+    result = waving(robot)
+    nothing = SystemResult(result.names, result.rows[:0], {}, {})
+    with pytest.raises(InputError, match="gave no rows"):
+        motion_of(robot, nothing)
+    lacking = SystemResult(("time", "q.joint_1"), result.rows[:, :2], {}, {})
+    with pytest.raises(InputError, match=r"no column 'q\.joint_2'"):
+        motion_of(robot, lacking)
+
+
+def test_a_state_that_diverged_is_still_drawn() -> None:
+    robot = planar_2r()
+    result = waving(robot)
+    result.rows[-1, 1:] = np.nan
+    stage = Stage(robot, motion_of(robot, result))
+    assert np.isfinite(stage.reach)
+    assert len(stage.scene(len(stage) - 1)) == len(stage.scene(0))
+
+
+@pytest.mark.parametrize("kind", ["ball", "rod", "cone"])
+def test_unit_bodies_are_closed_and_their_faces_look_outwards(kind: str) -> None:
+    """The volume inside, by the divergence theorem; a flat facet loses a few percent."""
+    body = unit_body(kind)  # type: ignore[arg-type]
+    a, b, c = (body.vertices[body.faces[:, k]] for k in range(3))
+    volume = np.sum(a * np.cross(b, c)) / 6.0
+    exact = {"ball": 4 / 3 * math.pi, "rod": math.pi, "cone": math.pi / 3}[kind]
+    assert volume == pytest.approx(exact, rel=0.08)
+    assert volume < exact
+
+
+def test_directions_turn_the_z_axis() -> None:
+    from scipy.spatial.transform import Rotation
+
+    vectors = np.random.default_rng(0).normal(size=(50, 3))
+    vectors[:3] = [[0, 0, 2.0], [0, 0, -2.0], [1e-12, 0, -1.0]]
+    turned = Rotation.from_quat(directions(vectors)[:, [1, 2, 3, 0]]).apply([0.0, 0.0, 1.0])
+    unit = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    np.testing.assert_allclose(turned, unit, atol=1e-9)
+    np.testing.assert_array_equal(directions(np.zeros((1, 3))), [[1.0, 0.0, 0.0, 0.0]])
+
+
+def test_an_arrow_ends_at_its_end_and_vanishes_without_length() -> None:
+    arrow = s.Arrow(s.FORCES, "a", (1, 2, 3), np.zeros(3), np.ones(3), 0.01)
+    rod, cone = bodies([arrow])
+    assert isinstance(rod, Body)
+    np.testing.assert_allclose(rod.b, cone.a)
+    np.testing.assert_allclose(cone.b, np.ones(3))
+    assert list(bodies([replace(arrow, end=np.zeros(3))])) == []
+
+
+def test_links_reach_to_the_joints_that_close_their_loops() -> None:
+    robot = four_bar()
+    rocker = next(link for link in robot.links if link.name == "rocker_bar")
+    ((begin, end),) = link_capsules(robot, rocker)
+    assert (begin.tolist(), end.tolist()) == ([0.0, 0.0, 0.0], [0.4, 0.0, 0.0])

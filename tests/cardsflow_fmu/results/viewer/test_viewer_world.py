@@ -1,0 +1,236 @@
+"""Worlds in the view: ground, objects at rest and in motion, contacts; recordings for Rerun."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from support.browser import opened_browser
+from support.command_line import CommandLine
+from support.robots.robots import PLANAR_2R
+from support.robots.worlds import write_box_mesh
+
+from addin_sdfusion.robot import InputError
+from cardsflow_fmu import Experiment, Result, run
+from cardsflow_fmu.results.viewer.scene import shapes as s
+from cardsflow_fmu.results.viewer.scene.act import Act
+from cardsflow_fmu.results.viewer.scene.camera import view_of
+from cardsflow_fmu.results.viewer.scene.environment import box_triangles
+from cardsflow_fmu.results.viewer.view import act_of, acts_of, write_page, write_recording
+
+G = 9.81
+
+
+@pytest.fixture(scope="module")
+def falling(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+    """Things that fall, spin, lie and stand around the two-link arm."""
+    folder = tmp_path_factory.mktemp("world")
+    mesh = write_box_mesh(folder, (0.1, 0.2, 0.3))
+    near = {"position": [1.5, 0.0, 1.0], "mass": 0.2}
+    world = {
+        "ground": {"height": -0.4},
+        "objects": [
+            {"name": "ball", "shape": "sphere", "radius": 0.05} | near,
+            {"name": "top", "shape": "box", "size": [0.2, 0.2, 0.2], "spin": [0, 0, 2.0]}
+            | {"mass": 0.2, "position": [1.5, 1.0, 3.0]},
+            {"name": "rod", "shape": "capsule", "radius": 0.04, "length": 0.3}
+            | {"position": [2.0, 0.0, 0.0], "rpy": [0.0, math.pi / 2, 0.0]},
+            {"name": "tin", "shape": "cylinder", "radius": 0.04, "length": 0.3},
+            {"name": "die", "shape": "mesh", "file": str(mesh), "scale": 2.0}
+            | {"position": [1.0, 1.0, 1.0]},
+            {"name": "lying", "shape": "sphere", "radius": 0.1, "mass": 1.0}
+            | {"position": [-2.0, 0.0, -0.3]},
+        ],
+        "links": "none",
+        "contacts": ["lying"],
+    }
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.4, "world": world})
+    return folder / "out", run(experiment, folder / "out", coupling="direct")
+
+
+@pytest.fixture(scope="module")
+def act(falling: tuple[Path, Result]) -> Act:
+    return acts_of([falling[0]])[0]
+
+
+def at(act: Act, k: int) -> dict[str, Any]:
+    return {shape.name: shape for shape in act.stage.scene(k)}
+
+
+@pytest.mark.slow
+def test_objects_are_drawn_where_they_fall(act: Act) -> None:
+    """By Galilei: z = 1 - g t² / 2."""
+    times = act.stage.motion.time
+    heights = [at(act, k)["objects/ball"].centre[2] for k in range(len(times))]
+    np.testing.assert_allclose(heights, 1.0 - 0.5 * G * times**2, atol=0.5 * G * 1e-3 * 0.4 + 1e-9)
+    assert heights[-1] < 0.25
+    assert at(act, 0)["objects/ball"].radius == 0.05
+
+
+def test_a_box_that_spins_is_drawn_turned(act: Act) -> None:
+    for k in (0, 5, 10):
+        box = at(act, k)["objects/top"]
+        angle = 2.0 * act.stage.motion.time[k]
+        turned = [math.cos(angle), math.sin(angle), 0.0]
+        np.testing.assert_allclose(box.T[:3, 0], turned, atol=1e-6)
+        np.testing.assert_allclose(box.T[:3, 2], [0.0, 0.0, 1.0], atol=1e-6)
+        size = np.ptp(box.triangles.vertices, axis=0)
+        np.testing.assert_allclose(size, [0.2, 0.2, 0.2], atol=1e-12)
+
+
+def test_objects_at_rest_are_drawn_at_their_poses(act: Act) -> None:
+    for k in (0, 7):
+        shapes = at(act, k)
+        rod, tin, die = (shapes[f"objects/{name}"] for name in ("rod", "tin", "die"))
+        np.testing.assert_allclose(rod.points, [[1.85, 0, 0], [2.15, 0, 0]], atol=1e-12)
+        np.testing.assert_allclose(tin.points, [[0, 0, -0.15], [0, 0, 0.15]], atol=1e-12)
+        assert isinstance(tin, s.Cylinder)
+        np.testing.assert_allclose(die.points[0], [1.0, 1.0, 1.0])
+        np.testing.assert_allclose(np.ptp(die.triangles.vertices, axis=0), [0.2, 0.4, 0.6])
+        assert all(shape.group == s.OBJECTS for shape in (rod, tin, die))
+
+
+def test_the_ground_is_drawn_below_objects(act: Act) -> None:
+    ground = at(act, 3)["ground"]
+    corners = ground.triangles.vertices @ ground.T[:3, :3].T + ground.T[:3, 3]
+    np.testing.assert_allclose(corners[:, 2], -0.4, atol=1e-12)
+    low, high = act.stage.box
+    assert (corners[:, :2].min(axis=0) < low[:2]).all()
+    assert (corners[:, :2].max(axis=0) > high[:2]).all()
+    assert view_of(act.stage).floor[2] == -0.4
+
+
+def test_contact_forces_on_objects_carry_their_weight(act: Act) -> None:
+    last = len(act.stage) - 1
+    arrow = at(act, last)["contacts/lying"]
+    pull = arrow.end - arrow.start
+    np.testing.assert_allclose(pull / np.linalg.norm(pull), [0.0, 0.0, 1.0], atol=1e-6)
+    np.testing.assert_allclose(arrow.end, at(act, last)["objects/lying"].centre, atol=1e-12)
+    np.testing.assert_allclose(act.stage.motion.contacts["lying"][-1], [0, 0, G], atol=1e-3)
+
+
+def test_all_frames_have_the_same_shapes(act: Act) -> None:
+    names = [list(at(act, k)) for k in range(len(act.stage))]
+    assert all(each == names[0] for each in names)
+
+
+def test_a_box_is_closed_and_its_faces_look_outwards() -> None:
+    box = box_triangles(np.array([0.1, 0.2, 0.3]))
+    mesh = trimesh.Trimesh(box.vertices, box.faces, process=False)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(0.2 * 0.4 * 0.6)
+
+
+def test_a_missing_mesh_is_drawn_as_a_small_sphere(tmp_path: Path) -> None:
+    mesh = write_box_mesh(tmp_path)
+    world = {"objects": [{"name": "die", "shape": "mesh", "file": str(mesh)}], "links": "none"}
+    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.01, "world": world})
+    result = run(experiment, tmp_path / "out", coupling="direct")
+    mesh.unlink()
+    drawn = {shape.name: shape for shape in act_of(result).stage.scene(0)}["objects/die"]
+    assert isinstance(drawn, s.Sphere)
+    shown = {shape.name: shape for shape in acts_of([tmp_path / "out"])[0].stage.scene(0)}
+    assert isinstance(shown["objects/die"], s.MeshShape)  # of the results, it has travelled
+
+
+@pytest.mark.browser
+def test_a_page_shows_a_world_and_hides_it(act: Act, tmp_path: Path) -> None:
+    file = write_page([act], tmp_path / "world.html")
+    with opened_browser(tmp_path) as page:
+        page.open(file.as_uri(), offline=True)
+        page.wait_for("document.body?.dataset.drawn !== undefined")
+        shown = page.screenshot()
+        for name in ("objects", "ground", "contacts"):
+            page.evaluate(f"document.querySelector('input[name=\"{name}\"]').click()")
+            page.evaluate("new Promise(done => setTimeout(done, 200))")
+            hidden = page.screenshot()
+            assert np.count_nonzero(np.abs(hidden - shown).max(axis=2) > 8) > 100, name
+            shown = hidden
+        assert page.errors == []
+        assert page.requests == [file.as_uri()]
+
+
+def test_two_robots_of_one_plant_are_both_drawn(tmp_path: Path) -> None:
+    (tmp_path / "experiment.toml").write_text(
+        "".join(
+            f"[[robots]]\nname = '{name}'\npath = '{PLANAR_2R / 'robot'}'\nposition = [{x}, 0, 0]\n"
+            for name, x in (("a", 0.0), ("b", 5.0))
+        )
+        + "[controller]\nkp = 100.0\nkd = 20.0\n[reference]\nspline = 'linear'\n"
+        + "".join(f"[[reference.points]]\ntime = {t}\nq = 0.3\n" for t in (0.0, 0.01))
+    )
+    result = run(Experiment.load(tmp_path), tmp_path / "out", coupling="direct")
+    shapes = {shape.name: shape for shape in act_of(result).stage.scene(0)}
+    for part in ("links/{}_link_1/0", "muscles/{}_cable_1"):
+        a, b = (shapes[part.format(name)].points for name in "ab")
+        np.testing.assert_allclose(b - a, np.tile([5.0, 0.0, 0.0], (len(a), 1)), atol=1e-12)
+
+
+# Rerun
+
+
+@pytest.mark.extra("rerun")
+def test_a_recording_holds_all_frames(act: Act, tmp_path: Path) -> None:
+    import rerun as rr
+
+    file = write_recording([act, act], tmp_path / "run.rrd")
+    store = rr.chunk.RrdReader(str(file))
+    paths: dict[str, int] = {}
+    for chunk in store.stream():
+        paths[chunk.entity_path] = paths.get(chunk.entity_path, 0) + chunk.num_rows
+    frames = len(act.stage)
+    roots = {path.split("/")[1] for path in paths if "muscles" in path}
+    assert len(roots) == 2
+    for part in ("muscles/lines", "via\\ points/balls", "forces/arrows", "joint\\ values/labels"):
+        rows = [count for path, count in paths.items() if path.endswith(part)]
+        assert rows == [frames, frames], (part, sorted(paths))
+    box = [count for path, count in paths.items() if path.endswith("objects\\/top")]
+    assert box == [frames + 1, frames + 1]  # its surface once, its pose in every frame
+    assert len([path for path in paths if "/tensions/" in path]) == 8
+
+
+@pytest.mark.extra("rerun")
+@pytest.mark.skipif(shutil.which("strace") is None, reason="needs strace")
+def test_a_recording_opens_no_connection(falling: tuple[Path, Result], tmp_path: Path) -> None:
+    calls = tmp_path / "calls"
+    trace = ["strace", "-f", "-e", "trace=socket,connect,sendto", "-o", str(calls)]
+    words = ["view", str(falling[0]), "--rrd", str(tmp_path / "run.rrd")]
+    command = [*trace, sys.executable, "-m", "cardsflow_fmu.cli", *words]
+    done = subprocess.run(
+        command,
+        env=os.environ | {"HOME": str(tmp_path / "home")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if "ptrace" in done.stderr.lower():
+        pytest.skip("strace may not trace here")
+    assert done.returncode == 0, done.stderr
+    assert "socket(" not in calls.read_text()
+    assert "connect(" not in calls.read_text()
+    assert not (tmp_path / "home").exists()
+
+
+def test_without_rerun_the_message_names_the_extra(
+    act: Act, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    with pytest.raises(InputError, match="uv sync --extra rerun"):
+        write_recording([act], tmp_path / "run.rrd")
+    assert not any(tmp_path.iterdir())
+
+
+def test_wrong_options_for_a_recording(
+    falling: tuple[Path, Result], tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    line = cardsflow.refused("view", falling[0], "--rrd", tmp_path / "run.txt")
+    assert "must end in .rrd" in line
+    assert "--html or --rrd" in cardsflow.refused("view", falling[0], "--json")
