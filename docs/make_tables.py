@@ -19,6 +19,13 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from addin_sdfusion.robot import limits  # noqa: E402
+from addin_sdfusion.robot.formats import features  # noqa: E402
+from addin_sdfusion.robot.formats.capability import Capabilities, Feature  # noqa: E402
+from addin_sdfusion.robot.formats.caspr.capabilities import CASPR  # noqa: E402
+from addin_sdfusion.robot.formats.mjcf.capabilities import MJCF, mesh_rows  # noqa: E402
+from addin_sdfusion.robot.formats.opensim.capabilities import OPENSIM  # noqa: E402
+from addin_sdfusion.robot.formats.sdf.capabilities import SDF  # noqa: E402
+from addin_sdfusion.robot.formats.urdf.capabilities import URDF  # noqa: E402
 from addin_sdfusion.robot.model.laws import TENSION_LAWS  # noqa: E402
 from addin_sdfusion.robot.model.laws.law import Parameter, TensionLaw  # noqa: E402
 from addin_sdfusion.robot.model.tension_laws import PRESETS  # noqa: E402
@@ -414,6 +421,35 @@ def security_page() -> str:
     return re.sub(f"{begin}.*{end}", made, text, flags=re.DOTALL)
 
 
+FORMATS = (SDF, URDF, CASPR, Capabilities(MJCF.title, (*MJCF.rows, *mesh_rows({}))), OPENSIM)
+
+
+def robots_page() -> str:
+    """The page with its table of what formats do with the features of robots."""
+    rows = [
+        (feature.name, *(_fates(capabilities, feature) for capabilities in FORMATS))
+        for feature in features.CATALOGUE
+    ]
+    heads = ["feature", *(capabilities.title for capabilities in FORMATS)]
+    text = (ROOT / "docs/robots.md").read_text(encoding="utf-8")
+    begin, end = "<!-- features -->", "<!-- end of features -->"
+    made = f"{begin}\n{table(heads, rows)}\n{end}"
+    return re.sub(f"{begin}.*{end}", lambda _: made, text, flags=re.DOTALL)
+
+
+def _fates(capabilities: Capabilities, feature: Feature) -> str:
+    """What becomes of a feature, with the cases of which it does."""
+    cases: dict[str, list[str]] = {}
+    for row in capabilities.rows:
+        if feature.name in [known.name for known in row.features]:
+            cases.setdefault(row.fate, []).append(row.only)
+    words = []
+    for fate, only in cases.items():
+        some = "; ".join(dict.fromkeys(filter(None, only))) if all(only) else ""
+        words.append(f"{fate} ({some})" if some else fate)
+    return ", ".join(words)
+
+
 PAGES = {
     "commands.md": commands_page,
     "ports.md": ports_page,
@@ -421,6 +457,7 @@ PAGES = {
     "experiments.md": lambda: settings_page("experiments.md", schema("experiment")),
     "studies.md": lambda: settings_page("studies.md", schema("study")),
     "security.md": security_page,
+    "robots.md": robots_page,
     "snapshot.md": lambda: settings_page("snapshot.md", schema("snapshot")),
 }
 

@@ -86,7 +86,7 @@ SDF = Capabilities(
         kept(features.GRAVITIES, features.MESHES, features.MESH_NAMES, features.COLLISIONS),
         kept(features.LINK_ENDS, features.INITIAL_VALUES, features.LIMITS, features.DAMPING),
         kept(features.SPRINGS, features.FRICTION, features.MOTORS, features.MOTOR_BOUNDS),
-        kept(features.BOUNDS_WITHOUT_MOTOR),
+        kept(features.BOUNDS_WITHOUT_MOTOR, features.WRAPS),
         kept(features.MUSCLES, features.TENSION_LAWS, features.IDEAL_PARAMETERS, features.PULLEYS),
         kept(features.CABLE_FRICTION, features.CONDITIONS, features.MOVING_POINTS),
         kept(features.BRANCHES, features.TERMS, features.WRAP_SURFACES, features.ELLIPSOIDS),
