@@ -32,7 +32,7 @@ MODELS = [
     ("hill_arm", "plant"),
     ("hill_arm", "controller"),
 ]
-LARGEST, LARGEST_UNPACKED = 350_000, 500_000
+LARGEST, LARGEST_UNPACKED = 350_000, 520_000
 """Bytes of a library in an FMU, and beside it."""
 
 
