@@ -52,6 +52,7 @@ def resident(process: int) -> float:
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").is_file(), reason="memory is read from /proc")
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # in what rclpy imports
 def test_memory_does_not_grow() -> None:
     pytest.importorskip("rclpy")
     experiment = Experiment.load(PLANAR_2R)

@@ -60,6 +60,7 @@ def block(link: HardwareLink) -> np.ndarray:
     return times[np.isfinite(times)]
 
 
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")  # in what rclpy imports
 def test_round_trip() -> None:
     """The quietest block is what the code takes, the rest is the machine."""
     pytest.importorskip("rclpy")

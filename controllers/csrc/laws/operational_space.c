@@ -224,7 +224,10 @@ static int solve_priority(computed_torque *s)
         }
         if (status == DUAL_NEWTON_NOT_CONVERGED) otherwise = COMPUTED_TORQUE_NOT_CONVERGED;
     }
-    return COMPUTED_TORQUE_FAILED;
+    /* Forces that fulfil the motion equation are given, though the least error is not proven. */
+    s->limited = 0;
+    return fits(s->built, s->built->x, ACCEPTED) ? take(s, s->built->x, COMPUTED_TORQUE_NOT_CONVERGED)
+                                                 : COMPUTED_TORQUE_FAILED;
 }
 
 int operational_space_build(computed_torque *s)

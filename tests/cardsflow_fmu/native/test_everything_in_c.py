@@ -25,8 +25,6 @@ from cardsflow_fmu.simulation.build import build
 SEEDS = range(10)
 SEEDS_OF_LOOPS = (0, 1, 2, 3, 5, 6, 7, 8, 10, 11)
 """Without robots that loops leave no coordinate to move."""
-UNSOLVED = ("closed loops and tasks", (8, 10))
-"""Tasks far from what the forces allow: the QP does not converge in the second tick."""
 TORQUES = {"controller.kp": 20.0, "controller.kd": 0.5}
 HILL = {
     "kind": "hill_millard2012",
@@ -106,15 +104,7 @@ def check_run(plan: str, seed: int, folder: Path) -> None:
 @pytest.mark.parametrize("plan", few(PLANS, 4))
 def test_it_runs_in_c(plan: str, tmp_path: Path) -> None:
     for seed in SEEDS_OF_LOOPS if "closed loops" in plan else SEEDS:
-        if seed not in UNSOLVED[1] or plan != UNSOLVED[0]:
-            check_run(plan, seed, tmp_path / str(seed))
-
-
-@pytest.mark.xfail(strict=True, reason="the QP does not converge; the run ends and says so")
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", UNSOLVED[1])
-def test_tasks_out_of_reach_with_loops(seed: int, tmp_path: Path) -> None:
-    check_run(UNSOLVED[0], seed, tmp_path)
+        check_run(plan, seed, tmp_path / str(seed))
 
 
 @pytest.mark.slow
