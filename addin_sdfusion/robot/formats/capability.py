@@ -48,7 +48,7 @@ class Feature:
     Attributes:
         name: What messages and documents call it, in the plural.
         find: The places where a robot has it.
-        code: Of the finding that a format leaves it out, unless the format has one of its own.
+        code: Code of the finding that the format leaves it out; a row can override it.
         message: Of that finding.
     """
 
@@ -65,7 +65,7 @@ class Row:
     Attributes:
         features: Several are reported together, in one finding about the robot.
         fate: What becomes of them.
-        code: Of the finding; empty where there is none.
+        code: Code of the finding; empty if the row makes no finding.
         message: Of the finding.
         find: The places that this is about.
         only: Which of these features this is about, for documents; empty for all.
@@ -79,7 +79,7 @@ class Row:
     only: str = ""
 
     def findings(self, robot: Robot, format_: str) -> Iterator[Finding]:
-        """What is to be said of a robot, in a format that is called so."""
+        """Return the findings for a robot; `format_` is the name that messages use."""
         build = error if self.fate == "refused" else warning
         words = {"format": format_, "what": self.features[0].name}
         for place in self.find(robot) if self.code else ():
