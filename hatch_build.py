@@ -1,6 +1,6 @@
 """Compiles the C libraries when the package is built; also a script for the sanitized build.
 
-Before that it makes headers of the table of tension laws, in sim_dart/generated.
+Before that it makes headers of the tables of tension laws and control laws, in folders `generated`.
 
 The system's C compiler is used where there is one (`CC`, cc, gcc, clang), else, or with
 `CC=ziglang`, the one in the `ziglang` package, which is then asked for as a build requirement.
@@ -57,6 +57,7 @@ def _read(path: str) -> ModuleType:
 
 _SOURCES = _read("cardsflow_fmu/runtime/sources.py")  # what the libraries are made of
 _HEADERS = _read("sim_dart/muscles/law_headers.py")
+_JOINT_LAWS = _read("controllers/laws/joint_laws.py")
 LIBRARIES = _SOURCES.LIBRARIES
 FLAGS = [*_SOURCES.FLAGS, *_SOURCES.WARNINGS]
 SANITIZE = ["-O0", "-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
@@ -64,13 +65,22 @@ SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
 def write_headers() -> list[Path]:
-    """Write what C has to know of the table of tension laws into the source tree."""
+    """Write what C has to know of the tables of laws into the source tree.
+
+    Those that are there already stay as they are.
+    """
     table = _read(f"{_HEADERS.TABLE}/__init__.py")
     try:
-        names = _HEADERS.write_headers(table.TENSION_LAWS, table.LAW_NAMES, ROOT)
-        return [ROOT / name for name in names]
-    except _HEADERS.LawTableError as error:
+        texts = _HEADERS.headers(table.TENSION_LAWS, table.LAW_NAMES, ROOT)
+        texts[_JOINT_LAWS.C_LIST] = _JOINT_LAWS.c_list(ROOT)
+    except ValueError as error:
         sys.exit(str(error))
+    for name, text in texts.items():
+        path = ROOT / name
+        path.parent.mkdir(exist_ok=True)
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+    return [ROOT / name for name in texts]
 
 
 def system_compiler() -> list[str] | None:

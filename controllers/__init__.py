@@ -45,11 +45,13 @@ if TYPE_CHECKING:
     from .force_distribution.poses import DistributedForces
     from .laws.cable_length import CableLengthController
     from .laws.cable_velocity import CableVelocityController
-    from .laws.force_position import ForcePositionController
-    from .laws.lyapunov import LyapunovController
     from .laws.motors import SpringMotors
     from .laws.reactive_qp import ReactiveQPController
-    from .laws.torque_position import TorquePositionController
+    from .laws.torque_laws import (
+        ForcePositionController,
+        LyapunovController,
+        TorquePositionController,
+    )
     from .references.recorded import recorded_trajectory, waypoint_trajectory
 
 _MODULES = {
@@ -65,11 +67,9 @@ _MODULES = {
     "force_distribution.poses": "DistributedForces",
     "laws.cable_length": "CableLengthController",
     "laws.cable_velocity": "CableVelocityController",
-    "laws.force_position": "ForcePositionController",
-    "laws.lyapunov": "LyapunovController",
     "laws.motors": "SpringMotors",
     "laws.reactive_qp": "ReactiveQPController",
-    "laws.torque_position": "TorquePositionController",
+    "laws.torque_laws": "ForcePositionController LyapunovController TorquePositionController",
     "references.recorded": "recorded_trajectory waypoint_trajectory",
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names.split()}

@@ -35,6 +35,7 @@ from cardsflow_fmu.cli.main import _parser  # noqa: E402
 from cardsflow_fmu.cosim.signals.groups import all_ports  # noqa: E402
 from cardsflow_fmu.cosim.signals.hardware import hardware_groups  # noqa: E402
 from cardsflow_fmu.cosim.signals.port import Port, identifier  # noqa: E402
+from cardsflow_fmu.experiment.settings.controller_types import TYPES  # noqa: E402
 from cardsflow_fmu.models.controller import ControllerModel  # noqa: E402
 from cardsflow_fmu.models.estimator import EstimatorModel  # noqa: E402
 from cardsflow_fmu.models.plant import PlantModel  # noqa: E402
@@ -291,6 +292,20 @@ def _parameter(parameter: Parameter) -> tuple[str, ...]:
     )
 
 
+def control_laws() -> str:
+    """The types of controllers."""
+    rows = (
+        (
+            f"`{name}`",
+            "q" if law.space == "joint" else "y",
+            "N·m/rad" if law.torque_gains else "1/s²",
+            law.meaning,
+        )
+        for name, law in TYPES.items()
+    )
+    return table(["type", "follows", "unit of kp", "law"], rows)
+
+
 def settings_page(name: str, schema: Mapping[str, Any]) -> str:
     """A page with its tables of settings, each behind a comment that says which.
 
@@ -306,6 +321,8 @@ def settings_page(name: str, schema: Mapping[str, Any]) -> str:
         return f"{found['begin']}\n{_settings(form)}\n{found['end']}"
 
     text = (ROOT / "docs" / name).read_text(encoding="utf-8")
+    laws = r"(?<=<!-- control laws -->\n).*?(?=<!-- end of control laws -->)"
+    text = re.sub(laws, lambda _: control_laws() + "\n", text, flags=re.DOTALL)
     pattern = r"(?P<begin><!-- settings: (?P<path>\S+) -->)\n.*?(?P<end><!-- end of settings -->)"
     return re.sub(pattern, made, text, flags=re.DOTALL)
 

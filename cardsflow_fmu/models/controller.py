@@ -14,12 +14,12 @@ from cardsflow_fmu.cosim.signals.ports import controller_groups
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.controller import ControllerSettings
 from cardsflow_fmu.utils.arrays import FloatArray
+from controllers.qp.law_in_c import number_of
 from sim_dart import compile_blob
 from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.plant.settings import python_laws
 
 from .c_model import CModel
-from .native.binding import native_library
 from .native.fields import Counts, Fields, encode, field_names
 from .native.opened_model import OpenedModel
 from .plant import motors
@@ -182,9 +182,7 @@ def _law(controller: ControllerSettings) -> int:
     """The number of a law in joint space; 0 in operational space and for custom laws."""
     if controller.tasks is not None or controller.own_law is not None:
         return 0
-    number: int = native_library().native_model_law(str(controller.type).encode())
-    assert number >= 0, controller.type
-    return number
+    return number_of(str(controller.type))
 
 
 def late_periods(robot: Robot) -> int:

@@ -16,7 +16,7 @@ from controllers.dynamics import actuator_names
 
 Law = JointSpaceController | OperationalSpaceController
 
-_BASES: dict[Space, type[Law]] = {
+CLASSES: dict[Space, type[Law]] = {
     "joint": JointSpaceController,
     "operational": OperationalSpaceController,
 }
@@ -36,9 +36,9 @@ def own_law(own: OwnLaw, space: Space) -> Callable[..., Law]:
         InputError: The file cannot be run, or the class is none of a controller.
     """
     try:
-        found = own_class(own.file, own.name, _BASES[space])
+        found = own_class(own.file, own.name, CLASSES[space])
     except NoSubclassError as error:
-        other = next((s for s, base in _BASES.items() if issubclass(error.found, base)), None)
+        other = next((s for s, base in CLASSES.items() if issubclass(error.found, base)), None)
         if other is None:
             raise
         what = f'it follows a reference in {other} space: say controller.space = "{other}"'

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-import controllers
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers import OperationalSpaceSolution, Posture
@@ -17,7 +16,7 @@ from sim_dart import CoreDynamics, DartDynamics, control_dynamics
 from sim_dart.muscles.own_laws import OwnLaws
 
 from .native.opened_model import OpenedModel
-from .own_law import Law, own_law
+from .own_law import CLASSES, Law, own_law
 
 _STATUSES = ("solved", "soft", "not converged", "failed")  # of computed_torque.h
 
@@ -211,10 +210,11 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
     """The law that an experiment asks for, as a controller of the package `controllers`."""
     settings = experiment.controller
     own, tasks = settings.own_law, settings.tasks
-    law = getattr(controllers, settings.law.law) if own is None else own_law(own, settings.space)
-    made: Law
+    law: Callable[..., Law] = (
+        CLASSES[settings.space] if own is None else own_law(own, settings.space)
+    )
     if tasks is None:
-        made = law(
+        return law(
             dynamics,
             settings.kp,
             settings.kd,
@@ -223,10 +223,10 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
             **({"norm": settings.norm} if settings.norm != 2.0 else {}),
             **({"pretension": settings.pretensions} if any(settings.pretension) else {}),
             **({"passive": settings.unfollowing} if any(settings.unfollowing) else {}),
+            **({"law": settings.type} if own is None else {}),
         )
-        return made
     posture = tasks.posture
-    made = law(
+    return law(
         dynamics,
         settings.kp,
         settings.kd,
@@ -240,4 +240,3 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
         limit_bandwidth=tasks.limit_bandwidth,
         solver=settings.solver,
     )
-    return made

@@ -27,6 +27,8 @@ TANGENT = "sim_dart/csrc/tangent"
 """Derivatives, which FMUs and estimators may need, and microcontrollers cannot have."""
 GENERATED = "sim_dart/generated"
 """Headers that hatch_build.py makes of the table of tension laws."""
+CONTROL_GENERATED = "controllers/generated"
+"""The list of control laws in joint space, likewise."""
 PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
 
 
@@ -77,7 +79,7 @@ def _found(
 
 _LIB = "cardsflow_fmu/runtime/lib"
 CORE = Library(("sim_dart/csrc", GENERATED), "sim_dart/lib/cardsflow_core", (FREESTANDING,))
-CONTROL = Library(("controllers/csrc",), "controllers/lib/cardsflow_control", ())
+CONTROL = Library(("controllers/csrc", CONTROL_GENERATED), "controllers/lib/cardsflow_control", ())
 _ALL = (RUNTIME, *CORE.folders, *CONTROL.folders)
 _INSIDE = ("-DCARDSFLOW_INSIDE",)
 _NATIVE = f"{RUNTIME}/native/backend_native.c"

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from addin_sdfusion.robot import UnknownNameError
 from controllers.arrays import FloatArray
 from controllers.dynamics import Dynamics, actuator_names, bias_torque
 from controllers.force_distribution.bounded import ForceDistribution
@@ -30,6 +31,8 @@ from controllers.qp import law_in_c
 from controllers.qp import solver as qp
 from controllers.validation import check_sizes, named_vector
 
+from .joint_laws import JOINT_LAWS
+
 if TYPE_CHECKING:
     import qpsolvers
 
@@ -37,8 +40,8 @@ if TYPE_CHECKING:
 class JointSpaceController:
     """Computed-torque control of joint positions through muscle forces.
 
-    A class derived from this may have a `required_torque` of its own, a formula in Python: its
-    torque is distributed in C.
+    Other native laws are a formula for the torque in the place of eq. (3)'s left side; so is the
+    `required_torque` of a derived class, a formula in Python. Their torque is distributed likewise.
 
     Args:
         dynamics: The robot as the controller knows it.
@@ -49,10 +52,12 @@ class JointSpaceController:
         pretension: f_p, a number or shape (a,), in [N] and [N·m].
         solver: Name of a qpsolvers back end.
         passive: Which coordinates follow nothing, shape (n,); none when None.
+        law: The name of a law of `JOINT_LAWS`, which says the units of its gains; that of the class
+            when None.
 
     Raises:
         InputError: A gain, bound or weight is wrong.
-        UnknownNameError: The back end is not installed.
+        UnknownNameError: There is no such law, or the back end is not installed.
 
     Attributes:
         kp, kd: The gains, shape (n,).
@@ -60,7 +65,7 @@ class JointSpaceController:
     """
 
     law = "joint_space"
-    """Its name in csrc/laws/joint/joint_laws.h."""
+    """Its name in `JOINT_LAWS`."""
 
     def __init__(
         self,
@@ -73,8 +78,13 @@ class JointSpaceController:
         pretension: ArrayLike = 0.0,
         solver: str = qp.DEFAULT_SOLVER,
         passive: ArrayLike | None = None,
+        law: str | None = None,
     ) -> None:
         self.dynamics = dynamics
+        self.law = self.law if law is None else law
+        laws = [known.name for known in JOINT_LAWS]
+        if self.law not in laws:
+            raise UnknownNameError("control law", self.law, laws)
         names = dynamics.coordinate_names
         chosen = np.zeros(len(names)) if passive is None else np.asarray(passive)
         check_sizes(names, passive=chosen)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from addin_sdfusion.robot import CardsflowError
 from controllers.arrays import FloatArray
 
 from . import dual_newton
@@ -49,9 +50,16 @@ def view(address: int, length: int) -> FloatArray:
 
 
 def number_of(law: str) -> int:
-    """The number of a law in joint space by its name in joint_laws.h, for the array `law`."""
+    """The number of a law in joint space by its name in `JOINT_LAWS`, for the array `law`.
+
+    Raises:
+        CardsflowError: The library was compiled of another table.
+    """
     number: int = library().computed_torque_law(law.encode())
-    assert number >= 0, law
+    if number < 0:
+        raise CardsflowError(
+            f"the C library has no control law {law!r}; reinstall cardsflow to compile it"
+        )
     return number
 
 

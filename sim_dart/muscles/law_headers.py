@@ -33,12 +33,12 @@ _OPERATORS: dict[type[ast.AST], str] = {
 _FUNCTIONS = {"min": "smaller", "max": "larger", "sqrt": "sqrt"}
 
 
-class LawTableError(Exception):
+class LawTableError(ValueError):
     """The table of laws and the C files do not fit together."""
 
 
-def write_headers(laws: Mapping[str, TensionLaw], names: str, root: Path) -> list[str]:
-    """Write the headers; those that are there already stay as they are.
+def headers(laws: Mapping[str, TensionLaw], names: str, root: Path) -> dict[str, str]:
+    """The headers.
 
     Args:
         laws: The table.
@@ -46,7 +46,7 @@ def write_headers(laws: Mapping[str, TensionLaw], names: str, root: Path) -> lis
         root: The source tree.
 
     Returns:
-        Their paths below the root.
+        Their texts, by their paths below the root.
 
     Raises:
         LawTableError: A law has no C file, a C file no law, or a formula is none.
@@ -57,12 +57,7 @@ def write_headers(laws: Mapping[str, TensionLaw], names: str, root: Path) -> lis
         "law_table.h": _table_header(laws.values()),
         "law_sources.h": _MADE + "".join(f'#include "../csrc/{name}"\n' for name in files),
     }
-    for name, text in texts.items():
-        path = root / GENERATED / name
-        path.parent.mkdir(exist_ok=True)
-        if not path.is_file() or path.read_text(encoding="utf-8") != text:
-            path.write_text(text, encoding="utf-8")
-    return [f"{GENERATED}/{name}" for name in texts]
+    return {f"{GENERATED}/{name}": text for name, text in texts.items()}
 
 
 def _law_files(laws: Mapping[str, TensionLaw], root: Path) -> list[str]:

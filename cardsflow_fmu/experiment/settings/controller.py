@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -35,7 +35,14 @@ from controllers.laws.operational_space import LIMIT_BANDWIDTH
 from controllers.qp.solver import DEFAULT_SOLVER, require_solver
 from controllers.validation import LARGEST_NORM, LARGEST_PRETENSION
 
-from .controller_types import TYPES, ControlType, LawName, control_type, require_law
+from .controller_types import (
+    JOINT_ACCELERATION,
+    OPERATIONAL,
+    TYPES,
+    ControlType,
+    control_type,
+    require_law,
+)
 from .own_law import OwnLaw
 from .plant import Engine, StartSettings
 from .reference import ReferenceSettings
@@ -114,7 +121,7 @@ _OWN = {"type": "string", "pattern": r"\.py:\w+$"}
 Law = Annotated[
     str,
     AfterValidator(_law),
-    WithJsonSchema({"anyOf": [{"enum": list(get_args(LawName))}, _OWN]}),
+    WithJsonSchema({"anyOf": [{"enum": list(TYPES)}, _OWN]}),
 ]
 
 
@@ -185,13 +192,13 @@ class ControllerSettings(Table):
         unsaid = self.own_law is not None and self.own_space is None
         if self.type is not None and self.space == "joint" and not unsaid:
             self.require_only(key for key in type(self).model_fields if key not in _OF_TASKS)
-        if any(self.passive) and self.type is not None and self.type not in _FREEING:
-            what = f"is for controllers of type {' and '.join(map(repr, _FREEING))}"
+        if any(self.passive) and self.type is not None and self.type not in JOINT_ACCELERATION:
+            what = f"is for controllers of type {' and '.join(map(repr, JOINT_ACCELERATION))}"
             raise SettingError(f"{what}, not {self.type!r}", key="passive")
         if self.norm != 2.0 and self.type is not None and self.space == "operational":
             what = f"is for controllers that follow q; {self.type!r} weighs squares of forces"
             raise SettingError(what, key="norm")
-        closing = (*_FREEING, *_ON_TASKS)
+        closing = (*JOINT_ACCELERATION, *OPERATIONAL)
         if any(self.dependent) and self.type is not None and self.type not in closing:
             what = f"the robot has closed loops, which only {', '.join(map(repr, closing))} know"
             raise SettingError(f"{what}, not {self.type!r}", key="type")
@@ -251,9 +258,6 @@ class ControllerSettings(Table):
         return nothing | super().data(leave_out) | {"task_weights": exact}
 
 
-_FREEING = ("joint_space", "force_position")
-"""Laws that command accelerations of joints, and may leave some to themselves."""
-_ON_TASKS = ("operational_space", "reactive_qp")
 _OF_TASKS = (
     *("posture", "task_weights", "priorities", "acceleration_weights", "force_rate_weights"),
     "limit_bandwidth",

@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
 
 from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
+from controllers.laws.joint_laws import JOINT_LAWS
 from controllers.laws.operational_space import FORCE_WEIGHT
 from controllers.laws.reactive_qp import TASK_WEIGHT
 
 from .own_law import OWN_LAW_FORM, OwnLaw
-
-LawName = Literal[
-    "joint_space",
-    "force_position",
-    "torque_position",
-    "lyapunov",
-    "operational_space",
-    "reactive_qp",
-]
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +18,7 @@ class ControlType:
     """A type of controller.
 
     Attributes:
-        law: Its class in `controllers`.
+        meaning: What it is, in Markdown; empty for one's own.
         space: What it follows: joint positions, or task coordinates.
         torque_gains: Whether its gains make torques of errors, instead of accelerations.
         unread: What of the reference the law does not read, by the first part of its names.
@@ -35,7 +26,7 @@ class ControlType:
         task_weight: Default of the weights of tasks; None if they are to be met exactly.
     """
 
-    law: str
+    meaning: str
     space: Space
     torque_gains: bool = False
     unread: tuple[str, ...] = ()
@@ -43,23 +34,29 @@ class ControlType:
     task_weight: float | None = None
 
 
-TYPES: dict[LawName, ControlType] = {
-    "joint_space": ControlType("JointSpaceController", "joint"),
-    "force_position": ControlType("ForcePositionController", "joint", unread=("qdd_d",)),
-    "torque_position": ControlType(
-        "TorquePositionController", "joint", torque_gains=True, unread=("qd_d", "qdd_d")
-    ),
-    "lyapunov": ControlType("LyapunovController", "joint", torque_gains=True, unread=("qdd_d",)),
+TYPES = {
+    law.name: ControlType(law.meaning, "joint", torque_gains=law.torque_gains, unread=law.unread)
+    for law in JOINT_LAWS
+} | {
     "operational_space": ControlType(
-        "OperationalSpaceController", "operational", force_weight=FORCE_WEIGHT
+        "computed torque, [eq. (4)](equations.md#operational-space-eq-4), with posture, joint "
+        "limits, weights, priorities",
+        "operational",
+        force_weight=FORCE_WEIGHT,
     ),
     "reactive_qp": ControlType(
-        "ReactiveQPController",
+        "eq. (4) with the tasks as cost: always solvable",
         "operational",
         force_weight=FORCE_WEIGHT,
         task_weight=TASK_WEIGHT,
     ),
 }
+"""The package's own, by name."""
+JOINT_ACCELERATION = tuple(
+    name for name, known in TYPES.items() if known.space == "joint" and not known.torque_gains
+)
+"""Those that command accelerations of joints, and may leave some joints to themselves."""
+OPERATIONAL = tuple(name for name, known in TYPES.items() if known.space == "operational")
 
 
 def require_law(law: str) -> None:
@@ -69,7 +66,7 @@ def require_law(law: str) -> None:
         UnknownNameError: It is none.
     """
     if law not in TYPES and OwnLaw.of(law) is None:
-        raise UnknownNameError("controller type", law, [*get_args(LawName), OWN_LAW_FORM])
+        raise UnknownNameError("controller type", law, [*TYPES, OWN_LAW_FORM])
 
 
 def control_type(law: str, space: Space | None = None) -> ControlType:
@@ -79,4 +76,4 @@ def control_type(law: str, space: Space | None = None) -> ControlType:
         law: The name of one of ours, or one's own.
         space: What one's own follows.
     """
-    return TYPES.get(law) or ControlType(law, space or "joint")  # type: ignore[call-overload]
+    return TYPES.get(law) or ControlType("", space or "joint")

@@ -23,7 +23,6 @@ def native_library() -> ctypes.CDLL:
     functions: dict[str, tuple[list[Any], Any]] = {
         "native_model_layout": ([count], text),
         "native_model_layout_hash": ([count], ctypes.c_uint32),
-        "native_model_law": ([text], count),
         "native_model_open": ([text, size, text, size, pointer, text, size], pointer),
         "native_model_close": ([pointer], None),
         "native_model_initialize": ([pointer, double], count),

@@ -1,5 +1,5 @@
 /* Control laws through muscle forces: computed torque in joint space, eq. (3) of the CARDSFlow paper, the laws
-   of joint_laws.h, and computed torque in operational space, eq. (4). What the robot is at a state, M, C + G, L,
+   of joint/, and computed torque in operational space, eq. (4). What the robot is at a state, M, C + G, L,
    J, J' qd, is written by the caller; these laws know no robot.
 
    A law is a quadratic program. computed_torque_solve builds it, solves it, and finishes; the three are
@@ -33,7 +33,7 @@ enum computed_torque_status {
 /* In the array `law`: the torque is not computed, but is what the array `tau` holds. */
 #define COMPUTED_TORQUE_GIVEN (-1)
 
-/* The number of a law in joint space by its name in joint_laws.h, for the array `law`; -1 if there is none. */
+/* The number of a law in joint space by its name, as in joint/, for the array `law`; -1 if there is none. */
 DUAL_NEWTON_API int computed_torque_law(const char *name);
 
 /* Whether the law that the array `law` chooses needs G. */
@@ -53,12 +53,12 @@ DUAL_NEWTON_API computed_torque *computed_torque_open(int coordinates, int muscl
    the reference: n in joint space, k in operational space.
    To be written at every call:
      M, h, L               mass matrix n x n; C + G + D qd, n; muscle Jacobian, m x n
-     G                     gravity, n; for laws that need it by joint_laws.h
+     G                     gravity, n; for laws that need it: see computed_torque_needs_gravity
      load                  known generalised load on the left of the motion equation, n
      error, rate_error     of the reference, r: its position less the robot's, likewise its velocity
      acceleration          of the reference, r
      correction            added to the commanded acceleration, or torque, r
-     q, qd                 n; qd in joint space for laws that need it by joint_laws.h
+     q, qd                 n; qd in joint space for torque_position
      J, bias               task Jacobian k x n; J' qd, k; in operational space
      tau                   n; where the law is COMPUTED_TORQUE_GIVEN. Of other laws: their torque
    To be written before:

@@ -10,7 +10,7 @@
 #include "distribution.h"
 
 #include "../../../sim_dart/csrc/math/cholesky.h"
-#include "joint/law_choice.h"
+#include "law_choice.h"
 #include "norm.h"
 #include "program.h"
 

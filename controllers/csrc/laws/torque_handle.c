@@ -1,6 +1,6 @@
 /* The handle of the laws: its memory, its arrays, and which law is solved. */
 #include "distribution.h"
-#include "joint/law_choice.h"
+#include "law_choice.h"
 #include "operational_space.h"
 #include "torque_state.h"
 

@@ -23,7 +23,7 @@ typedef struct {
        dependent ones, n; and whether each is dependent, n. */
     void (*complete)(void *self, const real *q, const real *qd, real *qdd);
     const real *dependent;
-    /* For laws that need it by joint_laws.h, asked after terms: G, n; NULL for others. */
+    /* For laws that need it, asked after terms: G, n; NULL for others. */
     void (*gravity)(void *self, const real *q, real *G);
 } control_robot;
 

@@ -22,7 +22,6 @@ from cardsflow_fmu.experiment.config.table import Context
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.reader import experiment_settings
 from cardsflow_fmu.experiment.settings import plant, world
-from cardsflow_fmu.experiment.settings.controller_types import TYPES, LawName
 from cardsflow_fmu.experiment.settings.world import SIZES
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.studies.definition.reader import read_study
@@ -294,7 +293,6 @@ def test_names_in_settings_are_those_that_are_known() -> None:
     assert list(SIZES) == list(scene._SHAPES) == list(get_args(world.ShapeName))
     assert get_args(FrictionLaw) == get_args(world.FrictionLaw)
     assert get_args(LinkGeometry) == get_args(world.LinkGeometry)
-    assert get_args(LawName) == tuple(TYPES)
     assert MOST_SUBSTEPS == plant.MOST_SUBSTEPS
 
 

@@ -10,17 +10,15 @@ from addin_sdfusion.robot import CardsflowError
 from addin_sdfusion.robot.model.laws import LAW_NAMES, TENSION_LAWS
 from addin_sdfusion.robot.model.laws.law import Rule, TensionLaw, positive
 from sim_dart.core import library
-from sim_dart.muscles.law_headers import CSRC, LawTableError, write_headers
+from sim_dart.muscles.law_headers import CSRC, LawTableError, headers
 
 
 def _write(folder: Path, law: TensionLaw, c_file: str) -> str:
     """The list of laws for a source tree with one law."""
     laws = folder / CSRC / "laws"
     laws.mkdir(parents=True)
-    (folder / "sim_dart/generated").mkdir()
     (laws / "one.c").write_text(c_file)
-    names = write_headers({law.kind: law}, "law one k\n", folder)
-    return "\n".join((folder / name).read_text() for name in names)
+    return "\n".join(headers({law.kind: law}, "law one k\n", folder).values())
 
 
 def _law(**more: object) -> TensionLaw:

@@ -16,11 +16,6 @@ uint32_t native_model_layout_hash(int32_t kind)
     return native_layout_hash((enum native_kind)kind);
 }
 
-int32_t native_model_law(const char *name)
-{
-    return computed_torque_law(name);
-}
-
 static void say(char *message, size_t capacity, const char *text)
 {
     if (!capacity)

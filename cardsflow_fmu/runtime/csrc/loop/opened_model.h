@@ -28,9 +28,6 @@ struct opened_model {
 NATIVE_API const char *native_model_layout(int32_t kind);
 NATIVE_API uint32_t native_model_layout_hash(int32_t kind);
 
-/* The number of a law of a controller in joint space by its name, as in joint_laws.h; -1 if there is none. */
-NATIVE_API int32_t native_model_law(const char *name);
-
 /* Opens a model from the contents of its native.bin and its ports.bin, which are copied. Its variables are in
  * `values`, which must outlive it and hold the start values now. NULL with a message. */
 NATIVE_API struct opened_model *native_model_open(const void *file, size_t size, const void *ports,

@@ -1,7 +1,7 @@
 /* Choice among the laws in joint space. */
 #include "law_choice.h"
 
-#include "joint_laws.h"
+#include "joint/joint_laws.h"
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
 #ifndef CARDSFLOW_LAW_CHOICE_H
 #define CARDSFLOW_LAW_CHOICE_H
 
-#include "../torque_state.h"
+#include "torque_state.h"
 
 /* tau of the law, in s->tau; unchanged where it is given. */
 void joint_law_torque(computed_torque *s);
