@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import trimesh
+from support.experiments import resource_bytes, write_resources
 from support.robots.one_link import one_link
 from support.robots.robots import EXAMPLES
 
@@ -297,8 +298,7 @@ def test_no_warning_that_is_kept_tells_where_a_key_is(home: Path) -> None:
     (warning,) = experiment.warnings()
     assert "hardware.key_file: others can read this key" in warning
     assert str(home) not in warning
-    for name, content in experiment_resources(experiment, with_hardware=True).items():
-        data = content if isinstance(content, bytes) else content.read_bytes()
+    for name, data in resource_bytes(experiment, with_hardware=True).items():
         assert b"device.key" not in data, name
         assert b"k" * 32 not in data, name
 
@@ -338,10 +338,7 @@ def test_a_mesh_that_a_mass_comes_from_is_among_the_robots_files(
 ) -> None:
     experiment = Experiment.load(mjcf)
     assert experiment.robot.link("forearm").inertia.mass > 1.0
-    for place, content in experiment_resources(experiment).items():
-        target = tmp_path / "fmu" / place
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
+    write_resources(experiment, tmp_path / "fmu")
     shutil.rmtree(mjcf)
     assert Experiment.from_resources(tmp_path / "fmu").robot == experiment.robot
 
@@ -358,11 +355,7 @@ def test_experiments_name_no_file_by_a_path_of_this_machine_alone(mjcf: Path, na
 
 @pytest.mark.parametrize("name", ["parts.xml", "bone.stl"])
 def test_robots_in_archives_name_no_file_outside(mjcf: Path, tmp_path: Path, name: str) -> None:
-    archive = tmp_path / "archive/fmu"
-    for place, content in experiment_resources(Experiment.load(mjcf)).items():
-        (archive / place).parent.mkdir(parents=True, exist_ok=True)
-        data = content if isinstance(content, bytes) else content.read_bytes()
-        (archive / place).write_bytes(data)
+    archive = write_resources(Experiment.load(mjcf), tmp_path / "archive/fmu")
     (archive / "robot" / name).rename(tmp_path / name)
     main = archive / "robot/arm.xml"
     main.write_text(main.read_text().replace(f'"{name}"', f'"../../../{name}"'))

@@ -6,21 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.experiments import copied_arm, write_resources
 from support.robots.robots import PLANAR_2R, planar_2r
 from support.ways import WAYS
 
 from addin_sdfusion.robot import InputError, write_sdf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.config.file import read_settings
-from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.simulation.run import simulate
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """A copy of the example without its results."""
-    shutil.copytree(PLANAR_2R, tmp_path / "arm", ignore=shutil.ignore_patterns("results"))
-    return tmp_path / "arm"
+    return copied_arm(tmp_path)
 
 
 def edit(folder: Path, old: str, new: str) -> None:
@@ -54,11 +53,7 @@ def test_what_travels_in_an_fmu_reads_back_as_the_same_experiment(
     edit(folder, "[plant]", "[muscles.cable_2]\nf_min = 12.5\n\n[plant]")
     settings = {"start.q": {"joint_2": 0.1}, "controller.kp": {"joint_1": 1.0, "joint_2": 2.0}}
     experiment = Experiment.load(folder, settings)
-    resources = tmp_path / "elsewhere"
-    for name, content in experiment_resources(experiment).items():
-        target = resources / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
+    resources = write_resources(experiment, tmp_path / "elsewhere")
     shutil.rmtree(folder)
     again = Experiment.from_resources(resources)
     assert again.robot == experiment.robot
@@ -84,82 +79,14 @@ def test_points_of_a_reference_may_stand_in_the_experiment(folder: Path) -> None
     assert experiment.start.q == (0.1, 0.2)
 
 
-def before_plant(tables: str, message: str) -> tuple[str, str, str]:
-    """Further tables in the file, and what is said of them."""
-    return "[plant]", f"{tables}\n[plant]", message
-
-
-BAD = [
-    ("kp = 2000.0", "kpp = 2000.0", "controller.kpp: no key 'kpp'; did you mean 'kp'"),
-    ("[plant]", "[plant]\nstpe = 1", "plant.stpe: .*did you mean 'step'"),
-    ("[plant]", "[plnt]", "plnt: no key 'plnt'; did you mean 'plant'"),
-    before_plant(
-        "[muscles.cabel_1]\nf_min = 1",
-        "muscles.cabel_1: no muscle 'cabel_1'; did you mean 'cable_1'.*cable_4",
-    ),
-    before_plant(
-        "[start]\nq = { joint1 = 0.0 }",
-        "start.q.joint1: no coordinate 'joint1'; did you mean 'joint_1'",
-    ),
-    (
-        "kd = 90.0",
-        "kd = { joint_1 = 1.0, joint_3 = 1.0 }",
-        "controller.kd.joint_3: no coordinate 'joint_3'",
-    ),
-    before_plant("[start]\nq = { joint_1 = nan }", "start.q.joint_1: must be a finite number"),
-    before_plant("[start]\nq = { joint_1 = 4.0 }", "start.q.joint_1: 4.0 is outside the limits"),
-    ("kp = 2000.0", "kp = inf", "controller.kp: must be a finite number"),
-    ("kp = 2000.0", "kp = -1", "controller.kp: must be above 0"),
-    before_plant(
-        "[muscles.cable_3]\nf_min = 200.0", "muscles.cable_3: f_min 200.0 N is above f_max 100.0 N"
-    ),
-    before_plant("[muscles.cable_3]\nf_min = -1.0", "muscles.cable_3.f_min: must not be negative"),
-    ("period = 0.001", "period = 0.0015", "controller.period: 0.0015 s is not a whole"),
-    ("period = 0.001", "period = 0.0005", "controller.period: 0.0005 s is not a whole"),
-    (
-        "[plant]\nstep = 0.001 ",
-        "[plant]\nstep = 0.0003 ",
-        "run.step: 0.001 s is not a whole multiple of plant.step, 0.0003 s",
-    ),
-    ("duration = 8.0", "duration = 8.0005", "run.duration: 8.0005 s is not"),
-    ("[run]\nstep = 0.001", "[run]\nstep = 0", "run.step: must be above 0"),
-    ("duration = 8.0", "duration = 1e12", "run.duration: .* more than a run can hold"),
-    ("kd = 90.0", 'kd = "90"', "controller.kd: must be a number, not '90'"),
-    ("kd = 90.0", "kd = true", "controller.kd: must be a number, not True"),
-    ("kp = 2000.0", "kp = [1.0]", "controller.kp: must have 2 numbers"),
-    ('"joint_space" ', '"joint" ', "controller.type: .*did you mean 'joint_space'"),
-    ('"dual_newton"', '"dapq"', "controller.solver: .*did you mean 'daqp'"),
-    (
-        'cable_set = "basic"',
-        'cable_set = "basics"',
-        "robot.cable_set: no cable set 'basics'; did you mean 'basic'",
-    ),
-    (
-        "simple_joint_motion",
-        "simple_motion",
-        "reference.trajectory: no trajectory 'simple_motion'; did you mean 'simple_joint_motion'",
-    ),
-    ("planar_2r_bodies.xml", "none_bodies.xml", "none_bodies.xml: "),
-    ("[plant]", "[plant", "line"),
-    before_plant("[hardware]\nmax_missed = 1e308", "hardware.max_missed: .* less than 64 bits"),
-    before_plant("[hardware]\nmax_missed = inf", "hardware.max_missed: must be a finite number"),
-    before_plant(
-        '[wiring.controler]\n"q.joint_1" = "plant.q.joint_1"',
-        "wiring.controler: no key 'controler'; did you mean 'controller'",
-    ),
-]
-
-
-@pytest.mark.parametrize(("old", "new", "message"), BAD)
-def test_bad_input_is_one_line_with_file_and_key(
-    folder: Path, old: str, new: str, message: str
-) -> None:
-    edit(folder, old, new)
-    with pytest.raises(InputError, match=message) as caught:
+def test_a_wrong_key_of_the_file_is_one_line_with_file_and_key(folder: Path) -> None:
+    edit(folder, "kp = 2000.0", "kpp = 2000.0")
+    with pytest.raises(InputError) as caught:
         Experiment.load(folder)
     text = str(caught.value)
     assert "\n" not in text
-    assert str(folder) in text
+    place = f"{folder / 'experiment.toml'}: controller.kpp"
+    assert text.startswith(f"{place}: no key 'kpp'; did you mean 'kp'?")
 
 
 def test_whole_numbers_are_kept_exactly(folder: Path) -> None:
@@ -168,14 +95,7 @@ def test_whole_numbers_are_kept_exactly(folder: Path) -> None:
     assert Experiment.load(folder, {key: 3.0}).hardware.emulator.seed == 3
 
 
-def test_a_number_in_the_place_of_a_table_is_refused(folder: Path) -> None:
-    edit(folder, "[plant]\nstep", "# step")
-    edit(folder, "[robot]", "plant = 3\n[robot]")
-    with pytest.raises(InputError, match="plant: must be a table, not 3"):
-        Experiment.load(folder)
-
-
-@pytest.mark.parametrize("content", [b"\xff\xfe", b"a = [" + b"[" * 5000])
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"a = [" + b"[" * 5000, b"[plant"])
 def test_files_that_are_no_toml_are_refused(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "experiment.toml"
     file.write_bytes(content)

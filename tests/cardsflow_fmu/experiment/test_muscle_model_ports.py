@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 from fmpy import read_model_description
 from fmpy.validation import validate_fmu
+from support.experiments import write_resources
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import CardsflowError, InputError
 from cardsflow_fmu import Experiment, Result, build
 from cardsflow_fmu.cosim.signals.muscles import ENERGIES
-from cardsflow_fmu.experiment.writer import experiment_data, experiment_resources
+from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.models.controller import ControllerModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.results.analysis.sizing import size
 from cardsflow_fmu.simulation.run import simulate
 from sim_dart import DartDynamics, MuscleDrive
-from sim_dart.plant.settings import MOST_SUBSTEPS
 
 MCKIBBEN = {"kind": "mckibben", "turns": 3.0, "pressure_time_constant": 0.02}
 HILL = {
@@ -186,11 +186,7 @@ def test_an_experiment_with_models_travels_and_reads_back_as_the_same(tmp_path: 
         "controller.muscle_horizon": 0.004,
     }
     experiment = arm(MIXED, settings)
-    for name, content in experiment_resources(experiment).items():
-        file = tmp_path / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
-    again = Experiment.from_resources(tmp_path)
+    again = Experiment.from_resources(write_resources(experiment, tmp_path))
     assert again.robot == experiment.robot
     assert again.plant == experiment.plant
     assert again.controller == experiment.controller
@@ -220,45 +216,6 @@ def test_a_published_set_of_parameters_goes_by_its_name() -> None:
     assert dict(first.model.parameters)["gear_ratio"] == 128.0
     given = dict(second.model.parameters)
     assert (given["gear_ratio"], given["rest_length"], given["stiffness"]) == (53.0, 0.7, 1e4)
-
-
-BAD_MODELS: list[tuple[object, str]] = [
-    ("hil", ": no muscle model 'hil'"),
-    (3, ": must be a table"),
-    ("mckibben", ".thread_length: missing: mckibben needs thread_length in m"),
-    ({"kind": "mckibben", "turns": 2.0}, ".thread_length: missing"),
-    (
-        MCKIBBEN | {"thread_length": -1.0},
-        ".thread_length: thread_length must be above 0 and at most 1000, not -1.0",
-    ),
-    (
-        MCKIBBEN | {"thread_lenght": 1.0},
-        ".thread_lenght: no key 'thread_lenght'; did you mean 'thread_length'?",
-    ),
-    (MCKIBBEN | {"thread_length": "long"}, ".thread_length: must be a number"),
-]
-BAD_SETTINGS: list[tuple[dict[str, Any], str]] = [
-    ({"plant.integrator": "rk5"}, "plant.integrator: no integrator 'rk5'"),
-    ({"plant.substeps": 0}, "plant.substeps: must be at least 1"),
-    ({"plant.substeps": MOST_SUBSTEPS + 1}, "plant.substeps: must be at most 1000000"),
-    ({"plant.energy": 1}, "plant.energy: must be true or false"),
-    ({"controller.muscle_horizon": -1.0}, "controller.muscle_horizon: must not be negative"),
-    (
-        {"muscles.cable_1.model": {"preset": "roboy_test_bench", "kind": "mckibben"}},
-        "'roboy_test_bench' is a series_elastic_motor, not a mckibben",
-    ),
-    *(({"muscles.cable_1.model": m}, f"muscles.cable_1.model{text}") for m, text in BAD_MODELS),
-]
-
-
-@pytest.mark.parametrize(("settings", "message"), BAD_SETTINGS)
-def test_wrong_settings_are_refused_with_file_and_key(
-    settings: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(InputError) as error:
-        arm(settings)
-    assert "experiment.toml" in str(error.value)
-    assert message in str(error.value)
 
 
 def test_a_finding_about_a_muscle_names_it() -> None:

@@ -9,7 +9,6 @@ import pytest
 from support.robots.robots import EXAMPLES
 from support.ways import WAYS
 
-from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.simulation.run import simulate
@@ -52,9 +51,3 @@ def test_norm_and_pretension_are_the_same_in_every_engine(through: str, norm: An
 def test_a_norm_is_written_as_it_is_read() -> None:
     for norm in (1.0, 4.0, "infinity"):
         assert experiment_data(experiment(norm=norm))["controller"]["norm"] == norm
-
-
-@pytest.mark.parametrize("norm", [0, 2.5, 9, "inf", "two"])
-def test_what_is_no_norm_is_refused(norm: Any) -> None:
-    with pytest.raises(InputError, match=r"controller\.norm: "):
-        experiment(norm=norm)

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.robots.robots import EXAMPLES, PLANAR_2R
+from support.experiments import copied_arm
+from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
 from cardsflow_fmu import Experiment, run
@@ -61,10 +62,7 @@ LINE_OF_DIVIDES = 1 + CODE[: CODE.index("1 // 0")].count("\n")
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    shutil.copytree(PLANAR_2R / "robot", tmp_path / "arm/robot")
-    shutil.copy(PLANAR_2R / "experiment.toml", tmp_path / "arm")
-    (tmp_path / "arm/mine.py").write_text(CODE)
-    return tmp_path / "arm"
+    return copied_arm(tmp_path, mine=CODE)
 
 
 def with_law(folder: Path, name: str, **settings: Any) -> Experiment:

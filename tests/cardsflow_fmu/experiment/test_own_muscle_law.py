@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.command_line import CommandLine
-from support.robots.robots import PLANAR_2R
+from support.experiments import copied_arm
 
 from addin_sdfusion.robot import CardsflowError, InputError, SimulationError
 from cardsflow_fmu import Experiment, run
@@ -82,10 +82,7 @@ OWN = {"kind": "mine.py:Elastic", "parameters": {"k": K, "d": D}}
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    shutil.copytree(PLANAR_2R / "robot", tmp_path / "arm/robot")
-    shutil.copy(PLANAR_2R / "experiment.toml", tmp_path / "arm")
-    (tmp_path / "arm/mine.py").write_text(CODE)
-    return tmp_path / "arm"
+    return copied_arm(tmp_path, mine=CODE)
 
 
 def with_law(folder: Path, model: Any, pattern: str = "*", **settings: Any) -> Experiment:

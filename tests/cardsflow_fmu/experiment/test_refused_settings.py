@@ -9,8 +9,11 @@ from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu import Experiment
+from sim_dart.plant.settings import MOST_SUBSTEPS
 
 Row = tuple[dict[str, Any], str]
+INF = float("inf")
+MCKIBBEN = {"kind": "mckibben", "turns": 3.0, "pressure_time_constant": 0.02}
 MOTOR = {"robot.joints.joint_2.motor": True}
 BALL = {"name": "ball", "shape": "sphere", "radius": 0.05, "mass": 0.2, "position": [3, 0, 1]}
 MESH = {"name": "die", "shape": "mesh", "mass": 0.2, "file": "no.stl"}
@@ -34,7 +37,36 @@ def worlds(**refused: Any) -> dict[str, Any]:
     return {"world": refused}
 
 
+def waypoints(**second: Any) -> dict[str, Any]:
+    """Points without a spline."""
+    first = {"time": 0.0, "q": [0.0, 0.0]}
+    return {"reference": {"points": [first, {"time": 1.0} | second]}}
+
+
+def cable(model: Any) -> dict[str, Any]:
+    return {"muscles.cable_1.model": model}
+
+
 PLANAR_2R: list[Row] = [
+    ({"controller.kpp": 2000.0}, "controller.kpp: no key 'kpp'; did you mean 'kp'"),
+    (
+        {"controller.kd": {"joint_1": 1, "joint_3": 1}},
+        "controller.kd.joint_3: no coordinate 'joint_3'",
+    ),
+    ({"controller.kd": "90"}, "controller.kd: must be a number, not '90'"),
+    ({"controller.kd": True}, "controller.kd: must be a number, not True"),
+    ({"controller.kp": INF}, "controller.kp: must be a finite number"),
+    ({"controller.kp": -1}, "controller.kp: must be above 0"),
+    ({"controller.kp": [1.0]}, "controller.kp: must have 2 numbers"),
+    ({"controller.muscle_horizon": -1.0}, "controller.muscle_horizon: must not be negative"),
+    *(({"controller.norm": norm}, "controller.norm: ") for norm in (0, 2.5, 9, "inf", "two")),
+    ({"controller.period": 0.0015}, "controller.period: 0.0015 s is not a whole"),
+    ({"controller.period": 0.0005}, "controller.period: 0.0005 s is not a whole"),
+    ({"controller.solver": "dapq"}, "controller.solver: no QP solver 'dapq'; did you mean 'daqp'"),
+    (
+        {"controller.type": "joint"},
+        "controller.type: no controller type 'joint'; did you mean 'joint_space'",
+    ),
     ({"controller.pretension": 1.1e9}, "controller.pretension"),
     ({"controller.pretension": [0.0, 1e308, 0.0, 0.0]}, "controller.pretension"),
     ({"controller.muscle_horizon": 1e308}, "controller.muscle_horizon"),
@@ -52,9 +84,42 @@ PLANAR_2R: list[Row] = [
     ({"hardware.emulator.outages": [1.0]}, "must be a list of 2 numbers"),
     ({"hardware.emulator.seed": -1}, "must not be negative"),
     ({"hardware.emulator.loss": 0.1, "hardware.link": "loopback:"}, "meet no faults"),
+    ({"hardware.max_missed": 1e308}, "hardware.max_missed: must be a number of less than 64 bits"),
+    ({"hardware.max_missed": INF}, "hardware.max_missed: must be a finite number"),
     ({"hardware.key_file": "a\0b"}, "hardware.key_file: must be the path of a file"),
+    (
+        {"muscles.cabel_1.f_min": 1},
+        "no muscle 'cabel_1'; did you mean 'cable_1'? (known: cable_1, cable_2",
+    ),
+    ({"muscles.cable_3.f_min": 200.0}, "muscles.cable_3: f_min 200.0 N is above f_max 100.0 N"),
+    ({"muscles.cable_3.f_min": -1.0}, "muscles.cable_3.f_min: must not be negative"),
+    (
+        cable({"preset": "roboy_test_bench", "kind": "mckibben"}),
+        "'roboy_test_bench' is a series_elastic_motor, not a mckibben",
+    ),
+    (cable("hil"), "muscles.cable_1.model: no muscle model 'hil'"),
+    (cable(3), "muscles.cable_1.model: must be a table"),
+    (cable("mckibben"), "model.thread_length: missing: mckibben needs thread_length in m"),
+    (cable({"kind": "mckibben", "turns": 2.0}), "muscles.cable_1.model.thread_length: missing"),
+    (
+        cable(MCKIBBEN | {"thread_length": -1.0}),
+        "thread_length must be above 0 and at most 1000, not -1.0",
+    ),
+    (
+        cable(MCKIBBEN | {"thread_lenght": 1.0}),
+        "model.thread_lenght: no key 'thread_lenght'; did you mean 'thread_length'?",
+    ),
+    (cable(MCKIBBEN | {"thread_length": "long"}), "model.thread_length: must be a number"),
     ({"muscles.leg_*.f_max": 50.0}, "muscles.leg_*: no muscle fits it (known: cable_1"),
-    ({"muscles.cable_1.model": "hill_from_path", f"{CABLE}.f_max": float("inf")}, "f_max"),
+    ({"muscles.cable_1.model": "hill_from_path", f"{CABLE}.f_max": INF}, "f_max"),
+    ({"plant": 3}, "plant: must be a table, not 3"),
+    ({"plant.energy": 1}, "plant.energy: must be true or false"),
+    ({"plant.integrator": "rk5"}, "plant.integrator: no integrator 'rk5'"),
+    ({"plant.step": 0.0003}, "run.step: 0.001 s is not a whole multiple of plant.step, 0.0003 s"),
+    ({"plant.stpe": 1}, "plant.stpe: no key 'stpe'; did you mean 'step'"),
+    ({"plant.substeps": 0}, "plant.substeps: must be at least 1"),
+    ({"plant.substeps": MOST_SUBSTEPS + 1}, "plant.substeps: must be at most 1000000"),
+    ({"plnt.step": 1}, "plnt: no key 'plnt'; did you mean 'plant'"),
     ({"plant.wrenches": "link_2"}, "plant.wrenches: must be a list of names"),
     ({"plant.wrenches": ["lnk_2"]}, "plant.wrenches: no link 'lnk_2'"),
     ({"plant.integrator": "rk4", "plant.engine": "dart"}, "plant.integrator: rk4 does not support"),
@@ -62,6 +127,14 @@ PLANAR_2R: list[Row] = [
         worlds(friction=1.0) | {"plant.integrator": "rk4"},
         "rk4 does not support worlds with contacts",
     ),
+    (
+        {"reference.trajectory": "simple_motion"},
+        "reference.trajectory: no trajectory 'simple_motion'; did you mean 'simple_joint_motion'",
+    ),
+    (waypoints(q={}), "points[1].q: missing"),
+    (waypoints(q=[0.2, 0.1], qd=[1.0, 1.0]), "reference.points[1].qd: no key 'qd'"),
+    ({"robot.cable_set": "basics"}, "robot.cable_set: no cable set 'basics'; did you mean 'basic'"),
+    ({"robot.path": "robot/none_bodies.xml"}, "none_bodies.xml: "),
     ({"reference.file": "a\0b.csv"}, "reference.file: must be the path of a file"),
     (MOTOR | {"robot.joints.joint_2.motor": 1}, "motor"),
     (MOTOR | {"robot.joints.joint_2.effort": -1.0}, "negative"),
@@ -83,12 +156,25 @@ PLANAR_2R: list[Row] = [
     ({f"{CABLE}.points[7].position": [0.0] * 3}, "2 elements"),
     ({f"{CABLE}.pulley": 3.0}, "cannot be changed"),
     ({"robots": []}, "there is a [robot] as well"),
+    ({"run.duration": 1e12}, "run.duration: 1e+15 steps are more than a run can hold"),
+    ({"run.duration": 8.0005}, "run.duration: 8.0005 s is not"),
+    ({"run.step": 0}, "run.step: must be above 0"),
     ({"run.scheme": "gauss_seidel"}, "run.order: missing"),
     ({"run.scheme": "gauss_seidel", "run.order": ["plant"]}, "in any order"),
     ({"run.scheme": "strong"}, "run.scheme: no scheme 'strong'"),
     ({"run.format": "parket"}, "run.format: no format 'parket'; did you mean"),
     ({"run.order": ["plant"]}, "no key 'order'"),
     ({"run.output": "a\0b"}, "run.output: must be the path of a file"),
+    (
+        {"start.q": {"joint1": 0}},
+        "start.q.joint1: no coordinate 'joint1'; did you mean 'joint_1'",
+    ),
+    ({"start.q": {"joint_1": float("nan")}}, "start.q.joint_1: must be a finite number"),
+    ({"start.q": {"joint_1": 4.0}}, "start.q.joint_1: 4.0 is outside the limits"),
+    (
+        {"wiring.controler": {"q.joint_1": "plant.q.joint_1"}},
+        "wiring.controler: no key 'controler'; did you mean 'controller'",
+    ),
     ({"world": 3}, "world: must be a table"),
     (worlds(contacts=["link_1"]), "no link or object that collides 'link_1'"),
     (worlds(friction=-1.0), "world.friction: must not be negative: -1.0"),

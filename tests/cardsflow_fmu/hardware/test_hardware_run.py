@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 import pytest
 from support.command_line import CommandLine
+from support.experiments import resource_bytes, write_resources
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
-from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 from cardsflow_fmu.hardware.protocol.recording import read_recording
@@ -397,14 +397,11 @@ def test_all_settings_are_read_and_packed(tmp_path: Path) -> None:
     assert own.safety.start_tolerance == (0.2, 0.3)
     assert own.motors.stiffness == (1e3, 2e3, 3e3, 4e3)
     assert own.motors.offset is None
-    for name, content in experiment_resources(made, with_hardware=True).items():
-        target = tmp_path / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
+    write_resources(made, tmp_path, with_hardware=True)
     read = Experiment.from_resources(tmp_path).hardware
     assert (read.use, read.approach) == (False, None)  # of no concern to the FMU
     assert {**vars_of(read), "use": True, "approach": 1.5} == vars_of(own)
-    assert "hardware" not in json.loads(experiment_resources(made)["experiment.json"])  # type: ignore[arg-type]
+    assert "hardware" not in json.loads(resource_bytes(made)["experiment.json"])
 
 
 def vars_of(settings: HardwareSettings) -> dict[str, Any]:

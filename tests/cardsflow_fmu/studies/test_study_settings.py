@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.experiments import write_resources
 from support.small_studies import PLANAR
 
 from addin_sdfusion.robot import InputError
@@ -18,7 +19,6 @@ from cardsflow_fmu.experiment.config.key_path import (
     split_path,
     split_setting,
 )
-from cardsflow_fmu.experiment.writer import experiment_resources
 from cardsflow_fmu.studies.definition.rerun_command import toml_value
 
 FILE = Path("experiment.toml")
@@ -108,11 +108,9 @@ def test_every_part_of_the_robot_can_be_changed() -> None:
 
 def test_a_changed_robot_travels_with_its_experiment(tmp_path: Path) -> None:
     experiment = Experiment.load(PLANAR, CHANGES)
-    for name, content in experiment_resources(experiment).items():
-        target = tmp_path / name
-        target.parent.mkdir(exist_ok=True)
-        target.write_bytes(content if isinstance(content, bytes) else content.read_bytes())
-    assert Experiment.from_resources(tmp_path).robot == experiment.robot
+    assert (
+        Experiment.from_resources(write_resources(experiment, tmp_path)).robot == experiment.robot
+    )
 
 
 def test_a_row_of_an_array_of_tables_is_set_by_its_index() -> None:
