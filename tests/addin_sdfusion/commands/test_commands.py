@@ -76,8 +76,11 @@ def test_the_buttons_are_promoted(fusion: Any, addin: Any) -> None:
 @pytest.mark.parametrize("name", IDS)
 def test_without_a_design_there_is_a_message(fusion: Any, addin: Any, name: str) -> None:
     fusion.run_command(name)
-    assert len(fusion.messages) == 1
-    assert "Open a design" in fusion.messages[0]
+    designs.single_cube()
+    fusion.world.in_design = False  # a product of another workspace
+    fusion.run_command(name)
+    assert len(fusion.messages) == 2
+    assert all("Open a design" in text for text in fusion.messages)
 
 
 def test_stop_while_a_dialog_is_open(fusion: Any, addin: Any, user: User) -> None:

@@ -60,13 +60,6 @@ def test_every_class_refuses_unknown_members() -> None:
                 _ = new(cls).noSuchMember
 
 
-def test_modules_hold_only_what_exists(fusion: Fake) -> None:
-    import adsk.core
-
-    with pytest.raises(AttributeError, match="Matrix4D"):
-        _ = adsk.core.Matrix4D
-
-
 def test_modules_go_away_again() -> None:
     before = sys.modules.get("adsk")
     with install():
@@ -110,38 +103,6 @@ def test_objects_come_and_go(fusion: Fake) -> None:
     assert root.occurrences[0] != root.occurrences[1]
     with pytest.raises(TypeError, match="unhashable"):
         hash(root)
-
-
-def test_cast_gives_none(fusion: Fake) -> None:
-    import adsk.core
-    import adsk.fusion
-
-    assert fusion.app.activeProduct is None
-    assert adsk.fusion.Design.cast(None) is None
-    assert adsk.fusion.Design.cast(point((0, 0, 0))) is None
-    design = designs.single_cube()
-    assert adsk.fusion.Design.cast(fusion.app.activeProduct) == design
-    assert design.objectType == adsk.fusion.Design.classType() == "adsk::fusion::Design"
-    assert isinstance(design, adsk.core.Product)
-
-
-def test_active_product_may_be_none_of_ours(fusion: Fake) -> None:
-    import adsk.fusion
-
-    designs.single_cube()
-    fusion.world.in_design = False
-    assert fusion.app.activeProduct is not None
-    assert adsk.fusion.Design.cast(fusion.app.activeProduct) is None
-
-
-def test_closed_document_is_gone(fusion: Fake) -> None:
-    first, second = designs.single_cube(), designs.no_groups()
-    assert fusion.design == second
-    fusion.close(second)
-    assert fusion.design == first
-    assert not second.isValid
-    with pytest.raises(RuntimeError, match="deleted"):
-        _ = second.rootComponent
 
 
 def test_other_threads_are_refused(fusion: Fake) -> None:
@@ -196,17 +157,12 @@ def test_matrices_are_inverted_unless_singular(T: np.ndarray) -> None:
     inverted = matrix(T)
     assert inverted.invert()
     assert inverted._m @ T == pytest.approx(np.eye(4), abs=1e-12)
-    assert matrix(T).determinant == pytest.approx(1.0)
     assert not matrix(np.zeros((4, 4))).invert()
 
 
 def test_cells_and_arrays_are_row_major() -> None:
     made = matrix(np.arange(16.0).reshape(4, 4))
-    assert made.getCell(1, 2) == 6.0
     assert made.asArray() == tuple(float(k) for k in range(16))
-    made.setCell(0, 3, 9.0)
-    assert xyz(made.translation) == pytest.approx([9.0, 7.0, 11.0])
+    assert xyz(made.translation) == pytest.approx([3.0, 7.0, 11.0])
     made.translation = vector((1.0, 2.0, 3.0))
-    assert made.getCell(2, 3) == 3.0
-    with pytest.raises(RuntimeError, match="row or column"):
-        made.getCell(4, 0)
+    assert made.asArray()[11] == 3.0

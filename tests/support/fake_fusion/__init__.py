@@ -95,9 +95,9 @@ Meaning of what the reference leaves open, [inferred] unless marked
   design: " (1)" is appended.
 * An offset and angle of a joint are between two's frame and the motion; a flip turns one's frame
   over. A face's attribute or a light bulb is the native entity's.
-* A command: commandCreated, activate, then after each of the user's steps inputChanged,
+* A command: commandCreated, then after each of the user's steps inputChanged,
   validateInputs, executePreview [manual]; what the add-in itself sets fires nothing. A button's
-  value toggles. A click on a table's row fires nothing (Options.row_selection_fires).
+  value toggles. A click on a table's row fires nothing.
 * Icons of 16x16 and 32x32 must be in a definition's resource folder, as PNG or SVG.
 * Sketches cannot be made; joints cannot be driven: the add-in has no business there.
 * Below VeryHigh accuracy mass is 1 %, 0.1 %, 0.01 % off.

@@ -13,7 +13,6 @@ from .model.component import Product
 from .model.data import DesignData
 from .model.entity import wrap
 from .state import world
-from .ui.events import DocumentEvent, Listeners, event
 from .ui.ui import UserInterface
 
 _UNITS = {"mm": 0.1, "cm": 1.0, "m": 100.0, "in": 2.54, "ft": 30.48, "rad": 1.0, "deg": 0.0}
@@ -56,13 +55,6 @@ class Products(Items):
         return [wrap(self._design)]
 
 
-@api("adsk.core")
-@listing
-class Documents(Items):
-    def _all(self) -> list[Any]:
-        return [document_of(d) for d in world().documents]
-
-
 def _unit(name: str) -> float:
     if name not in _UNITS:
         raise RuntimeError(f"3 : invalid argument units {name!r}")
@@ -103,15 +95,6 @@ class Viewport(Base):
         world().camera = {k: getattr(value, f"_{k}") for k in ("target", "eye", "fit", "smooth")}
 
 
-def _document_event(name: str) -> property:
-    def fget(self: Any) -> Any:
-        return event(
-            DocumentEvent, name, self, world().document_events.setdefault(name, Listeners())
-        )
-
-    return property(fget)
-
-
 @api("adsk.core")
 class Application(Base):
     @staticmethod
@@ -128,14 +111,8 @@ class Application(Base):
             return new(Product, data=world().active, path=())
         return wrap(world().active)
 
-    documents = property(lambda _: new(Documents))
     userInterface = property(lambda _: new(UserInterface))
     activeViewport = property(lambda _: new(Viewport))
-
-    documentActivated = _document_event("documentActivated")
-    documentClosed = _document_event("documentClosed")
-    documentOpened = _document_event("documentOpened")
-    documentSaved = _document_event("documentSaved")
 
     version = property(lambda _: "2.0.21550")
 

@@ -74,12 +74,6 @@ class Fake:
         """Switch to the document of a design."""
         world().active = design._data
 
-    def close(self, design: Any) -> None:
-        """Close the document of a design; another one becomes active, or none."""
-        design._data.gone = True
-        world().documents.remove(design._data)
-        world().active = world().documents[-1] if world().documents else None
-
     def building(self) -> Any:
         """A context in which the test edits the model through the API, as the user did before."""
         return world().building()

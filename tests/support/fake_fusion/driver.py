@@ -29,7 +29,6 @@ from .ui.events import (
     CommandEventArgs,
     InputChangedEventArgs,
     Selection,
-    SelectionEventArgs,
     ValidateInputsEventArgs,
     event,
     fire,
@@ -42,8 +41,6 @@ from .ui.inputs import (
     TextBoxCommandInput,
     every_input,
 )
-
-COMPLETED, CANCELLED, PREEMPTED = 1, 2, 4
 
 
 class Refused(Exception):
@@ -85,7 +82,6 @@ class Driver:
         self.is_open = True
         self.failed = ""
         self._steps: list[Any] = []
-        self._is_result = False
 
     # What the user does ------------------------------------------------------------------------
 
@@ -93,7 +89,7 @@ class Driver:
         """Click an entity while the selection input of that id has the focus.
 
         Raises:
-            Refused: Its filters, or a handler of preSelect, refuse it, or it is invisible.
+            Refused: Its filters refuse it, or it is invisible.
         """
         data = self._input(id)
         self._must_be(data, SelectionCommandInput)
@@ -101,15 +97,11 @@ class Driver:
         self._must_be_pickable(entity, data)
         self.data.focus = data
         chosen = new(Selection, entity=entity, point=point((0.0, 0.0, 0.0)) if at is None else at)
-        fields = {"input": data.view(), "selection": chosen}
-        if not fire(self.data.event("preSelect"), SelectionEventArgs, **fields)._isSelectable:
-            raise Refused(f"{id}: the add-in does not let {entity!r} be selected")
         _, most = data.fields["limits"]
         selections = data.fields["selections"]
         if most and len(selections) >= most:
             selections.pop()
         selections.append(chosen)
-        fire(self.data.event("select"), SelectionEventArgs, **fields)
         self._changed(data)
 
     def set(self, id: str, value: Any) -> None:
@@ -143,10 +135,7 @@ class Driver:
 
     def row(self, id: str, row: int) -> None:
         """Click a row of a table; -1 clicks beside it."""
-        data = self._input(id)
-        data.view().selectedRow = row
-        if world().options.row_selection_fires:
-            self._changed(data)
+        self._input(id).view().selectedRow = row
 
     def tab(self, id: str) -> None:
         """Open a tab: it tells, and the one that is left tells after it."""
@@ -167,12 +156,12 @@ class Driver:
         if not self.is_valid():
             raise Refused("the OK button is disabled")
         self._execute()
-        self._close(COMPLETED)
+        self._close()
 
     def cancel(self) -> None:
         """Press Cancel."""
         self._must_be_open()
-        self._close(CANCELLED)
+        self._close()
 
     # What a test looks at ----------------------------------------------------------------------
 
@@ -229,15 +218,13 @@ class Driver:
         try:
             fire(firing, CommandCreatedEventArgs, command=self.data.view())
             if self.data.inputs:
-                self._fire("activate")
                 self.preview()
                 return
         except BaseException:
             self._abort()
             raise
-        if self.data.fields["isAutoExecute"]:
-            self._execute()
-        self._close(COMPLETED)
+        self._execute()
+        self._close()
 
     def preview(self) -> None:
         """Undo the last preview and fire executePreview where the inputs are valid."""
@@ -246,8 +233,7 @@ class Driver:
             return
         world().journal = []
         try:
-            args = self._fire("executePreview")
-            self._is_result = args._isValidResult
+            self._fire("executePreview")
         finally:
             self._steps, world().journal = world().journal or [], None
 
@@ -255,18 +241,13 @@ class Driver:
         """Another command was started."""
         if self.data.fields["isExecutedWhenPreEmpted"] and self.is_valid():
             self._execute()
-        self._close(PREEMPTED)
+        self._close()
 
     def terminate(self) -> None:
         """Another part of the program ends the command."""
-        self._close(CANCELLED)
+        self._close()
 
     def _execute(self) -> None:
-        if self._is_result:
-            if self._steps:
-                world().undo_steps.append(self._steps)
-            self._steps, self._is_result = [], False
-            return
         self._undo_preview()
         args: list[Any] = []
         with world().transaction(keep=lambda: not args[0]._executeFailed):
@@ -277,15 +258,15 @@ class Driver:
 
     def _undo_preview(self) -> None:
         roll_back(self._steps)
-        self._steps, self._is_result = [], False
+        self._steps = []
 
-    def _close(self, reason: int) -> None:
+    def _close(self) -> None:
         self._undo_preview()
         self.is_open = False
         if world().running is self:
             world().running = None
         try:
-            self._fire("destroy", terminationReason=reason)
+            self._fire("destroy")
         finally:
             self.data.gone = True
 
@@ -294,8 +275,8 @@ class Driver:
         self.is_open, self.data.gone = False, True
         world().running = None
 
-    def _fire(self, name: str, **fields: Any) -> Any:
-        return fire(self.data.event(name), CommandEventArgs, command=self.data.view(), **fields)
+    def _fire(self, name: str) -> Any:
+        return fire(self.data.event(name), CommandEventArgs, command=self.data.view())
 
     def _changed(self, data: InputData) -> None:
         self._undo_preview()

@@ -86,12 +86,6 @@ class Point3D(_Triple):
     def asVector(self) -> Vector3D:
         return vector(xyz(self))
 
-    def vectorTo(self, point: Point3D) -> Vector3D:
-        return vector(xyz(point) - xyz(self))
-
-    def distanceTo(self, point: Point3D) -> float:
-        return float(np.linalg.norm(xyz(point) - xyz(self)))
-
     def transformBy(self, matrix: Matrix3D) -> bool:
         return self._set(apply(matrix._m, xyz(self)))
 
@@ -174,19 +168,6 @@ class Matrix3D(Base):
 
     def asArray(self) -> tuple:
         return tuple(self._m.ravel().tolist())
-
-    def getCell(self, row: int, column: int) -> float:
-        if not (0 <= row < 4 and 0 <= column < 4):
-            raise RuntimeError("3 : invalid argument row or column")
-        return float(self._m[row, column])
-
-    def setCell(self, row: int, column: int, value: float) -> bool:
-        if not (0 <= row < 4 and 0 <= column < 4):
-            raise RuntimeError("3 : invalid argument row or column")
-        self._m[row, column] = value
-        return True
-
-    determinant = property(lambda self: float(np.linalg.det(self._m)))
 
     @property
     def translation(self) -> Vector3D:

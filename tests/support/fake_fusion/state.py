@@ -25,10 +25,8 @@ class Options:
         ball_vectors: Directions of a ball joint: `fixed`, those at its zero pose, carried by
             occurrenceTwo alone; or `carried`, those about which it turns at its pose.
         mesh_frame: Frame of the mesh of a body's proxy: `context` or `component`.
-        row_selection_fires: Whether a click on a row of a table fires inputChanged.
         all_joints_fail: allJoints and allAsBuiltJoints of a design with assembly constraints raise
             InternalValidationError.
-        hidden_have_mass: Whether hidden bodies count in the mass of components.
     """
 
     product_sign: ProductSign = "tensor"
@@ -36,9 +34,7 @@ class Options:
     joint_transforms: Literal["context", "component"] = "component"
     ball_vectors: Literal["fixed", "carried"] = "fixed"
     mesh_frame: Literal["context", "component"] = "context"
-    row_selection_fires: bool = False
     all_joints_fail: bool = False
-    hidden_have_mass: bool = True
 
 
 @dataclass
@@ -89,7 +85,7 @@ class World:
         self.log: list[tuple[str, int, int]] = []
         self.message_answers: deque[int] = deque()
         self.folder_answers: deque[str | None] = deque()
-        self.file_answers: deque[list[str] | str | None] = deque()
+        self.file_answers: deque[str | None] = deque()
         self.folder_dialogs: list[tuple[str, str]] = []
         self.file_dialogs: list[tuple[str, str]] = []
         self.progress: list[ProgressRecord] = []
@@ -105,7 +101,6 @@ class World:
         self.in_design = True
         self.modeling_orientation = 1
         self.text_commands: list[str] = []
-        self.document_events: dict[str, Any] = {}
         self.camera: dict[str, Any] = {
             "target": (0.0, 0.0, 0.0),
             "eye": (0.0, -100.0, 0.0),

@@ -12,14 +12,14 @@ from ..maths import point
 from ..state import world
 from .appearances import Appearance
 from .data import BodyData, TopologyData
-from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, wrap, wraps
+from .entity import Deletable, Placed, WithName, WithVisibility, wrap, wraps
 from .physical import physical_properties
 
 _SEGMENTS = {8: 12, 11: 24, 13: 48, 15: 96}
 """Number of sides of a circle, by TriangleMeshQualityOptions."""
 
 
-class _Body(Placed, WithName, WithBulb, WithVisibility, Deletable):
+class _Body(Placed, WithName, WithVisibility, Deletable):
     parentComponent = property(lambda self: wrap(self._data.component))
 
     @property
@@ -50,7 +50,6 @@ class BRepBody(_Body):
 
     isSolid = property(lambda self: self._data.kind == "solid")
     volume = property(lambda self: float(self._data.mass().volume))
-    physicalProperties = property(lambda self: self._physical(0))
 
     def getPhysicalProperties(self, accuracy: int = 0) -> Any:
         return self._physical(accuracy)
@@ -131,8 +130,6 @@ def _triangle_mesh(body: Any, segments: int) -> Any:
 class TriangleMesh(Base):
     """Nodes in cm."""
 
-    nodeCount = property(lambda self: len(self._nodes))
-    triangleCount = property(lambda self: len(self._triangles))
     nodeCoordinatesAsDouble = property(lambda self: self._nodes.ravel().tolist())
     nodeIndices = property(lambda self: self._triangles.ravel().tolist())
 

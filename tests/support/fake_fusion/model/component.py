@@ -1,7 +1,5 @@
 """Design, Component and Occurrence."""
 
-# ruff: noqa: A002 -- the API's names
-
 from __future__ import annotations
 
 import re
@@ -10,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base import Base, api, by_name, edited, new
-from ..collections_ import Items, listing, named
+from ..collections_ import Items, named
 from ..maths import matrix
 from ..state import world
 from .bodies import BRepBodies, MeshBodies
@@ -83,8 +81,6 @@ class Component(WithName, BaseComponent):
         self._refuse_constraints("allJoints")
         return self._everywhere("joints")
 
-    allRigidGroups = property(lambda self: self._everywhere("groups"))
-
     def _refuse_constraints(self, what: str) -> None:
         """Fusion fails where assembly constraints exist: ACDC4Robot issue 10."""
         below = [self._data, *(p[-1].component for p in paths_below(self._data))]
@@ -97,8 +93,6 @@ class Component(WithName, BaseComponent):
         for path in paths_below(self._data):
             found += [wrap(item, path) for item in getattr(path[-1].component, shelf)]
         return found
-
-    physicalProperties = property(lambda self: physical_properties(self._data.mass(), 0, np.eye(4)))
 
     def getPhysicalProperties(self, accuracy: int = 0) -> Any:
         return physical_properties(self._data.mass(), accuracy, np.eye(4))
@@ -123,7 +117,6 @@ class Occurrence(Seen):
         if self._data.unresolved:
             raise RuntimeError("2 : InternalValidationError : occ")
 
-    sourceComponent = property(lambda self: wrap(self._path[0].parent))
     assemblyContext = property(lambda self: occurrence(self._path[:-1]))
 
     @property
@@ -156,10 +149,8 @@ class Occurrence(Seen):
 
     isGrounded = edited("data.grounded", "bool", "isGrounded")
     isGroundToParent = edited("data.ground_to_parent", "bool", "isGroundToParent")
-    isLightBulbOn = edited("data.light_bulb", "bool", "isLightBulbOn")
 
     isVisible = property(lambda self: all(o.light_bulb for o in self._path))
-    physicalProperties = property(lambda self: self._physical(0))
 
     def getPhysicalProperties(self, accuracy: int = 0) -> Any:
         return self._physical(accuracy)
@@ -191,19 +182,6 @@ class Occurrences(Items):
         return self._all()
 
 
-@api("adsk.fusion")
-@listing
-class Components(Items):
-    def _all(self) -> list[Any]:
-        return [wrap(c) for c in self._design.components]
-
-    def itemById(self, id: str) -> Any:
-        return next((c for c in self._all() if c.id == id), None)
-
-    def itemByName(self, name: str) -> Any:
-        return self._by_name(name)
-
-
 @api("adsk.core")
 class Product(Seen):
     """Base of Design."""
@@ -214,11 +192,9 @@ class Product(Seen):
 class Design(Product):
     _component = property(lambda self: self._data.root)
     rootComponent = property(lambda self: wrap(self._data.root))
-    allComponents = property(lambda self: new(Components, design=self._data))
     designType = property(lambda self: 0 if self._data.is_edited() else self._data.kind)
     snapshots = property(lambda self: by_name("Snapshots", design=self._data))
     designIntent = property(lambda self: self._data.intent)
-    productType = property(lambda self: self._data.product)
 
     @property
     def parentDocument(self) -> Any:

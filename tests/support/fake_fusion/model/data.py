@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ..maths import rotation, translation
-from ..state import world
 from .shapes import NOTHING, Mass, Shape, total
 
 Path = tuple["OccurrenceData", ...]
@@ -123,15 +122,6 @@ class SketchCircleData(Named):
 
 
 @dataclass(eq=False)
-class PlaneData(Named):
-    """A construction plane: origin and normal in its component's frame."""
-
-    component: Any = None
-    origin: Any = None
-    normal: Any = None
-
-
-@dataclass(eq=False)
 class GroupData(Named):
     """A rigid group. `members`: paths from its component; `stale`: its occurrences are gone."""
 
@@ -160,7 +150,6 @@ class Limits:
     rest: float = 0.0
     has_minimum: bool = False
     has_maximum: bool = False
-    has_rest: bool = False
 
 
 @dataclass
@@ -289,8 +278,6 @@ class ComponentData(Named):
     mesh_bodies: list[BodyData] = field(default_factory=list)
     occurrences: list[OccurrenceData] = field(default_factory=list)
     points: list[PointData] = field(default_factory=list)
-    planes: list[PlaneData] = field(default_factory=list)
-    origin_planes: dict[str, PlaneData] = field(default_factory=dict)
     sketches: list[SketchData] = field(default_factory=list)
     joints: list[JointData] = field(default_factory=list)
     as_built: list[JointData] = field(default_factory=list)
@@ -312,12 +299,10 @@ class ComponentData(Named):
         Args:
             above: Path that the component is seen at.
         """
-        hidden = world().options.hidden_have_mass
-        parts = [b.mass() for b in self.bodies if hidden or b.light_bulb]
+        parts = [b.mass() for b in self.bodies]
         for o in self.occurrences:
-            if hidden or o.light_bulb:
-                path = (*above, o)
-                parts.append(o.component.mass(path).moved(relative_pose(path)))
+            path = (*above, o)
+            parts.append(o.component.mass(path).moved(relative_pose(path)))
         whole = total(parts)
         return whole if self.user_mass is None else whole.with_mass(self.user_mass)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Base, api, by_name, edited, new
+from ..base import Base, api, by_name, new
 from ..collections_ import Items, listing
 from ..maths import apply
 from ..state import world
@@ -119,12 +119,6 @@ class WithName(Seen):
     def _siblings(self) -> list[Any]:
         """What must not have the same name."""
         return []
-
-
-class WithBulb(Seen):
-    """An entity with a light bulb."""
-
-    isLightBulbOn = edited("data.light_bulb", "bool", "isLightBulbOn")
 
 
 class WithVisibility(Seen):

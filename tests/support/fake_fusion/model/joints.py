@@ -18,7 +18,7 @@ from .data import (
     relative_pose,
     transform,
 )
-from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, occurrence, wrap, wraps
+from .entity import Deletable, Placed, WithName, WithVisibility, occurrence, wrap, wraps
 from .joint_motions import INFERRED, MOTIONS, RIGID
 from .timeline import WithTimeline
 
@@ -52,7 +52,7 @@ class Sibling(Placed, WithName, WithTimeline, Deletable):
 
 @api("adsk.fusion")
 @wraps(JointOriginData)
-class JointOrigin(Sibling, WithBulb):
+class JointOrigin(Sibling):
     """Has no origin of its own: that is its geometry's."""
 
     def _shelf(self) -> list[Any]:
@@ -84,7 +84,7 @@ def _told(T_context: np.ndarray, T: np.ndarray) -> np.ndarray:
     return T_context @ T if lifted else T
 
 
-class _AnyJoint(Sibling, WithBulb, WithVisibility):
+class _AnyJoint(Sibling, WithVisibility):
     @property
     def _nested_native(self) -> bool:
         return not self._path and self._data.component is not self._data.component.design.root
@@ -238,24 +238,6 @@ class JointOrigins(_Shelf):
 @named
 class RigidGroups(_Shelf):
     _name = "groups"
-
-
-@api("adsk.fusion")
-@named
-class JointList(Items):
-    pass
-
-
-@api("adsk.fusion")
-@named
-class AsBuiltJointList(Items):
-    pass
-
-
-@api("adsk.fusion")
-@named
-class RigidGroupList(Items):
-    pass
 
 
 @api("adsk.fusion")

@@ -10,18 +10,16 @@ import numpy as np
 
 from ..base import Base, api, new
 from ..collections_ import Items, named
-from ..curves import surface_of
 from ..maths import Point3D, apply, inverse, point, xyz
 from ..state import world
 from .bodies import BRepEdge, BRepFace, BRepVertex
 from .captures import revert
 from .component import Occurrence
-from .data import ComponentData, PlaneData, PointData, transform
+from .data import ComponentData, PointData, transform
 from .entity import (
     Deletable,
     Placed,
     Seen,
-    WithBulb,
     WithName,
     WithVisibility,
     refuse_reference,
@@ -29,7 +27,6 @@ from .entity import (
     wrap,
     wraps,
 )
-from .shapes import FaceShape
 from .sketches import SketchCircle, SketchPoint
 from .timeline import WithTimeline
 
@@ -51,7 +48,7 @@ class ConstructionPointCenterDefinition(ConstructionPointDefinition):
 
 @api("adsk.fusion")
 @wraps(PointData)
-class ConstructionPoint(Placed, WithName, WithTimeline, WithBulb, WithVisibility, Deletable):
+class ConstructionPoint(Placed, WithName, WithTimeline, WithVisibility, Deletable):
     def _shelf(self) -> list[Any]:
         return self._data.component.points
 
@@ -77,18 +74,6 @@ class ConstructionPoint(Placed, WithName, WithTimeline, WithBulb, WithVisibility
 
     healthState = property(lambda self: self._data.health)
     errorOrWarningMessage = property(lambda self: self._data.problem)
-
-
-@api("adsk.fusion")
-@wraps(PlaneData)
-class ConstructionPlane(Placed, WithName, WithBulb, WithVisibility):
-    component = property(lambda self: wrap(self._data.component))
-
-    @property
-    def geometry(self) -> Any:
-        """In the context's frame."""
-        face = FaceShape("plane", np.asarray(self._data.origin), np.asarray(self._data.normal))
-        return surface_of(face, self._T)
 
 
 @api("adsk.fusion")
@@ -194,10 +179,3 @@ def _place(component: ComponentData, entity: Any, creation: Any) -> np.ndarray:
     if top is not creation._path[0].parent:
         raise RuntimeError("3 : Provided input paths are not valid.")
     return apply(inverse(transform(creation._path)), position)
-
-
-@api("adsk.fusion")
-@named
-class ConstructionPlanes(Items):
-    def _all(self) -> list[Any]:
-        return [wrap(p) for p in self._component.planes]

@@ -12,13 +12,13 @@ from ..curves import curve_of
 from ..maths import matrix, point
 from ..state import world
 from .data import SketchCircleData, SketchData, SketchPointData
-from .entity import Deletable, Placed, WithBulb, WithName, WithVisibility, wrap, wraps
+from .entity import Deletable, Placed, WithName, WithVisibility, wrap, wraps
 from .shapes import EdgeShape
 
 
 @api("adsk.fusion")
 @wraps(SketchData)
-class Sketch(Placed, WithName, WithBulb, WithVisibility, Deletable):
+class Sketch(Placed, WithName, WithVisibility, Deletable):
     def _shelf(self) -> list[Any]:
         return self._data.component.sketches
 
@@ -51,7 +51,6 @@ class SketchCurve(SketchEntity):
 
 
 class _InSketch(Placed):
-    parentSketch = property(lambda self: wrap(self._data.sketch, self._path))
     _T_sketch = property(lambda self: self._T @ self._data.sketch.T)
 
     def _is_gone(self) -> bool:

@@ -13,7 +13,6 @@ from .events import (
     CommandEvent,
     InputChangedEvent,
     Listeners,
-    SelectionEvent,
     ValidateInputsEvent,
     event,
 )
@@ -23,17 +22,9 @@ from .inputs import InputData, TabCommandInput, every_input
 _EVENTS = {
     "execute": CommandEvent,
     "executePreview": CommandEvent,
-    "activate": CommandEvent,
-    "deactivate": CommandEvent,
     "destroy": CommandEvent,
     "inputChanged": InputChangedEvent,
     "validateInputs": ValidateInputsEvent,
-    "select": SelectionEvent,
-    "unselect": SelectionEvent,
-    "preSelect": SelectionEvent,
-    "preSelectEnd": SelectionEvent,
-    "preSelectStart": SelectionEvent,
-    "preSelectMouseMove": SelectionEvent,
 }
 
 
@@ -53,7 +44,6 @@ class CommandData:
             "isOKButtonVisible": True,
             "isRepeatable": True,
             "isExecutedWhenPreEmpted": True,
-            "isAutoExecute": True,
             "helpFile": "",
         }
 
@@ -104,23 +94,14 @@ def _field(name: str, kind: str) -> property:
 class Command(Base):
     execute = _event_member("execute")
     executePreview = _event_member("executePreview")
-    activate = _event_member("activate")
-    deactivate = _event_member("deactivate")
     destroy = _event_member("destroy")
     inputChanged = _event_member("inputChanged")
     validateInputs = _event_member("validateInputs")
-    select = _event_member("select")
-    unselect = _event_member("unselect")
-    preSelect = _event_member("preSelect")
-    preSelectEnd = _event_member("preSelectEnd")
-    preSelectStart = _event_member("preSelectStart")
-    preSelectMouseMove = _event_member("preSelectMouseMove")
     okButtonText = _field("okButtonText", "str")
     cancelButtonText = _field("cancelButtonText", "str")
     isOKButtonVisible = _field("isOKButtonVisible", "bool")
     isRepeatable = _field("isRepeatable", "bool")
     isExecutedWhenPreEmpted = _field("isExecutedWhenPreEmpted", "bool")
-    isAutoExecute = _field("isAutoExecute", "bool")
     helpFile = _field("helpFile", "str")
 
     def _is_gone(self) -> bool:
@@ -165,9 +146,6 @@ class CommandDefinition(Base):
     name = stored("data.name", "str")
     tooltip = stored("data.tooltip", "str")
     toolClipFilename = stored("data.tool_clip", "str")
-
-    resourceFolder = property(lambda self: self._data.folder)
-    isNative = property(lambda self: self._data.native)
 
     @property
     def commandCreated(self) -> Any:

@@ -15,7 +15,6 @@ class ProgressDialog(Base):
     _record: Any = None
     _is_cancel_shown = True
     _cancel_text = "Cancel"
-    _is_translucent = True
 
     def show(
         self, title: str, message: str, minimumValue: int, maximumValue: int, delay: int = 0
@@ -112,16 +111,13 @@ class FileDialog(Base):
     _initial = ""
     _initial_name = ""
     _filter = ""
-    _filter_index = 0
-    _many = False
-    _files: tuple[str, ...] = ()
+    _file = ""
 
     title = stored("title", "str")
     initialDirectory = stored("initial", "str")
     initialFilename = stored("initial_name", "str")
     filter = stored("filter", "str")
-    isMultiSelectEnabled = stored("many", "bool")
-    filename = property(lambda self: self._files[0] if self._files else "")
+    filename = property(lambda self: self._file)
 
     def showOpen(self) -> int:
         return self._show()
@@ -134,8 +130,5 @@ class FileDialog(Base):
         answer = world().file_answers.popleft() if world().file_answers else None
         if answer is None:
             return 1
-        files = answer if isinstance(answer, list) else [answer]
-        if len(files) > 1 and not self._many:
-            raise AssertionError("a dialog for one file cannot give several")
-        self._files = tuple(map(str, files))
+        self._file = str(answer)
         return 0

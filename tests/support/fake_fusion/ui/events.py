@@ -37,11 +37,6 @@ CommandCreatedEventHandler = _handler("CommandCreatedEventHandler")
 CommandEventHandler = _handler("CommandEventHandler")
 InputChangedEventHandler = _handler("InputChangedEventHandler")
 ValidateInputsEventHandler = _handler("ValidateInputsEventHandler")
-SelectionEventHandler = _handler("SelectionEventHandler")
-ApplicationCommandEventHandler = _handler("ApplicationCommandEventHandler")
-DocumentEventHandler = _handler("DocumentEventHandler")
-UserInterfaceGeneralEventHandler = _handler("UserInterfaceGeneralEventHandler")
-ActiveSelectionEventHandler = _handler("ActiveSelectionEventHandler")
 
 
 class Listeners:
@@ -85,11 +80,6 @@ CommandCreatedEvent = _event("CommandCreatedEvent", CommandCreatedEventHandler)
 CommandEvent = _event("CommandEvent", CommandEventHandler)
 InputChangedEvent = _event("InputChangedEvent", InputChangedEventHandler)
 ValidateInputsEvent = _event("ValidateInputsEvent", ValidateInputsEventHandler)
-SelectionEvent = _event("SelectionEvent", SelectionEventHandler)
-ApplicationCommandEvent = _event("ApplicationCommandEvent", ApplicationCommandEventHandler)
-DocumentEvent = _event("DocumentEvent", DocumentEventHandler)
-UserInterfaceGeneralEvent = _event("UserInterfaceGeneralEvent", UserInterfaceGeneralEventHandler)
-ActiveSelectionEvent = _event("ActiveSelectionEvent", ActiveSelectionEventHandler)
 
 
 def event(cls: type, name: str, sender: Any, listeners: Listeners) -> Any:
@@ -111,31 +101,21 @@ class CommandCreatedEventArgs(EventArgs):
 class CommandEventArgs(EventArgs):
     _executeFailed = False
     _executeFailedMessage = ""
-    _isValidResult = False
-    _terminationReason = 0
 
     command = property(lambda self: self._command)
     executeFailed = stored("executeFailed", "bool")
     executeFailedMessage = stored("executeFailedMessage", "str")
-    isValidResult = stored("isValidResult", "bool")
-    terminationReason = property(lambda self: self._terminationReason)
 
 
 @api("adsk.core")
 class InputChangedEventArgs(EventArgs):
     input = property(lambda self: self._input)
 
-    @property
-    def inputs(self) -> Any:
-        """Those beside the changed one: of its tab or group, not of the whole command."""
-        return self._input.commandInputs
-
 
 @api("adsk.core")
 class ValidateInputsEventArgs(EventArgs):
     _areInputsValid = True
 
-    inputs = property(lambda self: self._command.commandInputs)
     areInputsValid = stored("areInputsValid", "bool")
 
 
@@ -145,14 +125,6 @@ class Selection(Base):
 
     entity = property(lambda self: self._entity)
     point = property(lambda self: self._point)
-
-
-@api("adsk.core")
-class SelectionEventArgs(EventArgs):
-    _isSelectable = True
-
-    selection = property(lambda self: self._selection)
-    isSelectable = stored("isSelectable", "bool")
 
 
 def fire(firing: Any, args_class: type, **fields: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Custom graphics: lines, points, texts, meshes. Part of the model: edits need a transaction."""
+"""Custom graphics: lines and texts. Part of the model: edits need a transaction."""
 
 from __future__ import annotations
 
@@ -90,7 +90,6 @@ class CustomGraphicsEntity(Base):
     transform = _field("transform", "Matrix3D", None)
     billBoarding = _field("billBoarding", "CustomGraphicsBillBoard | None", None)
     viewScale = _field("viewScale", "CustomGraphicsViewScale | None", None)
-    cullMode = _field("cullMode", "int", 2)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, CustomGraphicsEntity) and self._data is other._data
@@ -110,18 +109,6 @@ class CustomGraphicsLines(CustomGraphicsEntity):
     coordinates = _field("coordinates", "CustomGraphicsCoordinates", None)
     weight = _field("weight", "float", 1.0)
     isLineStrip = _field("isLineStrip", "bool", True)
-    isScreenSpaceLineStyle = _field("isScreenSpaceLineStyle", "bool", True)
-    lineStyleScale = _field("lineStyleScale", "float", 1.0)
-    lineStylePattern = _field("lineStylePattern", "int", 0)
-
-    indexList = property(lambda self: self._data.fields["indexList"])
-    lineStripLengths = property(lambda self: self._data.fields["lineStripLengths"])
-
-
-@api("adsk.fusion")
-@wraps((GraphicsData, "points"))
-class CustomGraphicsPointSet(CustomGraphicsEntity):
-    coordinates = _field("coordinates", "CustomGraphicsCoordinates", None)
 
 
 @api("adsk.fusion")
@@ -130,14 +117,6 @@ class CustomGraphicsText(CustomGraphicsEntity):
     formattedText = _field("formattedText", "str", "")
     font = _field("font", "str", "")
     size = _field("size", "float", 1.0)
-    isBold = _field("isBold", "bool", False)
-    isItalic = _field("isItalic", "bool", False)
-
-
-@api("adsk.fusion")
-@wraps((GraphicsData, "mesh"))
-class CustomGraphicsMesh(CustomGraphicsEntity):
-    coordinates = _field("coordinates", "CustomGraphicsCoordinates", None)
 
 
 @api("adsk.fusion")

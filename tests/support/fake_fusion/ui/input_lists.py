@@ -81,9 +81,3 @@ class _List(CommandInput):
 @api("adsk.core")
 class DropDownCommandInput(_List):
     dropDownStyle = field("style", "int", 0, writable=False)
-    maxVisibleItems = field("maxVisibleItems", "int", 10)
-
-
-@api("adsk.core")
-class ButtonRowCommandInput(_List):
-    isMultiSelectEnabled = field("many", "bool", False, writable=False)

@@ -9,7 +9,6 @@ from typing import Any
 
 from ..base import api
 from ..state import world
-from .input_lists import ButtonRowCommandInput
 from .input_selection import SelectionCommandInput
 from .inputs import CommandInput, field
 
@@ -27,10 +26,6 @@ class TableCommandInput(CommandInput):
     minimumVisibleRows = field("minimumVisibleRows", "int", 2)
     maximumVisibleRows = field("maximumVisibleRows", "int", 4)
     columnRatio = field("columnRatio", "str", "")
-    columnSpacing = field("columnSpacing", "int", 1)
-    rowSpacing = field("rowSpacing", "int", 1)
-    hasGrid = field("hasGrid", "bool", False)
-    tablePresentationStyle = field("tablePresentationStyle", "int", 0)
 
     _cells = property(lambda self: self._data.fields["cells"])
     rowCount = property(lambda self: 1 + max((row for row, _ in self._cells), default=-1))
@@ -52,8 +47,8 @@ class TableCommandInput(CommandInput):
     def addCommandInput(
         self, input: CommandInput, row: int, column: int, rowSpan: int = 0, columnSpan: int = 0
     ) -> bool:
-        if isinstance(input, (SelectionCommandInput, ButtonRowCommandInput)):
-            raise RuntimeError("3 : selections and button rows cannot be used within a table")
+        if isinstance(input, SelectionCommandInput):
+            raise RuntimeError("3 : selections cannot be used within a table")
         if rowSpan or row < 0 or column < 0 or (row, column) in self._cells:
             raise RuntimeError("3 : invalid argument row, column or rowSpan")
         for k in range(columnSpan + 1):

@@ -59,7 +59,6 @@ class CommandInput(Base):
     toolClipFilename = field("toolClipFilename", "str", "")
     isEnabled = field("isEnabled", "bool", True)
     isVisible = field("isVisible", "bool", True)
-    isFullWidth = field("isFullWidth", "bool", False)
 
     def _is_gone(self) -> bool:
         return self._data.gone or self._data.command.gone
@@ -94,8 +93,6 @@ class TabCommandInput(_Holder):
 @api("adsk.core")
 class GroupCommandInput(_Holder):
     isExpanded = field("isExpanded", "bool", True)
-    isEnabledCheckBoxDisplayed = field("isEnabledCheckBoxDisplayed", "bool", False)
-    isEnabledCheckBoxChecked = field("isEnabledCheckBoxChecked", "bool", True)
 
 
 @api("adsk.core")
@@ -110,8 +107,6 @@ class BoolValueCommandInput(CommandInput):
 class StringValueCommandInput(CommandInput):
     value = field("value", "str", "")
     isReadOnly = field("isReadOnly", "bool", False)
-    isPassword = field("isPassword", "bool", False)
-    isValueError = field("isValueError", "bool", False)
 
 
 @api("adsk.core")

@@ -9,13 +9,8 @@ from ..collections_ import Items, listing
 from ..maths import point
 from ..state import world
 from .dialogs import FileDialog, FolderDialog, ProgressDialog
-from .events import (
-    ActiveSelectionEvent,
-    ApplicationCommandEvent,
-    Selection,
-    event,
-)
-from .toolbars import CommandDefinitions, ToolbarPanelList, Workspaces
+from .events import Selection
+from .toolbars import CommandDefinitions, ToolbarPanelList
 from .ui_data import ui
 
 
@@ -36,25 +31,12 @@ class Selections(Items):
         return True
 
 
-def _listened(cls: type, name: str) -> property:
-    def fget(self: Any) -> Any:
-        return event(cls, name, self, ui().listeners[name])
-
-    return property(fget)
-
-
 @api("adsk.core")
 class UserInterface(Base):
-    commandStarting = _listened(ApplicationCommandEvent, "commandStarting")
-    commandTerminated = _listened(ApplicationCommandEvent, "commandTerminated")
-    commandCreated = _listened(ApplicationCommandEvent, "commandCreated")
-    activeSelectionChanged = _listened(ActiveSelectionEvent, "activeSelectionChanged")
-
     def __eq__(self, other: object) -> bool:
         return isinstance(other, UserInterface)
 
     commandDefinitions = property(lambda _: new(CommandDefinitions))
-    workspaces = property(lambda _: new(Workspaces))
     allToolbarPanels = property(lambda _: new(ToolbarPanelList))
     activeSelections = property(lambda _: new(Selections))
 

@@ -10,19 +10,9 @@ from typing import Any
 
 from ..state import world
 from .command import DefinitionData
-from .events import Listeners
 
 _ID = re.compile(r"[A-Za-z0-9_]+")
-_NATIVE_PANELS = {
-    "SolidCreatePanel": "SolidTab",
-    "SolidModifyPanel": "SolidTab",
-    "AssemblePanel": "SolidTab",
-    "InspectPanel": "SolidTab",
-    "InsertPanel": "SolidTab",
-    "SelectPanel": "SolidTab",
-    "SolidScriptsAddinsPanel": "ToolsTab",
-    "UtilityPanel": "ToolsTab",
-}
+_NATIVE_PANELS = ("SolidCreatePanel", "InspectPanel", "SolidScriptsAddinsPanel")
 
 
 @dataclass(eq=False)
@@ -42,18 +32,8 @@ class PanelData:
 
     id: str
     name: str
-    tab: str = ""
     native: bool = False
     controls: list[ControlData] = field(default_factory=list)
-
-
-@dataclass(eq=False)
-class TabData:
-    """A tab of a workspace's toolbar."""
-
-    id: str
-    name: str
-    native: bool = False
 
 
 class UiData:
@@ -63,19 +43,9 @@ class UiData:
         self.definitions: dict[str, DefinitionData] = {}
         native = DefinitionData("ScriptsManagerCommand", "Scripts and Add-Ins", "", "", True)
         self.definitions[native.id] = native
-        self.tabs = [TabData("SolidTab", "SOLID", True), TabData("ToolsTab", "UTILITIES", True)]
-        self.panels = [PanelData(name, name, tab, True) for name, tab in _NATIVE_PANELS.items()]
+        self.panels = [PanelData(name, name, native=True) for name in _NATIVE_PANELS]
         self.panel("SolidScriptsAddinsPanel").controls.append(ControlData(native, None))
         self.selections: list[Any] = []
-        self.listeners = {
-            name: Listeners()
-            for name in (
-                "commandStarting",
-                "commandTerminated",
-                "commandCreated",
-                "activeSelectionChanged",
-            )
-        }
 
     def panel(self, id: str) -> Any:
         """The panel of that id, or None."""
