@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from .muscles.stored import stored_muscles, stored_point, stored_surface
+from .muscles.attributes import stored_muscles, stored_point, stored_surface
 from .record_schema import record_schema
 from .records import from_plain, to_plain
 from .robot import limits

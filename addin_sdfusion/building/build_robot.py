@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..muscles.design_table import read_table
-from ..muscles.rows import MuscleTable
+from ..muscles.table import MuscleTable
 from ..report import in_order
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, warning

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ..muscles.point_names import parse_point_name
-from ..muscles.rows import MuscleTable
+from ..muscles.table import MuscleTable
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, listed, warning
 from ..robot.model.robot import Robot
@@ -72,7 +72,7 @@ def massless_links(names: Iterable[str], parts: Mapping[str, Part]) -> list[Find
 
 def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> Iterator[Finding]:
     """Points that are broken, have no effect, or could be in several places."""
-    used = {row.entity for rows in (table.points, table.tasks, table.markers) for row in rows}
+    used = {row.entity for row in (*table.points, *table.others)}
     for name in in_name_order({p.name for p in snapshot.points if p.problem and p.entity in used}):
         first = min(p.problem for p in snapshot.points if p.name == name and p.problem)
         problem = f"Fusion says: {first.strip()}; edit it so that it is where it was"
@@ -94,8 +94,8 @@ def _is_com(point: PointSnapshot) -> bool:
 
 def _ambiguous(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> Iterator[Finding]:
     """A component in several places has each of its points in all of them."""
-    rows = [row for each in (table.points, table.tasks, table.markers, table.wraps) for row in each]
-    link_said = {row.entity: row.link for row in rows if row.entity}
+    link_said = {row.entity: row.link for row in (*table.points, *table.others) if row.entity}
+    link_said |= {row.face.entity: row.link for row in table.wraps if row.face.entity}
     by_entity: dict[str, list[PointSnapshot | SurfaceSnapshot]] = {}
     everything: list[PointSnapshot | SurfaceSnapshot] = [*snapshot.points, *snapshot.surfaces]
     for item in everything:

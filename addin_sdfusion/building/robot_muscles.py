@@ -7,14 +7,14 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from ..muscles.point_names import natural_key
-from ..muscles.rows import MarkerRow, MuscleTable, TaskRow, ViaPointRow, WrapRow
+from ..muscles.table import MuscleTable, PointRow, WrapRow
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, unknown, warning
 from ..robot.model.muscle import CableSet, Muscle, ViaPoint, Wrap, WrapSurface
 from ..robot.model.pose import Pose, Vector3
 from ..robot.model.robot import ANGLES, MARKERS, POSITIONS, WORLD, TaskFrame, TaskSet
 from ..robot.model.transform import IDENTITY, Transform, tidy
+from ..snapshot import WrapUse
 from .links.links import in_name_order
 
 CABLE_SET = "muscles"
@@ -69,18 +69,18 @@ class _Muscles:
     def all(self) -> RobotMuscles:
         surfaces = tuple(s for row in self._table.wraps if (s := self._surface(row)) is not None)
         known = {surface.name for surface in surfaces}
-        points: dict[str, list[ViaPointRow]] = {}
-        for point in self._table.points:
-            points.setdefault(point.muscle, []).append(point)
-        wraps = self._wraps(known)
+        points = {row.name: self._table.points_of(row.name) for row in self._table.rows}
         muscles = tuple(
             Muscle(
                 row.name,
-                tuple(self._via_points(row.name, points.get(row.name, []))),
+                tuple(self._via_points(row.name, points[row.name])),
                 row.f_min,
                 row.f_max,
-                row.model,
-                wraps=self._segments(points.get(row.name, []), wraps.get(row.name, [])),
+                row.cable_model,
+                wraps=self._segments(
+                    points[row.name],
+                    [pair for pair in self._table.wraps_of(row.name) if pair[0].name in known],
+                ),
             )
             for row in self._table.rows
         )
@@ -92,7 +92,7 @@ class _Muscles:
         cable_sets = (CableSet(CABLE_SET, muscles),) if muscles else ()
         return RobotMuscles(cable_sets, tuple(sets), surfaces, tuple(self._findings))
 
-    def _via_points(self, muscle: str, points: Sequence[ViaPointRow]) -> Iterable[ViaPoint]:
+    def _via_points(self, muscle: str, points: Sequence[PointRow]) -> Iterable[ViaPoint]:
         subject = Subject("muscle", muscle)
         lost: dict[str, list[int]] = {}
         for point in points:
@@ -112,7 +112,7 @@ class _Muscles:
                 self._findings.append(warning(subject, "coincident-points", problem))
         return [self._via_point(p) for p in points if p.link in self._T_link_world]
 
-    def _via_point(self, point: ViaPointRow) -> ViaPoint:
+    def _via_point(self, point: PointRow) -> ViaPoint:
         return ViaPoint(point.link, self._local(point.link, point.position))
 
     def _local(self, link: str, position: Vector3) -> Vector3:
@@ -129,43 +129,31 @@ class _Muscles:
         problem = f"{what} cannot be exported: {why} Choose its link in Define muscles"
         self._findings.append(error(subject, "unknown-link", problem))
 
-    def _wraps(self, known: Collection[str]) -> dict[str, list[tuple[WrapRow, int]]]:
-        """For every muscle its surfaces, with the index of its use of them, in order."""
-        found: dict[str, list[tuple[WrapRow, int]]] = {}
-        for row in self._table.wraps:
-            for k, use in enumerate(row.muscles):
-                if row.name in known:
-                    found.setdefault(use.muscle, []).append((row, k))
-        for uses in found.values():
-            uses.sort(key=lambda use: (use[0].muscles[use[1]].after, natural_key(use[0].name)))
-        return found
-
     def _segments(
-        self, points: Sequence[ViaPointRow], uses: Sequence[tuple[WrapRow, int]]
+        self, points: Sequence[PointRow], uses: Iterable[tuple[WrapRow, WrapUse]]
     ) -> tuple[Wrap, ...]:
         """The wraps of a muscle; the table's own findings name those that are after no point."""
         index = {point.number: i for i, point in reversed(list(enumerate(points)))}
-        wraps = []
-        for row, k in uses:
-            use = row.muscles[k]
-            if index.get(use.after, len(points)) < len(points) - 1:
-                wrap = Wrap(row.name, index[use.after], use.side, use.turns, use.inside)
-                wraps.append(wrap)
-        return tuple(wraps)
+        return tuple(
+            Wrap(row.name, index[use.after], use.side, use.turns, use.inside)
+            for row, use in uses
+            if index.get(use.after, len(points)) < len(points) - 1
+        )
 
     def _surface(self, row: WrapRow) -> WrapSurface | None:
         if row.link not in self._T_link_world:
             self._unknown_link(Subject("wrap_surface", row.name), "it", row.link)
             return None
-        centre = self._local(row.link, row.centre)
-        if row.shape == "sphere":
-            return WrapSurface(row.name, row.link, "sphere", row.radius, Pose(centre))
-        axis = self._T_link_world[row.link].rotate(row.axis)
-        length = row.length if row.length > 0.0 else math.inf
+        face = row.face
+        centre = self._local(row.link, face.centre)
+        if face.shape == "sphere":
+            return WrapSurface(row.name, row.link, "sphere", face.radius, Pose(centre))
+        axis = self._T_link_world[row.link].rotate(face.axis)
+        length = face.length if face.length > 0.0 else math.inf
         pose = Pose(centre, _along(axis))
-        return WrapSurface(row.name, row.link, "cylinder", row.radius, pose, length)
+        return WrapSurface(row.name, row.link, "cylinder", face.radius, pose, length)
 
-    def _frames(self, rows: Sequence[TaskRow] | Sequence[MarkerRow]) -> Iterable[TaskFrame]:
+    def _frames(self, rows: Sequence[PointRow]) -> Iterable[TaskFrame]:
         for row in rows:
             subject = Subject("task_frame", row.name)
             if row.link == WORLD:
@@ -176,7 +164,7 @@ class _Muscles:
             elif row.link not in self._T_link_world:
                 self._unknown_link(subject, "it", row.link)
             else:
-                axes = row.axes if isinstance(row, TaskRow) else POSITIONS
+                axes = row.axes or POSITIONS
                 turns = bool(axes) and axes[0] in ANGLES
                 position = IDENTITY.p if turns else self._local(row.link, row.position)
                 yield TaskFrame(row.name, row.link, position, axes)

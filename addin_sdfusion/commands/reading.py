@@ -9,7 +9,7 @@ from typing import Any
 from ..building.build_robot import link_of
 from ..fusion.design import read_design
 from ..muscles.design_table import read_table
-from ..muscles.rows import MuscleTable
+from ..muscles.table import MuscleTable
 from ..progress import Progress
 from ..robot.finding import Finding
 from ..snapshot import DesignSnapshot

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ..muscles.attributes import GROUP
+from ..muscles.attributes import GROUP, stored_point
 from ..muscles.point_names import is_point_name
-from ..muscles.stored import stored_point
 from ..robot.model.pose import Vector3
 from ..snapshot import PointSnapshot
 from .health import problem_of

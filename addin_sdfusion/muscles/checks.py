@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import islice, pairwise
 
 from ..robot.finding import Finding, Severity, Subject
-from .rows import MuscleTable
+from .table import MuscleTable
 
 _LISTED = 5
 
@@ -57,17 +57,13 @@ def _listed(numbers: Sequence[int]) -> str:
 def _wrap_uses(table: MuscleTable) -> list[Finding]:
     """Wrap surfaces of muscles, or after points, that do not exist."""
     findings = []
-    for wrap in table.wraps:
-        for use in wrap.muscles:
-            numbers = [point.number for point in table.points_of(use.muscle)]
-            if use.after in numbers[:-1]:
-                continue
-            message = (
-                f"wrap surface {wrap.name!r} comes after point {use.after} of muscle "
-                f"{use.muscle!r}, which is not a point with another one after it; choose the "
-                "muscle and point again on the wrap tab of Define muscles"
-            )
-            findings.append(finding("error", "bad-wrap", message, "wrap_surface", wrap.name))
+    for wrap, use in table.bad_uses():
+        message = (
+            f"wrap surface {wrap.name!r} comes after point {use.after} of muscle {use.muscle!r}, "
+            "which is not a point with another one after it; choose the muscle and point again on "
+            "the wrap tab of Define muscles"
+        )
+        findings.append(finding("error", "bad-wrap", message, "wrap_surface", wrap.name))
     for name, count in Counter(wrap.name for wrap in table.wraps).items():
         if count > 1:
             message = f"{count} wrap surfaces are called {name!r}; rename all but one"

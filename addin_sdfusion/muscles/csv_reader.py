@@ -13,13 +13,11 @@ from typing import get_args
 
 from ..robot.errors import UnknownNameError
 from ..robot.finding import Finding, Severity, Subject
-from ..robot.model.muscle import CableKind, CableModel
+from ..robot.model.muscle import CableKind
 from ..robot.model.pose import Vector3
-from ..robot.model.robot import WORLD, Axis
-from ..snapshot import COLOR
-from .edits import next_color, with_muscle
-from .point_names import natural_key
-from .rows import MarkerRow, MuscleRow, MuscleTable, TaskRow, ViaPointRow
+from ..robot.model.robot import POSITIONS, WORLD, Axis
+from ..snapshot import COLOR, MuscleSnapshot, Role
+from .table import MuscleTable, PointRow, by_name
 
 COLUMNS = (
     "role",
@@ -41,8 +39,9 @@ COLUMNS = (
 _REQUIRED = ("name", "link", "x", "y", "z")
 _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 _UNITS = {"x": _METRES, "y": _METRES, "z": _METRES, "f_min": {"N": 1.0}, "f_max": {"N": 1.0}}
-_KINDS: tuple[str, ...] = get_args(CableKind)
-_AXES: tuple[str, ...] = get_args(Axis)
+_KINDS: tuple[CableKind, ...] = get_args(CableKind)
+_AXES: tuple[Axis, ...] = get_args(Axis)
+_ROLES: tuple[Role, ...] = get_args(Role)
 _HEADER = re.compile(r"(?P<name>[a-z_]+) *(?:[\[(](?P<unit>[a-z]+)[\])])?", re.IGNORECASE)
 _LARGEST_NUMBER = 10**6
 
@@ -75,11 +74,10 @@ class _Reader:
     file: Path | None
     links: Collection[str] | None
     findings: list[Finding] = field(default_factory=list)
-    rows: dict[str, MuscleRow] = field(default_factory=dict)
+    rows: dict[str, MuscleSnapshot] = field(default_factory=dict)
     given: dict[str, dict[str, str]] = field(default_factory=dict)
-    points: list[ViaPointRow] = field(default_factory=list)
-    tasks: list[TaskRow] = field(default_factory=list)
-    markers: list[MarkerRow] = field(default_factory=list)
+    points: list[PointRow] = field(default_factory=list)
+    others: list[PointRow] = field(default_factory=list)
     units: Mapping[str, float] = field(default_factory=dict)
     decimal_comma: bool = False
     line: int = 0
@@ -155,34 +153,34 @@ class _Reader:
         return columns
 
     def record(self, cells: Mapping[str, str]) -> None:
-        role = cells.get("role") or "via"
-        name = cells["name"] if cells.get("name") else ""
+        given, name = cells.get("role") or "via", cells.get("name") or ""
+        role = next((role for role in _ROLES if role == given), None)
         if not name:
             self.error("missing-name", "has no name")
-        elif role not in ("via", "task", "marker"):
-            message = f"role must be via, task or marker, not {role!r}"
-            self.error("bad-role", message)
+        elif role is None:
+            self.error("bad-role", f"role must be via, task or marker, not {given!r}")
         elif role == "via":
             self.via(name, cells)
-        elif (place := self.place(cells)) is not None:
-            if role == "task":
-                self.task(name, cells, place)
-            elif any(m.name == name for m in self.markers):
-                self.error("duplicate-name", f"marker {name!r} is there already")
-            else:
-                self.markers.append(MarkerRow(name, *place))
-
-    def task(self, name: str, cells: Mapping[str, str], place: tuple[str, Vector3]) -> None:
-        axes = tuple(axis for axis in _AXES if axis in cells.get("axes", "").split())
-        unknown = [axis for axis in cells.get("axes", "").split() if axis not in _AXES]
-        if unknown:
-            message = f"axes: {unknown[0]!r} is none of {', '.join(_AXES)}"
-            self.error("bad-axes", message)
-        elif any(task.name == name for task in self.tasks):
-            self.error("duplicate-name", f"task point {name!r} is there already")
         else:
-            row = TaskRow(name, *place)
-            self.tasks.append(replace(row, axes=axes) if axes else row)  # type: ignore[arg-type]
+            self.other(role, name, cells)
+
+    def other(self, role: Role, name: str, cells: Mapping[str, str]) -> None:
+        """A task point or marker."""
+        place = self.place(cells)
+        if place is None:
+            return
+        given = cells.get("axes", "").split() if role == "task" else []
+        axes = tuple(axis for axis in _AXES if axis in given)
+        unknown = [axis for axis in given if axis not in _AXES]
+        if unknown:
+            self.error("bad-axes", f"axes: {unknown[0]!r} is none of {', '.join(_AXES)}")
+        elif any((point.role, point.name) == (role, name) for point in self.others):
+            kind = "task point" if role == "task" else "marker"
+            self.error("duplicate-name", f"{kind} {name!r} is there already")
+        else:
+            link, position = place
+            axes = axes or POSITIONS if role == "task" else ()
+            self.others.append(PointRow(role, link, name=name, axes=axes, position=position))
 
     def via(self, name: str, cells: Mapping[str, str]) -> None:
         self.muscle(name, cells)
@@ -194,7 +192,8 @@ class _Reader:
         if number in mine:
             self.error("duplicate-number", f"muscle {name!r} has a point {number} already")
         elif place is not None and number is not None:
-            self.points.append(ViaPointRow(name, number, *place))
+            link, position = place
+            self.points.append(PointRow("via", link, name, number, position=position))
 
     def number(self, text: str, default: int) -> int | None:
         if not text:
@@ -238,25 +237,26 @@ class _Reader:
                 message = f"{key} of muscle {name!r} is {text!r} here and {before[key]!r} before"
                 self.error("contradiction", message)
                 return
-        row = self.rows.get(name, MuscleRow(name, ""))
+        row = self.rows.get(name, MuscleSnapshot(name, ""))
         for key in [key for key in new if key not in before]:
             changed = self.property(row, key, new[key])
             row = changed or row
             before[key] = new[key]
         self.rows[name] = row
 
-    def property(self, row: MuscleRow, key: str, text: str) -> MuscleRow | None:
+    def property(self, row: MuscleSnapshot, key: str, text: str) -> MuscleSnapshot | None:
         if key == "color":
             if not COLOR.fullmatch(text):
                 self.error("bad-color", f"color must be #rrggbb, not {text!r}")
                 return None
             return replace(row, color=text.lower())
         if key == "model":
-            if text not in _KINDS:
+            kind = next((kind for kind in _KINDS if kind == text), None)
+            if kind is None:
                 message = f"model must be one of {', '.join(_KINDS)}, not {text!r}"
                 self.error("bad-model", message)
                 return None
-            return replace(row, model=replace(row.model, kind=text))
+            return replace(row, model=kind)
         if key == "parameters":
             return self.parameters(row, text)
         number = self.float(key, text)
@@ -264,27 +264,23 @@ class _Reader:
             return None
         return replace(row, f_min=number) if key == "f_min" else replace(row, f_max=number)
 
-    def parameters(self, row: MuscleRow, text: str) -> MuscleRow | None:
+    def parameters(self, row: MuscleSnapshot, text: str) -> MuscleSnapshot | None:
         pairs = [pair.partition("=") for pair in text.split()]
         values = [_float(v.replace(",", ".") if self.decimal_comma else v) for _, _, v in pairs]
         named = [(name, v) for (name, *_), v in zip(pairs, values, strict=True) if name]
-        numbers = tuple((name, v) for name, v in named if v is not None and math.isfinite(v))
+        numbers = {name: v for name, v in named if v is not None and math.isfinite(v)}
         if len(numbers) != len(pairs):
             self.error("bad-parameters", f"parameters must be name=number ..., not {text!r}")
             return None
-        return replace(row, model=CableModel(row.model.kind, numbers))
+        return replace(row, parameters=numbers)
 
     def table(self) -> MuscleTable:
         table = MuscleTable()
         for row in self.rows.values():
-            table = with_muscle(table, row if row.color else replace(row, color=next_color(table)))
+            table = table.with_muscle(row if row.color else replace(row, color=table.next_color()))
         order = {name: i for i, name in enumerate(self.rows)}
-        return replace(
-            table,
-            points=tuple(sorted(self.points, key=lambda p: (order[p.muscle], p.number))),
-            tasks=tuple(sorted(self.tasks, key=lambda t: natural_key(t.name))),
-            markers=tuple(sorted(self.markers, key=lambda m: natural_key(m.name))),
-        )
+        points = sorted(self.points, key=lambda p: (order[p.muscle], p.number))
+        return replace(table, points=tuple(points), others=by_name(self.others))
 
 
 def _column(header: str) -> tuple[str, str]:

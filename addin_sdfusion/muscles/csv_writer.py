@@ -10,8 +10,9 @@ from __future__ import annotations
 import csv
 import io
 
+from ..snapshot import MuscleSnapshot
 from .csv_reader import COLUMNS
-from .rows import MuscleRow, MuscleTable
+from .table import MuscleTable
 
 
 def csv_text(table: MuscleTable, delimiter: str = ",") -> str:
@@ -27,20 +28,17 @@ def csv_text(table: MuscleTable, delimiter: str = ",") -> str:
     writer.writerow(COLUMNS)
     for row in table.rows:
         points = table.points_of(row.name)
-        muscle = (row.color, repr(row.f_min), repr(row.f_max), row.model.kind, _parameters(row))
+        muscle = (row.color, repr(row.f_min), repr(row.f_max), row.model, _parameters(row))
         if not points:
             writer.writerow(("via", row.name, "", "", "", "", "", *muscle, ""))
         for i, p in enumerate(points):
             end = muscle if i == 0 else ("",) * len(muscle)
             writer.writerow(("via", row.name, p.number, p.link, *map(repr, p.position), *end, ""))
-    for task in table.tasks:
-        where = (task.link, *map(repr, task.position))
-        writer.writerow(("task", task.name, "", *where, *[""] * 5, " ".join(task.axes)))
-    for marker in table.markers:
-        where = (marker.link, *map(repr, marker.position))
-        writer.writerow(("marker", marker.name, "", *where, *[""] * 6))
+    for p in table.others:
+        where = (p.link, *map(repr, p.position))
+        writer.writerow((p.role, p.name, "", *where, *[""] * 5, " ".join(p.axes)))
     return stream.getvalue()
 
 
-def _parameters(row: MuscleRow) -> str:
-    return " ".join(f"{name}={value!r}" for name, value in row.model.parameters)
+def _parameters(row: MuscleSnapshot) -> str:
+    return " ".join(f"{name}={value!r}" for name, value in row.parameters.items())

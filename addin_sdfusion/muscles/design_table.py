@@ -8,24 +8,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any, Protocol, TypeVar
+from dataclasses import fields, replace
+from typing import Protocol, TypeVar
 
 from ..robot.finding import Finding
-from ..robot.model.robot import WORLD
-from ..snapshot import DesignSnapshot, PointSnapshot, PointUse, SurfaceSnapshot
+from ..robot.model.robot import POSITIONS, WORLD
+from ..snapshot import DesignSnapshot, MuscleSnapshot, PointSnapshot, PointUse, SurfaceSnapshot
 from .checks import finding, table_findings
 from .point_names import is_point_name, natural_key, parse_point_name
-from .rows import (
-    COLORS,
-    MarkerRow,
-    MuscleRow,
-    MuscleTable,
-    TaskRow,
-    ViaPointRow,
-    WrapRow,
-    muscle_row,
-)
+from .table import COLORS, MuscleTable, PointRow, WrapRow, by_name
 
 
 class _Located(Protocol):
@@ -36,8 +27,6 @@ class _Located(Protocol):
 
 
 Located = TypeVar("Located", bound=_Located)
-Row = TypeVar("Row", TaskRow, MarkerRow, WrapRow)
-NamedPoint = TypeVar("NamedPoint", TaskRow, MarkerRow)
 
 
 def read_table(
@@ -55,34 +44,19 @@ def read_table(
     """
     findings: list[Finding] = []
     link_of = link_of or {}
-    points: list[ViaPointRow] = []
-    tasks: list[TaskRow] = []
-    markers: list[MarkerRow] = []
-    read = [(point, _point(point, findings)) for point in _once(snapshot.points, findings)]
-    for point, said in _one_each([(p, use) for p, use in read if use], link_of):
-        use = said if said.link else replace(said, link=_link_at(point, link_of))
-        if use.role == "via":
-            points.append(_via_point(point, use))
-        elif use.role == "task":
-            task = _named_point(TaskRow, point, use)
-            tasks.append(replace(task, axes=use.axes) if use.axes else task)
-        else:
-            markers.append(_named_point(MarkerRow, point, use))
-    rows = _rows(snapshot, points, findings)
+    read = [(point, _use(point, findings)) for point in _once(snapshot.points, findings)]
+    used = _one_each([(point, use) for point, use in read if use], link_of)
+    points = [_point_row(point, use, link_of) for point, use in used]
+    via = [point for point in points if point.role == "via"]
+    rows = _rows(snapshot, {point.muscle for point in via}, findings)
     order = {row.name: i for i, row in enumerate(rows)}
-    points.sort(key=lambda p: (order[p.muscle], p.number, natural_key(p.name), p.occurrence))
     table = MuscleTable(
         rows,
-        tuple(points),
-        tuple(sorted(tasks, key=_by_name)),
-        tuple(sorted(markers, key=_by_name)),
-        tuple(sorted(_wraps(snapshot, link_of), key=_by_name)),
+        tuple(sorted(via, key=lambda p: (order[p.muscle], p.number))),
+        by_name(point for point in points if point.role != "via"),
+        tuple(sorted(_wraps(snapshot, link_of), key=lambda w: (natural_key(w.name), w.occurrence))),
     )
     return table, [*findings, *table_findings(table)]
-
-
-def _by_name(row: Row) -> Any:
-    return natural_key(row.name), row.occurrence
 
 
 def _once(points: Iterable[PointSnapshot], findings: list[Finding]) -> list[PointSnapshot]:
@@ -101,7 +75,7 @@ def _once(points: Iterable[PointSnapshot], findings: list[Finding]) -> list[Poin
     return good
 
 
-def _point(point: PointSnapshot, findings: list[Finding]) -> PointUse | None:
+def _use(point: PointSnapshot, findings: list[Finding]) -> PointUse | None:
     """What a point is said to be, or what its name holds in its place."""
     if point.use is not None:
         return point.use
@@ -156,30 +130,31 @@ def _link_at(item: Located, link_of: Mapping[str, str]) -> str:
     return link_of.get(item.occurrence, item.occurrence or WORLD)
 
 
-def _via_point(point: PointSnapshot, a: PointUse) -> ViaPointRow:
-    source = point.entity, point.occurrence, point.name
-    return ViaPointRow(a.muscle, a.number, a.link, point.position, *source, a.made)
-
-
-def _named_point(kind: type[NamedPoint], point: PointSnapshot, a: PointUse) -> NamedPoint:
-    source = point.entity, point.occurrence, a.made
-    return kind(a.name or point.name, a.link, point.position, *source)
+def _point_row(point: PointSnapshot, use: PointUse, link_of: Mapping[str, str]) -> PointRow:
+    row = PointRow(
+        **{f.name: getattr(use, f.name) for f in fields(use)},
+        position=point.position,
+        entity=point.entity,
+    )
+    axes = use.axes or POSITIONS if use.role == "task" else ()
+    name = "" if use.role == "via" else use.name or point.name
+    link = use.link or _link_at(point, link_of)
+    return replace(row, name=name, link=link, axes=axes, occurrence=point.occurrence)
 
 
 def _rows(
-    snapshot: DesignSnapshot, points: Sequence[ViaPointRow], findings: list[Finding]
-) -> tuple[MuscleRow, ...]:
+    snapshot: DesignSnapshot, used: set[str], findings: list[Finding]
+) -> tuple[MuscleSnapshot, ...]:
     """The muscles that the design lists, then those that only have points."""
-    listed = [muscle_row(muscle) for muscle in snapshot.muscles]
+    listed = [replace(muscle, color=muscle.color.lower()) for muscle in snapshot.muscles]
     rows = {row.name: row for row in reversed(listed)}
     for name, count in Counter(row.name for row in listed).items():
         if count > 1:
             message = f"muscle {name!r} is listed {count} times; the first counts"
             findings.append(finding("warning", "duplicate-muscle", message, "muscle", name))
     ordered = [rows[name] for name in dict.fromkeys(row.name for row in listed)]
-    unlisted = {point.muscle for point in points} - rows.keys()
-    for name in sorted(unlisted, key=natural_key):
-        row = MuscleRow(name, COLORS[len(ordered) % len(COLORS)])
+    for name in sorted(used - rows.keys(), key=natural_key):
+        row = MuscleSnapshot(name, COLORS[len(ordered) % len(COLORS)])
         ordered.append(row)
         message = (
             f"muscle {name!r} has no force limits: {row.f_min:g} to {row.f_max:g} N are used; "
@@ -189,19 +164,14 @@ def _rows(
     return tuple(ordered)
 
 
-def _wraps(snapshot: DesignSnapshot, link_of: Mapping[str, str]) -> list[WrapRow]:
+def _wraps(snapshot: DesignSnapshot, link_of: Mapping[str, str]) -> Iterable[WrapRow]:
     groups: dict[str, list[SurfaceSnapshot]] = {}
     for i, surface in enumerate(snapshot.surfaces):
         if surface.use is not None:
             groups.setdefault(surface.entity or f"#{i}", []).append(surface)
-    rows = []
     for group in groups.values():
         use = group[0].use
-        if use is None:
-            continue
-        face = _meant(group, use.occurrence, use.link, link_of)
-        shape = face.shape, face.radius, face.centre, face.axis, face.length
-        place = face.entity, face.occurrence
-        link = use.link or _link_at(face, link_of)
-        rows.append(WrapRow(use.name, link, *shape, use.muscles, *place))
-    return rows
+        if use is not None:
+            face = _meant(group, use.occurrence, use.link, link_of)
+            link = use.link or _link_at(face, link_of)
+            yield WrapRow(use.name, link, use.muscles, face.occurrence, face=face)

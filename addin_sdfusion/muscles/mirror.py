@@ -17,8 +17,7 @@ from ..robot.model.robot import WORLD
 from ..robot.model.rotations import dot, normalized, subtract
 from ..snapshot import WrapUse
 from .checks import finding
-from .edits import delete_muscle, new_muscle_name, next_color, with_muscle, with_points
-from .rows import MuscleTable, ViaPointRow
+from .table import MuscleTable, PointRow
 
 _OTHER = {"l": "r", "left": "right"}
 _OTHER |= {right: left for left, right in _OTHER.items()}
@@ -106,17 +105,15 @@ def mirror_muscle(
             message = f"point {point.number} of muscle {muscle!r} on link {point.link!r}: {problem}"
             message += "; rename the rigid group or component so that left and right match"
             findings.append(finding("error", "unknown-mirrored-link", message, "link", link))
-        points.append(ViaPointRow(name, point.number, link, plane.mirrored(point.position)))
+        image = plane.mirrored(point.position)
+        points.append(PointRow("via", link, name, point.number, position=image))
     if any(f.is_error for f in findings):
         return table, findings
-    if table.row(name) is None:
-        table = with_muscle(table, replace(row, name=name, color=next_color(table)))
-    else:
-        kept = table.row(name)
-        table = delete_muscle(table, name)
-        table = with_muscle(table, replace(row, name=name, color=kept.color if kept else row.color))
+    replaced = table.row(name)
+    color = replaced.color if replaced else table.next_color()
+    table = table.delete_muscle(name).with_muscle(replace(row, name=name, color=color))
     first = min((point.number for point in points), default=0)
-    table = with_points(table, name, points, first)
+    table = table.with_points(name, points, first)
     return _wraps_mirrored(table, muscle, name, findings)
 
 
@@ -126,7 +123,7 @@ def _image_name(table: MuscleTable, muscle: str) -> str:
     if other is not None:
         return other
     if re.fullmatch(r"motor[0-9]+", muscle):
-        return new_muscle_name(table)
+        return table.new_muscle_name()
     return f"{muscle}_mirrored"
 
 

@@ -11,8 +11,7 @@ from typing import Literal
 
 from ..robot.model.pose import Vector3
 from ..robot.model.rotations import add, cross, dot, normalized, subtract
-from ..snapshot import WrapUse
-from .rows import WrapRow
+from ..snapshot import SurfaceSnapshot, WrapUse
 
 _STEP = math.radians(6.0)  # of the drawn arc
 _Z: Vector3 = (0.0, 0.0, 1.0)
@@ -20,20 +19,20 @@ _Z: Vector3 = (0.0, 0.0, 1.0)
 Sense = Literal[-1, 1]
 
 
-def path_over(start: Vector3, end: Vector3, wrap: WrapRow, use: WrapUse) -> list[Vector3]:
+def path_over(start: Vector3, end: Vector3, face: SurfaceSnapshot, use: WrapUse) -> list[Vector3]:
     """Points on the surface between two via points; none where the muscle does not touch it.
 
     Args:
         start: The point before the surface, in the root frame, in [m].
         end: The point after it.
-        wrap: The surface.
+        face: The surface.
         use: How the muscle wraps over it.
     """
     if use.inside:
         return []
-    a, b = subtract(start, wrap.centre), subtract(end, wrap.centre)
-    axis, sense = normalized(wrap.axis), use.side
-    if wrap.shape == "sphere":
+    a, b = subtract(start, face.centre), subtract(end, face.centre)
+    axis, sense = normalized(face.axis), use.side
+    if face.shape == "sphere":
         normal = normalized(cross(a, b))
         if not any(normal):
             normal = normalized(
@@ -41,8 +40,8 @@ def path_over(start: Vector3, end: Vector3, wrap: WrapRow, use: WrapUse) -> list
             )
         turned: Sense = 1 if normal[2] >= 0.0 else -1
         axis, sense = normal, use.side * turned  # type: ignore[assignment]
-    points = _about(a, b, axis, wrap.radius, sense, use.turns)
-    return [add(wrap.centre, point) for point in points]
+    points = _about(a, b, axis, face.radius, sense, use.turns)
+    return [add(face.centre, point) for point in points]
 
 
 def _about(a: Vector3, b: Vector3, z: Vector3, r: float, side: int, turns: int) -> list[Vector3]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from ..robot.model.muscle import CableKind
+from ..robot.model.muscle import CableKind, CableModel
 from ..robot.model.pose import Vector3
 from ..robot.model.robot import Axis
 from .color import Color
@@ -37,6 +37,11 @@ class MuscleSnapshot:
     f_max: float = F_MAX
     model: CableKind = "ideal"
     parameters: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def cable_model(self) -> CableModel:
+        """The model with its parameters, as the robot's muscle has it."""
+        return CableModel(self.model, tuple(self.parameters.items()))
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from addin_sdfusion.muscles.rows import COLORS
+from addin_sdfusion.muscles.table import COLORS
 from addin_sdfusion.records import from_plain, to_plain
 from addin_sdfusion.robot import InputError, Vector3
 from addin_sdfusion.robot.model.transform import IDENTITY, Transform

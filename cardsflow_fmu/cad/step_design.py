@@ -9,7 +9,7 @@ from typing import Literal
 
 from addin_sdfusion.building.build_robot import link_of
 from addin_sdfusion.muscles.csv_reader import read_csv
-from addin_sdfusion.muscles.rows import MuscleRow, MuscleTable
+from addin_sdfusion.muscles.table import MuscleTable
 from addin_sdfusion.robot import WORLD, InputError, Vector3, limits
 from addin_sdfusion.robot.files import read_file
 from addin_sdfusion.robot.finding_builders import listed
@@ -20,9 +20,7 @@ from addin_sdfusion.snapshot import (
     DesignSnapshot,
     JointSnapshot,
     MotionSnapshot,
-    MuscleSnapshot,
     PointSnapshot,
-    PointUse,
     SourceSnapshot,
 )
 
@@ -149,27 +147,13 @@ def _with_muscles(snapshot: DesignSnapshot, file: Path) -> DesignSnapshot:
     table, findings = read_csv(read_file(file, limits.DESIGN), place, file)
     return replace(
         snapshot,
-        muscles=tuple(_muscle(row) for row in table.rows),
+        muscles=table.rows,
         points=tuple(_points(table, place)),
         findings=(*snapshot.findings, *findings),
     )
 
 
-def _muscle(row: MuscleRow) -> MuscleSnapshot:
-    model = row.model
-    return MuscleSnapshot(
-        row.name, row.color, row.f_min, row.f_max, model.kind, dict(model.parameters)
-    )
-
-
 def _points(table: MuscleTable, place: Mapping[str, str]) -> Iterator[PointSnapshot]:
-    uses: list[tuple[str, Vector3, PointUse]] = []
-    for p in table.points:
-        use = PointUse("via", p.link, p.muscle, p.number)
-        uses.append((f"{p.muscle}_{p.number}", p.position, use))
-    for t in table.tasks:
-        uses.append((t.name, t.position, PointUse("task", t.link, name=t.name, axes=t.axes)))
-    for m in table.markers:
-        uses.append((m.name, m.position, PointUse("marker", m.link, name=m.name)))
-    for number, (name, position, use) in enumerate(uses):
-        yield PointSnapshot(name, place[use.link], position, str(number), use)
+    for number, p in enumerate((*table.points, *table.others)):
+        name = p.name or f"{p.muscle}_{p.number}"
+        yield PointSnapshot(name, place[p.link], p.position, str(number), p.use)

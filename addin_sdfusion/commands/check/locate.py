@@ -92,10 +92,9 @@ class _Locator:
         return self._points_of({(p.entity, p.occurrence) for p in points})
 
     def _frame(self, name: str) -> Iterator[Any]:
-        own, table = name.rpartition("/")[2], self._reading.table
-        keys = {(t.entity, t.occurrence) for t in table.tasks if t.name == own}
-        keys |= {(m.entity, m.occurrence) for m in table.markers if m.name == name}
-        return self._points_of(keys)
+        own = {"task": name.rpartition("/")[2], "marker": name}
+        others = self._reading.table.others
+        return self._points_of({(p.entity, p.occurrence) for p in others if p.name == own[p.role]})
 
     def _points_of(self, keys: set[tuple[str, str]]) -> Iterator[Any]:
         """Construction points by entity and occurrence, as the snapshot calls them."""

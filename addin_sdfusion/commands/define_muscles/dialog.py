@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from ...muscles.rows import NAMED_COLORS
+from ...muscles.table import NAMED_COLORS
 from ...robot.model.laws import TENSION_LAWS
 from ..dialogs import Dialog, Example, Input
 

@@ -6,8 +6,7 @@ from typing import Any
 
 from ...fusion.inserted import KEPT
 from ...fusion.occurrences import every_occurrence
-from ...muscles.attributes import GROUP, WRAP
-from ...muscles.stored import stored_surface
+from ...muscles.attributes import GROUP, WRAP, stored_surface
 from ...snapshot import DesignSnapshot, SurfaceUse
 
 

@@ -1,4 +1,4 @@
-"""Define muscles command: from the inputs to the pending table and back."""
+"""Define muscles command: from the inputs to the editor of the table and back."""
 
 from __future__ import annotations
 
@@ -8,18 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ...muscles.csv_import import imported
 from ...muscles.csv_reader import read_csv
 from ...muscles.csv_writer import csv_text
-from ...muscles.edits import renumbered
 from ...muscles.mirror import Plane
-from ...muscles.rows import NAMED_COLORS, MuscleRow
+from ...muscles.table import NAMED_COLORS
 from ...robot import limits
 from ...robot.errors import CardsflowError, InputError
 from ...robot.files import read_file, write_files
-from ...robot.model.muscle import CableModel
+from ...robot.model.muscle import CableKind
 from ...robot.model.pose import Vector3
-from ...robot.model.tension_laws import law_of
 from .. import clipboard
 from ..command import Command, Window
 from ..guard import chosen_file
@@ -36,11 +33,10 @@ from .dialog import (
     PLANES,
     SIDES,
 )
+from .editor import MuscleEditor, Pick
 from .entities import Entities
-from .pending import PendingTable
 from .picks import Picks, plane
 from .preview import draw
-from .problems import problems
 from .view import SHOWN, parameter_names, position_text, show
 from .writing import Writer
 
@@ -54,31 +50,30 @@ class DefineMuscles(Window):
         self._picks = Picks()
         self._entities = Entities(design, self._read.snapshot)
         note = "\n".join(f.message for f in self._read.table_findings[:SHOWN])
-        self.pending = PendingTable(self._read.table, self._read.link_of, note or self._read.note)
+        self.editor = MuscleEditor(self._read.table, self._read.link_of, note or self._read.note)
         self._plane: Plane | None = None
+        editor, value, selected = self.editor, inputs.value, inputs.selected
         self._works: dict[str, Callable[[], None]] = {
-            "pick": self._picked_points,
-            "other_pick": self._picked_others,
-            "wrap_pick": self._picked_faces,
-            "plane_pick": self._picked_plane,
-            "muscle": self._chosen,
-            "link": self._link,
-            "muscle_name": lambda: self.pending.rename(inputs.value("muscle_name")),
+            "pick": lambda: self._picked("pick", lambda e: editor.pick_point(self._point(e))),
+            "other_pick": lambda: self._picked("other_pick", self._picked_other),
+            "wrap_pick": lambda: self._picked("wrap_pick", self._picked_face),
+            "plane_pick": lambda: self._picked("plane_pick", self._picked_plane),
+            "muscle": lambda: editor.choose(_chosen(value("muscle"), NEW_MUSCLE)),
+            "link": lambda: setattr(editor, "link", _chosen(value("link"), OF_PART)),
+            "muscle_name": lambda: editor.rename(value("muscle_name")),
             "palette": self._palette,
-            "color": self._color,
-            "f_min": lambda: self._forces("f_min"),
-            "f_max": lambda: self._forces("f_max"),
-            "model": self._model,
-            "delete_muscle": self.pending.delete,
-            "wrap": self._chosen_wrap,
-            "wrap_name": lambda: self.pending.rename_wrap(inputs.value("wrap_name")),
-            "wrap_link": self._wrap_link,
-            "wrap_delete": lambda: self.pending.change_wrap(lambda wrap: None),
-            "use_add": self.pending.add_use,
-            "use_delete": lambda: self.pending.change_use(
-                inputs.selected("wrap_uses"), lambda use: None
-            ),
-            "other_delete": lambda: self.pending.delete_other(inputs.selected("others")),
+            "color": lambda: editor.change(color=value("color").strip().lower()),
+            "f_min": lambda: editor.change(f_min=float(value("f_min"))),
+            "f_max": lambda: editor.change(f_max=float(value("f_max"))),
+            "model": lambda: self._model(editor.muscle, value("model")),
+            "delete_muscle": editor.delete,
+            "wrap": lambda: setattr(editor, "wrap", _chosen(value("wrap"), NO_SURFACE)),
+            "wrap_name": lambda: editor.rename_wrap(value("wrap_name")),
+            "wrap_link": lambda: editor.change_wrap(link=value("wrap_link")),
+            "wrap_delete": editor.delete_wrap,
+            "use_add": editor.add_use,
+            "use_delete": lambda: editor.delete_use(selected("wrap_uses")),
+            "other_delete": lambda: editor.delete_other(selected("others")),
             "mirror": self._mirror,
             "paste": lambda: self._take(clipboard.paste().encode(), "The clipboard"),
             "copy": self._copy,
@@ -88,17 +83,17 @@ class DefineMuscles(Window):
 
     def opened(self) -> None:
         """Shows the table of the design."""
-        show(self.pending, self.inputs)
+        show(self.editor, self.inputs)
 
     def changed(self, changed: Any) -> None:
-        """An edit of the pending table; errors are shown in the status."""
+        """An edit of the table; errors are shown in the status."""
         name, selected = str(changed.id), None
         try:
             if name in _FOCUS:
                 if changed.isActive:  # else it is the tab that was left
                     self.inputs[_FOCUS[name]].hasFocus = True  # what is clicked now goes there
             elif name in _EDITS:
-                selected = self.pending.edit_point(name, self.inputs.selected("points"))
+                selected = self.editor.edit_point(name, self.inputs.selected("points"))
             elif name in self._works:
                 self._works[name]()
             elif (edit := self.inputs.cell(changed)) is not None:
@@ -106,142 +101,112 @@ class DefineMuscles(Window):
             else:
                 return
         except CardsflowError as error:
-            self.pending.message = str(error)
-        show(self.pending, self.inputs, selected)
+            self.editor.message = str(error)
+        show(self.editor, self.inputs, selected)
 
     def valid(self) -> bool:
         """Whether the table can be written."""
-        return not problems(self.pending.table, self.pending.links)
+        return not self.editor.table.problems(self.editor.links)
 
     def preview(self) -> None:
         """Draws the muscles."""
-        draw(self.design, self.pending.table, self.pending.muscle)
+        draw(self.design, self.editor.table, self.editor.muscle)
 
     def execute(self) -> None:
         """Writes the table into the design."""
         entities = self._entities
         writer = Writer(
-            self.design, self._picks, entities.points, entities.faces, self.pending.link_of
+            self.design, self._picks, entities.points, entities.faces, self.editor.link_of
         )
-        writer.write(self.pending.before, self.pending.table)
+        writer.write(self.editor.before, self.editor.table)
 
     # Picks
 
-    def _picked_points(self) -> None:
-        for entity, _ in self.inputs.picked("pick"):
-            self.pending.pick_point(self._picks.point(entity, self._entities.point_key))
+    def _picked(self, name: str, take: Callable[[Any], None]) -> None:
+        """Takes each thing that was picked; one that is refused does not keep out the others."""
+        for entity, _ in self.inputs.picked(name):
+            try:
+                take(entity)
+            except CardsflowError as error:
+                self.editor.message = str(error)
 
-    def _picked_others(self) -> None:
-        role = self.inputs.value("other_role")
-        for entity, _ in self.inputs.picked("other_pick"):
-            pick = self._picks.point(entity, self._entities.point_key)
-            self.pending.pick_other(pick, "marker" if role == MARKER else "task")
+    def _point(self, entity: Any) -> Pick:
+        return self._picks.point(entity, self._entities.point_key)
 
-    def _picked_faces(self) -> None:
-        for entity, _ in self.inputs.picked("wrap_pick"):
-            self.pending.pick_surface(self._picks.surface(entity, self._entities.face_key))
+    def _picked_other(self, entity: Any) -> None:
+        is_marker = self.inputs.value("other_role") == MARKER
+        self.editor.pick_other(self._point(entity), "marker" if is_marker else "task")
 
-    def _picked_plane(self) -> None:
-        for entity, _ in self.inputs.picked("plane_pick"):
-            self._plane = plane(entity)
-            self.inputs.choose("plane", (*PLANES, PICKED_PLANE), PICKED_PLANE)
-            self.pending.message = "The picked plane is used; press Mirror."
+    def _picked_face(self, entity: Any) -> None:
+        self.editor.pick_surface(self._picks.surface(entity, self._entities.face_key))
 
-    # The chosen muscle
+    def _picked_plane(self, entity: Any) -> None:
+        self._plane = plane(entity)
+        self.inputs.choose("plane", (*PLANES, PICKED_PLANE), PICKED_PLANE)
+        self.editor.message = "The picked plane is used; press Mirror."
 
-    def _chosen(self) -> None:
-        chosen = self.inputs.value("muscle")
-        self.pending.choose("" if chosen == NEW_MUSCLE else chosen)
-
-    def _link(self) -> None:
-        chosen = self.inputs.value("link")
-        self.pending.link = "" if chosen == OF_PART else chosen
-
-    def _color(self) -> None:
-        color = self.inputs.value("color").strip().lower()
-        self.pending.change(lambda row: replace(row, color=color))
-
-    def _forces(self, name: str) -> None:
-        value = float(self.inputs.value(name))
-        if name == "f_min":
-            self.pending.change(lambda row: replace(row, f_min=value))
-        else:
-            self.pending.change(lambda row: replace(row, f_max=value))
+    # Properties of muscles
 
     def _palette(self) -> None:
         color = NAMED_COLORS.get(self.inputs.value("palette"))
         if color is not None:
-            self.pending.change(lambda row: replace(row, color=color))
+            self.editor.change(color=color)
 
-    def _model(self) -> None:
-        kind = self.inputs.value("model")
-        self.pending.change(lambda row: replace(row, model=_as_kind(row.model, kind)))
+    def _model(self, muscle: str, model: CableKind) -> None:
+        """Another model, with the parameters that this has as well."""
+        row = self.editor.table.row(muscle)
+        if row is not None:
+            known = parameter_names(replace(row, model=model, parameters={}))
+            kept = {name: number for name, number in row.parameters.items() if name in known}
+            self.editor.change(muscle, model=model, parameters=kept)
 
     def _parameter(self, index: int, text: str) -> None:
-        def changed(row: MuscleRow) -> MuscleRow:
-            name = parameter_names(row.model)[index]
-            given = dict(row.model.parameters)
-            given.pop(name, None)
+        row = self.editor.table.row(self.editor.muscle)
+        if row is not None:
+            name = parameter_names(row)[index]
+            given = {key: number for key, number in row.parameters.items() if key != name}
             if text.strip():
                 given[name] = _number(text)
-            return replace(row, model=CableModel(row.model.kind, tuple(given.items())))
-
-        self.pending.change(changed)
-
-    # Wrap surfaces
-
-    def _chosen_wrap(self) -> None:
-        chosen = self.inputs.value("wrap")
-        self.pending.wrap = "" if chosen == NO_SURFACE else chosen
-
-    def _wrap_link(self) -> None:
-        link = self.inputs.value("wrap_link")
-        self.pending.change_wrap(lambda wrap: replace(wrap, link=link))
+            self.editor.change(parameters=given)
 
     # Cells of the tables
 
     def _cell_changed(self, edit: CellEdit) -> None:
-        table, row, column, value = edit
-        if table == "points" and column == 1:
-            self.pending.point_link(row, value)
-        elif table == "points":
-            point = self.pending.table.points_of(self.pending.muscle)[row]
-            self.pending.point_position(row, _position(value, point.position))
-        elif table == "parameters":
-            self._parameter(row, value)
-        elif table == "all":
-            self._muscle_changed(self.pending.table.rows[row].name, column, value)
-        elif table == "others" and column == 1:
-            self.pending.change_other(row, name=value)
-        elif table == "others" and column == 2:
-            self.pending.change_other(row, link=value)
-        elif table == "wrap_uses":
-            self._use_changed(row, column, value)
+        editor = self.editor
+        match edit:
+            case ("points", row, 1, value):
+                editor.point_link(row, value)
+            case ("points", row, _, value):
+                before = editor.table.points_of(editor.muscle)[row].position
+                editor.point_position(row, _position(value, before))
+            case ("parameters", row, _, value):
+                self._parameter(row, value)
+            case ("all", row, column, value):
+                self._muscle_changed(editor.table.rows[row].name, column, value)
+            case ("others", row, 1, value):
+                editor.rename_other(row, value)
+            case ("others", row, 2, value):
+                editor.move_other(row, value)
+            case ("wrap_uses", row, 0, value):
+                editor.change_use(row, muscle=value)
+            case ("wrap_uses", row, 1, value):
+                editor.change_use(row, after=int(value))
+            case ("wrap_uses", row, 2, value) if value == INSIDE:
+                editor.change_use(row, side=0, inside=True, turns=0)
+            case ("wrap_uses", row, 2, value):
+                editor.change_use(row, side=SIDES[value], inside=False)
+            case ("wrap_uses", row, _, value):
+                editor.change_use(row, turns=int(value))
 
-    def _muscle_changed(self, muscle: str, column: int, value: str) -> None:
+    def _muscle_changed(self, muscle: str, column: int, value: Any) -> None:
         if column == 0:
-            self.pending.rename(value, muscle)
-        elif column == 3:
-            self.pending.change(lambda row: replace(row, model=_as_kind(row.model, value)), muscle)
-        else:
-            force: dict[str, Any] = {"f_min" if column == 1 else "f_max": _number(value)}
-            self.pending.change(lambda row: replace(row, **force), muscle)
-
-    def _use_changed(self, row: int, column: int, value: Any) -> None:
-        if column == 0:
-            self.pending.change_use(row, lambda use: replace(use, muscle=value))
+            self.editor.rename(value, muscle)
         elif column == 1:
-            self.pending.change_use(row, lambda use: replace(use, after=int(value)))
+            self.editor.change(muscle, f_min=_number(value))
         elif column == 2:
-            side, inside = SIDES.get(value, 0), value == INSIDE
-            self.pending.change_use(
-                row,
-                lambda use: replace(
-                    use, side=side, inside=inside, turns=0 if inside else use.turns
-                ),
-            )
+            self.editor.change(muscle, f_max=_number(value))
         else:
-            self.pending.change_use(row, lambda use: replace(use, turns=int(value)))
+            self._model(muscle, value)
 
     # Mirror and CSV
 
@@ -251,41 +216,38 @@ class DefineMuscles(Window):
         if at is None:
             raise InputError("Pick a flat face or construction plane first.")
         every, again = self.inputs.value("mirror_all"), self.inputs.value("mirror_replace")
-        self.pending.mirror(at, every, again)
+        self.editor.mirror(at, every, again)
 
     def _import(self) -> None:
         file = chosen_file("Import muscles", "Tables (*.csv;*.txt);;All files (*.*)")
-        if file is None:
-            return
-        self._take(read_file(file, limits.DESIGN), file.name, file)
+        if file is not None:
+            self._take(read_file(file, limits.DESIGN), file.name, file)
 
     def _take(self, data: bytes, name: str, file: Path | None = None) -> None:
         """Takes a table of points, if nothing is wrong with it."""
-        table, findings = read_csv(data, self.pending.links, file)
+        table, findings = read_csv(data, self.editor.links, file)
         lines = [f"line {f.line}: {f.message}" for f in findings[:SHOWN]]
         if len(findings) > SHOWN:
             lines.append(f"and {len(findings) - SHOWN} more")
         if any(f.is_error for f in findings):
             lines.insert(0, f"{name} was not taken:")
         else:
-            self.pending.table = renumbered(imported(self.pending.table, table))
-            if table.rows:
-                self.pending.choose(table.rows[0].name)
+            self.editor.take(table)
             counts = f"{len(table.rows)} muscles with {len(table.points)} points"
             lines.insert(0, f"{name}: {counts}.")
-        self.pending.message = "\n".join(lines)
+        self.editor.message = "\n".join(lines)
 
     def _copy(self) -> None:
-        clipboard.copy(csv_text(self.pending.table, "\t"))
-        self.pending.message = "All points are copied; paste them into a spreadsheet."
+        clipboard.copy(csv_text(self.editor.table, "\t"))
+        self.editor.message = "All points are copied; paste them into a spreadsheet."
 
     def _export(self) -> None:
         file = chosen_file("Export muscles", "Tables (*.csv)", "muscles.csv")
         if file is None:
             return
         # Spreadsheets take a file for UTF-8 only with its mark.
-        write_files(file.parent, {file.name: "\ufeff" + csv_text(self.pending.table)})
-        self.pending.message = f"{file} is written."
+        write_files(file.parent, {file.name: "\ufeff" + csv_text(self.editor.table)})
+        self.editor.message = f"{file} is written."
 
 
 _FOCUS = {
@@ -297,11 +259,9 @@ _FOCUS = {
 _EDITS = ("up", "down", "insert", "duplicate", "delete")
 
 
-def _as_kind(model: CableModel, kind: Any) -> CableModel:
-    """The model as another one, with the parameters that this has as well."""
-    new = CableModel(kind)
-    known = {p.name for p in law_of(new).parameters}
-    return CableModel(kind, tuple(pair for pair in model.parameters if pair[0] in known))
+def _chosen(item: str, none: str) -> str:
+    """The chosen item of a drop-down; empty for the one that stands for none."""
+    return "" if item == none else item
 
 
 def _number(text: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import adsk.core
@@ -10,10 +11,10 @@ import adsk.fusion
 
 from ...fusion.units import CM
 from ...muscles.mirror import Plane
-from ...muscles.rows import WrapRow
 from ...robot.errors import InputError
 from ...robot.model.pose import Vector3
-from .pending import HANDLE, Pick
+from ...snapshot import SurfaceSnapshot
+from .editor import HANDLE, Pick
 
 
 class Picks:
@@ -53,23 +54,21 @@ class Picks:
         Raises:
             InputError: It is neither.
         """
-        face, shape = entity, entity.geometry
+        shape = entity.geometry
+        occurrence = entity.assemblyContext
+        path = occurrence.fullPathName if occurrence else ""
         if isinstance(shape, adsk.core.Sphere):
-            row = WrapRow("", "", "sphere", shape.radius * CM, _metres(shape.origin))
+            face = SurfaceSnapshot(path, "sphere", shape.radius * CM, _metres(shape.origin))
         elif isinstance(shape, adsk.core.Cylinder):
             axis = shape.axis.x, shape.axis.y, shape.axis.z
-            row = WrapRow("", "", "cylinder", shape.radius * CM, _metres(shape.origin), axis)
+            centre = _metres(shape.origin)
+            face = SurfaceSnapshot(path, "cylinder", shape.radius * CM, centre, axis)
         else:
             raise InputError("Muscles wrap over cylinders and spheres only; pick such a face.")
-        occurrence = face.assemblyContext
-        path = occurrence.fullPathName if occurrence else ""
-        key = key_of(face)
-        self._entities[key] = face
-        part = f"The face of {face.body.name!r}"
-        row = WrapRow(
-            "", "", row.shape, row.radius, row.centre, row.axis, entity=key, occurrence=path
-        )
-        return Pick(row.centre, path, key, part, problem_of(face, occurrence), row)
+        key = key_of(entity)
+        self._entities[key] = entity
+        part, problem = f"The face of {entity.body.name!r}", problem_of(entity, occurrence)
+        return Pick(face.centre, path, key, part, problem, replace(face, entity=key))
 
     def _position(self, entity: Any) -> Vector3:
         if isinstance(entity, adsk.fusion.SketchPoint):

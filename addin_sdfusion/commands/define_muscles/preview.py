@@ -9,7 +9,7 @@ import adsk.fusion
 
 from ...fusion.notes import optional
 from ...fusion.units import CM
-from ...muscles.rows import MuscleTable
+from ...muscles.table import MuscleTable
 from ...muscles.wrap_path import path_over
 from ...robot.model.pose import Vector3
 
@@ -42,12 +42,7 @@ def draw(design: Any, table: MuscleTable, muscle: str) -> None:
 def _path(table: MuscleTable, muscle: str) -> list[Vector3]:
     """The muscle's points, and its way over wrap surfaces between them."""
     points = table.points_of(muscle)
-    uses = {
-        use.after: (wrap, use)
-        for wrap in table.wraps
-        for use in wrap.muscles
-        if use.muscle == muscle
-    }
+    uses = {use.after: (wrap.face, use) for wrap, use in table.wraps_of(muscle)}
     path: list[Vector3] = []
     for point, after in zip(points, (*points[1:], None), strict=True):
         path.append(point.position)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...fusion.inserted import KEPT
 from ...fusion.notes import optional
@@ -26,21 +26,44 @@ from ...muscles.attributes import (
     point_text,
     wrap_text,
 )
-from ...muscles.point_names import natural_key, parse_point_name
-from ...muscles.rows import MuscleTable, ViaPointRow
+from ...muscles.point_names import (
+    marker_name,
+    motor_numbers,
+    natural_key,
+    parse_point_name,
+    task_point_name,
+    via_point_name,
+)
+from ...muscles.table import MuscleTable, PointRow
 from ...robot.errors import InputError
 from ...robot.finding_builders import listed
 from ...robot.model.robot import WORLD
-from ...snapshot import SurfaceUse
-from .desired_points import AnyRow, DesiredPoint, as_made, desired_points, original_name, rows_of
-from .edits import About, added, is_called, native
-from .free_points import delete_points, kept_point, make_points
+from .construction_points import (
+    About,
+    added,
+    delete_points,
+    is_called,
+    kept_point,
+    make_points,
+    native,
+)
 from .picks import Picks, is_center, problem_of
 
 _ASSEMBLY = 1  # DesignIntentTypes
 
 TOLERANCE = 1e-6
 """How far a new point may be from where it was clicked, in [m]."""
+
+
+class Desired(NamedTuple):
+    """A row of the table, and the name that its construction point is given."""
+
+    row: PointRow
+    name: str
+
+    def as_made(self) -> Desired:
+        """The same, as a point that the add-in made."""
+        return self._replace(row=replace(self.row, made=True, original=""))
 
 
 class Writer:
@@ -69,6 +92,7 @@ class Writer:
         self._faces = faces
         self._link_of = link_of
         self._occurrences = {o.fullPathName: o for o in every_occurrence(design.rootComponent)}
+        self._original: dict[str, str] = {}  # of each construction point, the user's name
 
     def write(self, before: MuscleTable, after: MuscleTable) -> None:
         """Write the table into the design.
@@ -77,18 +101,19 @@ class Writer:
             InputError: Something cannot be written; the message says which object, and the
                 transaction must be given up.
         """
-        desired = []
+        desired: list[Desired] = []
         kept = []
-        inserted = {row for row in rows_of(before) if self._is_inserted(row)}
-        self._require_unchanged(inserted - set(rows_of(after)))
-        for item in desired_points(after):
+        self._original = {row.entity: row.original for row in _rows(before)}
+        inserted = {row for row in _rows(before) if self._is_inserted(row)}
+        self._require_unchanged(inserted - set(_rows(after)))
+        for item in _desired(after):
             if item.row in inserted:
                 continue
             home = self._kept_at(item)
             if home is None:
                 desired.append(item)
             else:
-                kept.append(kept_point(as_made(item), self._occurrences.get(home), home))
+                kept.append(kept_point(item.as_made().row, self._occurrences.get(home), home))
         used = {row.entity for row in (*inserted, *(w.row for w in desired)) if row.entity}
         self._remove(before, used)
         points: list[Any] = []
@@ -97,7 +122,7 @@ class Writer:
         for i, item in enumerate(desired):
             point = self._points.get(item.row.entity)
             if point is None or item.row.entity in used:
-                desired[i] = as_made(item)
+                desired[i] = item.as_made()
                 point = self._on_picked(item)
                 if point is None:
                     free.append(i)
@@ -115,18 +140,19 @@ class Writer:
 
     # Points
 
-    def _is_inserted(self, row: AnyRow) -> bool:
+    def _is_inserted(self, row: PointRow) -> bool:
         """Whether a point is stored in another document, and so read-only here."""
         if row.entity.startswith(KEPT):
             return not row.entity.startswith(f"{KEPT}/")
         return row.entity in self._points and bool(self._why_not(row))
 
-    def _require_unchanged(self, rows: Iterable[AnyRow]) -> None:
+    def _require_unchanged(self, rows: Iterable[PointRow]) -> None:
         for row in rows:
-            name = row.muscle if isinstance(row, ViaPointRow) else row.name
-            raise InputError(f"a point of {name!r} cannot be written: {self._why_not(row)}")
+            raise InputError(
+                f"a point of {row.muscle or row.name!r} cannot be written: {self._why_not(row)}"
+            )
 
-    def _kept_at(self, item: DesiredPoint) -> str | None:
+    def _kept_at(self, item: Desired) -> str | None:
         """The occurrence that a point is kept at in the design; None if a component can hold it.
 
         Components of other documents are read-only here, and the root of an assembly design takes
@@ -147,7 +173,7 @@ class Writer:
 
     def _remove(self, before: MuscleTable, used: set[str]) -> None:
         gone = []
-        for row in rows_of(before):
+        for row in _rows(before):
             point = self._points.get(row.entity)
             if row.entity in used or point is None:
                 continue
@@ -156,18 +182,17 @@ class Writer:
                 continue
             with About(f"construction point {point.name!r}", self._why_not(row)):
                 attribute = point.attributes.itemByName(GROUP, POINT)
-                original = original_name(attribute)
                 if attribute:
                     attribute.deleteMe()
                 if parse_point_name(point.name):  # it would be read as a point again
-                    point.name = original or f"Unused {point.name}"
+                    point.name = row.original or f"Unused {point.name}"
         if gone:
             why = next((why for row, _ in gone if (why := self._why_not(row))), "")
             names = listed([point.name for _, point in gone])
             with About(f"construction points {names}", why):
                 delete_points([point for _, point in gone])
 
-    def _name(self, points: list[tuple[Any, DesiredPoint]]) -> None:
+    def _name(self, points: list[tuple[Any, Desired]]) -> None:
         """Names and attributes; first, points give up names that others shall have."""
         changed = [(p, w) for p, w in points if not is_called(p, w.name)]
         names = {w.name for _, w in changed}
@@ -179,16 +204,17 @@ class Writer:
             with About(f"construction point {w.name!r}", self._why_not(w.row)):
                 if not is_called(point, w.name):
                     point.name = w.name
-            self._set(point, POINT, point_text(w.attribute), w.name, self._why_not(w.row))
+            self._set(point, POINT, point_text(w.row.use), w.name, self._why_not(w.row))
 
-    def _with_origin(self, item: DesiredPoint, point: Any) -> DesiredPoint:
+    def _with_origin(self, item: Desired, point: Any) -> Desired:
         """The name that the user gave the point is remembered."""
-        original = original_name(point.attributes.itemByName(GROUP, POINT))
-        if not original and not item.row.made and not parse_point_name(point.name):
+        row = item.row
+        original = self._original.get(row.entity, "")
+        if not original and not row.made and not parse_point_name(point.name):
             original = point.name
-        return replace(item, attribute=replace(item.attribute, original=original))
+        return item._replace(row=replace(row, original=original))
 
-    def _on_picked(self, item: DesiredPoint) -> Any:
+    def _on_picked(self, item: Desired) -> Any:
         """A new construction point on what was picked; None if that is of another link, or none."""
         row = item.row
         entity = self._picks.entity(row.entity)
@@ -203,9 +229,9 @@ class Writer:
             set_by(entity)
             return self._in_place(added(points, new), occurrence, row)
 
-    def _by_position(self, items: list[tuple[int, DesiredPoint]]) -> Iterator[tuple[int, Any]]:
+    def _by_position(self, items: list[tuple[int, Desired]]) -> Iterator[tuple[int, Any]]:
         """Where nothing of the design is: mirrored, read from a file, or of another link."""
-        homes: dict[str, list[tuple[int, DesiredPoint]]] = {}
+        homes: dict[str, list[tuple[int, Desired]]] = {}
         for i, item in items:
             with About(f"{item.name} on link {item.row.link!r}", ""):
                 homes.setdefault(self._home(item.row), []).append((i, item))
@@ -219,7 +245,7 @@ class Writer:
                 for (i, item), point in zip(those, made, strict=True):
                     yield i, self._in_place(point, occurrence, item.row)
 
-    def _in_place(self, point: Any, occurrence: Any, row: AnyRow) -> Any:
+    def _in_place(self, point: Any, occurrence: Any, row: PointRow) -> Any:
         """The point, if it is where it shall be: a wrong frame must not pass unseen."""
         seen = point.createForAssemblyContext(occurrence) if occurrence else point
         place = seen.geometry.x * CM, seen.geometry.y * CM, seen.geometry.z * CM
@@ -227,7 +253,7 @@ class Writer:
             raise InputError(f"Fusion made it {1000 * math.dist(place, row.position):.3g} mm away")
         return point
 
-    def _home(self, row: AnyRow) -> str:
+    def _home(self, row: PointRow) -> str:
         """Path of the occurrence whose component gets a point without an entity."""
         if row.link == WORLD or self._link_of.get("") == row.link:
             return ""
@@ -240,7 +266,7 @@ class Writer:
         writable = [p for p in own if not problem_of(None, self._occurrences[p])] or own
         return min(writable, key=lambda p: (p.count("+"), natural_key(p)))
 
-    def _why_not(self, row: AnyRow) -> str:
+    def _why_not(self, row: PointRow) -> str:
         """What keeps the point of a row from being written, if anything is known to."""
         occurrence = self._occurrences.get(row.occurrence)
         if occurrence is None and not row.entity:
@@ -251,10 +277,10 @@ class Writer:
     # Faces and attributes
 
     def _write_faces(self, before: MuscleTable, after: MuscleTable) -> None:
-        kept = {wrap.entity for wrap in after.wraps}
+        kept = {wrap.face.entity for wrap in after.wraps}
         for wrap in before.wraps:
-            face = self._faces.get(wrap.entity)
-            if wrap.entity not in kept and face is not None:
+            face = self._faces.get(wrap.face.entity)
+            if wrap.face.entity not in kept and face is not None:
                 why = problem_of(None, self._occurrences.get(wrap.occurrence))
                 with About(f"wrap surface {wrap.name!r}", why):
                     attribute = face.attributes.itemByName(GROUP, WRAP)
@@ -264,12 +290,12 @@ class Writer:
             why = problem_of(None, self._occurrences.get(wrap.occurrence))
             if why and wrap in before.wraps:  # of another document
                 continue
-            face = self._faces.get(wrap.entity) or native(self._picks.entity(wrap.entity))
+            key = wrap.face.entity
+            face = self._faces.get(key) or native(self._picks.entity(key))
             if face is None:
                 problem = why or "its face is gone; pick it again"
                 raise InputError(f"wrap surface {wrap.name!r}: {problem}")
-            text = wrap_text(SurfaceUse(wrap.name, wrap.link, wrap.muscles, wrap.occurrence))
-            self._set(face, WRAP, text, f"wrap surface {wrap.name!r}", why)
+            self._set(face, WRAP, wrap_text(wrap.use), f"wrap surface {wrap.name!r}", why)
 
     def _set(self, owner: Any, name: str, text: str, about: str, why: str = "") -> None:
         """Set an attribute, if it has another text."""
@@ -277,3 +303,18 @@ class Writer:
             attribute = owner.attributes.itemByName(GROUP, name)
             if attribute is None or attribute.value != text:
                 owner.attributes.add(GROUP, name, text)
+
+
+def _rows(table: MuscleTable) -> tuple[PointRow, ...]:
+    """All rows that are construction points."""
+    return *table.points, *table.others
+
+
+def _desired(table: MuscleTable) -> Iterator[Desired]:
+    """All construction points as the table has them."""
+    motors = motor_numbers(row.name for row in table.rows)
+    for p in table.points:
+        yield Desired(p, via_point_name(motors[p.muscle], p.link, p.number))
+    for p in table.others:
+        name = task_point_name if p.role == "task" else marker_name
+        yield Desired(p, name(p.link))

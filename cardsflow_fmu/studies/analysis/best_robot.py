@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from addin_sdfusion.muscles.csv_writer import csv_text
-from addin_sdfusion.muscles.rows import COLORS, MuscleRow, MuscleTable, ViaPointRow
+from addin_sdfusion.muscles.table import COLORS, MuscleTable, PointRow
 from addin_sdfusion.robot import CardsflowError, Robot
 from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.json_text import json_text
 from addin_sdfusion.robot.readers import read_trajectories
 from addin_sdfusion.robot.writers.convert import convert
+from addin_sdfusion.snapshot import MuscleSnapshot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.results.viewer.scene.link_poses import link_poses, moved_point
@@ -58,9 +59,16 @@ def muscle_table(robot: Robot) -> MuscleTable:
     for muscle in robot.muscles:
         for k, point in enumerate(muscle.via_points):
             x, y, z = moved_point(poses[point.link], point.position)[0].tolist()
-            points.append(ViaPointRow(muscle.name, k + 1, point.link, (x, y, z)))
+            points.append(PointRow("via", point.link, muscle.name, k + 1, position=(x, y, z)))
     rows = [
-        MuscleRow(m.name, COLORS[k % len(COLORS)], m.f_min, m.f_max, m.model)
+        MuscleSnapshot(
+            m.name,
+            COLORS[k % len(COLORS)],
+            m.f_min,
+            m.f_max,
+            m.model.kind,
+            dict(m.model.parameters),
+        )
         for k, m in enumerate(robot.muscles)
     ]
     return MuscleTable(tuple(rows), tuple(points))

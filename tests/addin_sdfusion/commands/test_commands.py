@@ -501,10 +501,10 @@ def test_a_failing_read_is_a_message(fusion: Any, user: User, monkeypatch: Any) 
 def test_failing_handlers_are_messages(
     fusion: Any, user: User, monkeypatch: Any, where: str
 ) -> None:
-    from addin_sdfusion.commands.define_muscles.pending import PendingTable
+    from addin_sdfusion.commands.define_muscles.editor import MuscleEditor
 
     command = user.define(user.vertex(0))
-    monkeypatch.setattr(PendingTable, where, failing(ZeroDivisionError("division by zero")))
+    monkeypatch.setattr(MuscleEditor, where, failing(ZeroDivisionError("division by zero")))
     command.pick("pick", user.vertex(1))
     command.set("muscle", "+ New muscle")
     command.set("muscle_name", "x")

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addin_sdfusion.muscles import edits as edits
 from addin_sdfusion.muscles.attributes import (
     muscles_text,
     point_text,
@@ -19,29 +18,22 @@ from addin_sdfusion.muscles.attributes import (
     read_settings,
     read_wrap,
     settings_text,
+    stored_muscles,
+    stored_point,
+    stored_surface,
     wrap_text,
 )
-from addin_sdfusion.muscles.csv_import import imported
 from addin_sdfusion.muscles.csv_reader import COLUMNS, read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
 from addin_sdfusion.muscles.design_table import read_table
 from addin_sdfusion.muscles.mirror import Plane, mirror_muscle, other_side
-from addin_sdfusion.muscles.rows import (
-    MarkerRow,
-    MuscleRow,
-    MuscleTable,
-    TaskRow,
-    ViaPointRow,
-    WrapRow,
-    muscle_row,
-)
-from addin_sdfusion.muscles.stored import stored_muscles, stored_point, stored_surface
+from addin_sdfusion.muscles.table import MuscleTable, PointRow, WrapRow, by_name
 from addin_sdfusion.robot.errors import InputError
 from addin_sdfusion.robot.finding import Finding
-from addin_sdfusion.robot.model.muscle import CableModel
 from addin_sdfusion.settings import ExportSettings
 from addin_sdfusion.snapshot import (
     DesignSnapshot,
+    MuscleSnapshot,
     PointSnapshot,
     PointUse,
     SurfaceSnapshot,
@@ -169,7 +161,7 @@ def test_a_broken_list_of_muscles_is_a_finding(text: str) -> None:
 
 
 def test_the_list_of_muscles_gives_order_and_forces() -> None:
-    rows = (MuscleRow("z", f_max=math.inf), MuscleRow("a", "#00ff00", 1.0, 2.0))
+    rows = (MuscleSnapshot("z", f_max=math.inf), MuscleSnapshot("a", "#00ff00", 1.0, 2.0))
     attribute = PointUse("via", "arm", "m", 0)
     table, findings = read_table(
         design(point("p", attribute), muscles=read_muscles(muscles_text(rows)))
@@ -196,7 +188,7 @@ def test_wrap_surfaces_and_what_is_wrong_with_them() -> None:
     assert codes(found) == ["bad-attribute"]
     table, findings = read_table(design(*points, surfaces=tuple(surfaces)))
     assert table.wraps_of("m")[0][1] == WrapUse("m", 3, 1, 2)
-    assert table.wraps[0].length == 0.2
+    assert table.wraps[0].face.length == 0.2
     assert sorted(codes(findings)) == sorted(
         ["default-forces", "bad-wrap", "bad-wrap", "duplicate-wrap"]
     )
@@ -214,8 +206,8 @@ def test_attributes_are_what_they_were_written_as() -> None:
     assert json.loads(point_text(attribute)).keys() >= {"role", "muscle", "number", "link", "name"}
     wrap = SurfaceUse("w", "a", (WrapUse("m", 1, -1, 2), WrapUse("n", 0)), "a:1")
     assert read_wrap(wrap_text(wrap)) == wrap
-    rows = (MuscleRow("ü", model=CableModel("linear_spring", (("K", 1e-9),)), f_max=math.inf),)
-    assert tuple(map(muscle_row, read_muscles(muscles_text(rows)))) == rows
+    rows = (MuscleSnapshot("ü", "#ff0000", 1.0, math.inf, "linear_spring", {"K": 1e-9}),)
+    assert read_muscles(muscles_text(rows)) == rows
     settings = ExportSettings("n", cut_joints=("a", "b"), up_axis="y")
     assert read_settings(settings_text(settings)) == settings
     with pytest.raises(InputError):
@@ -232,21 +224,19 @@ names = st.text(
 )
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 positions = st.tuples(numbers, numbers, numbers)
-models = st.builds(
-    CableModel,
-    st.sampled_from(["ideal", "linear_spring", "vsd_flexure"]),
-    st.dictionaries(st.from_regex(r"[A-Za-z_0-9]{1,5}", fullmatch=True), numbers, max_size=3).map(
-        lambda d: tuple(d.items())
-    ),
-)
 rows = st.builds(
-    MuscleRow,
+    MuscleSnapshot,
     names,
     st.from_regex(r"#[0-9a-f]{6}", fullmatch=True),
     numbers,
     st.one_of(numbers, st.just(math.inf)),
-    models,
+    st.sampled_from(["ideal", "linear_spring", "vsd_flexure"]),
+    st.dictionaries(st.from_regex(r"[A-Za-z_0-9]{1,5}", fullmatch=True), numbers, max_size=3),
 )
+
+
+def via(muscle: str, number: int, link: str, position: Any, entity: str = "") -> PointRow:
+    return PointRow("via", link, muscle, number, position=position, entity=entity)
 
 
 @st.composite
@@ -254,26 +244,24 @@ def tables(draw: st.DrawFn) -> MuscleTable:
     table = MuscleTable(tuple(draw(st.lists(rows, max_size=3, unique_by=lambda r: r.name))))
     for row in table.rows:
         for k in range(draw(st.integers(0, 4))):
-            place = ViaPointRow(row.name, k, draw(names), draw(positions), f"{row.name}/{k}")
-            table = edits.insert_point(table, place)
-    tasks = st.builds(
-        TaskRow, names, names, positions, axes=st.sampled_from([("x", "y", "z"), ("alpha",)])
+            place = via(row.name, k, draw(names), draw(positions), f"{row.name}/{k}")
+            table = table.insert_point(place)
+    axes = st.sampled_from([("x", "y", "z"), ("alpha",)])
+    tasks, markers = (
+        st.builds(PointRow, st.just(role), names, name=names, axes=axes_, position=positions)
+        for role, axes_ in (("task", axes), ("marker", st.just(())))
     )
-    markers = st.builds(MarkerRow, names, names, positions)
-    by_name = {"unique_by": lambda r: r.name, "max_size": 2}
-    return replace(
-        table,
-        tasks=tuple(sorted(draw(st.lists(tasks, **by_name)), key=lambda t: t.name)),
-        markers=tuple(sorted(draw(st.lists(markers, **by_name)), key=lambda m: m.name)),
-    )
+    others = st.lists(st.one_of(tasks, markers), max_size=4, unique_by=lambda r: (r.role, r.name))
+    return replace(table, others=by_name(draw(others)))
+
+
+SPHERE = SurfaceSnapshot("", "sphere", 0.1, (0.0, 0.0, 0.0))
 
 
 def muscle(count: int = 4, wraps: tuple[WrapUse, ...] = (), first: int = 0) -> MuscleTable:
-    points = tuple(
-        ViaPointRow("m", first + k, "arm", (float(k), 0.0, 0.0), f"e{k}") for k in range(count)
-    )
-    wrap = WrapRow("w", "arm", "sphere", 0.1, (0.0, 0.0, 0.0), muscles=wraps)
-    return MuscleTable((MuscleRow("m"),), points, wraps=(wrap,))
+    points = tuple(via("m", first + k, "arm", (float(k), 0.0, 0.0), f"e{k}") for k in range(count))
+    wrap = WrapRow("w", "arm", wraps, face=SPHERE)
+    return MuscleTable((MuscleSnapshot("m"),), points, wraps=(wrap,))
 
 
 def entities(table: MuscleTable) -> list[str]:
@@ -286,26 +274,21 @@ def after(table: MuscleTable) -> list[int]:
 
 def test_points_are_inserted_moved_duplicated_and_deleted() -> None:
     table = muscle(3, first=1)
-    new = ViaPointRow("m", -1, "arm", (9.0, 0.0, 0.0), "new")
-    assert entities(edits.insert_point(table, new)) == ["e0", "e1", "e2", "new"]
-    assert entities(edits.insert_point(table, new, 0)) == ["new", "e0", "e1", "e2"]
-    assert entities(edits.move_point(table, "m", 0, 1)) == ["e1", "e0", "e2"]
-    assert entities(edits.move_point(table, "m", 0, -1)) == ["e0", "e1", "e2"]
-    assert entities(edits.move_point(table, "m", 2, 5)) == ["e0", "e1", "e2"]
-    assert entities(edits.duplicate_point(table, "m", 0)) == ["e0", "e0", "e1", "e2"]
-    assert entities(edits.delete_point(table, "m", 0)) == ["e1", "e2"]
+    new = via("m", -1, "arm", (9.0, 0.0, 0.0), "new")
+    assert entities(table.insert_point(new)) == ["e0", "e1", "e2", "new"]
+    assert entities(table.insert_point(new, 0)) == ["new", "e0", "e1", "e2"]
+    assert entities(table.move_point("m", 0, 1)) == ["e1", "e0", "e2"]
+    assert entities(table.move_point("m", 0, -1)) == ["e0", "e1", "e2"]
+    assert entities(table.move_point("m", 2, 5)) == ["e0", "e1", "e2"]
+    assert entities(table.duplicate_point("m", 0)) == ["e0", "e0", "e1", "e2"]
+    assert entities(table.delete_point("m", 0)) == ["e1", "e2"]
     for edited in (
-        edits.insert_point(table, new, 0),
-        edits.move_point(table, "m", 0, 1),
-        edits.delete_point(table, "m", 0),
+        table.insert_point(new, 0),
+        table.move_point("m", 0, 1),
+        table.delete_point("m", 0),
     ):
         count = len(edited.points)
         assert [p.number for p in edited.points] == list(range(1, count + 1))
-
-
-def test_a_duplicate_may_go_to_another_muscle() -> None:
-    table = edits.duplicate_point(muscle(2), "m", 1, "n")
-    assert [(p.muscle, p.number, p.position[0]) for p in table.points_of("n")] == [("n", 0, 1.0)]
 
 
 @pytest.mark.slow
@@ -314,10 +297,10 @@ def test_wrap_surfaces_stay_after_their_point(count: int, data: st.DataObject) -
     index = data.draw(st.integers(0, count - 1))
     use = data.draw(st.integers(0, max(count - 2, 0)))
     table = muscle(count, (WrapUse("m", use), WrapUse("other", 7)))
-    new = ViaPointRow("m", -1, "arm", (9.0, 0.0, 0.0), "new")
-    inserted = edits.insert_point(table, new, index)
+    new = via("m", -1, "arm", (9.0, 0.0, 0.0), "new")
+    inserted = table.insert_point(new, index)
     assert entities(inserted)[after(inserted)[0]] == f"e{use}"
-    deleted = edits.delete_point(table, "m", index)
+    deleted = table.delete_point("m", index)
     if count > 2:
         assert 0 <= after(deleted)[0] < count - 2
         if index > use and use < count - 2:
@@ -328,34 +311,30 @@ def test_wrap_surfaces_stay_after_their_point(count: int, data: st.DataObject) -
 @pytest.mark.slow
 @given(tables())
 def test_numbers_are_in_a_row(table: MuscleTable) -> None:
-    table = edits.renumbered(table)
+    table = table.renumbered()
     for row in table.rows:
         assert [p.number for p in table.points_of(row.name)] == list(
             range(len(table.points_of(row.name)))
         )
-    assert edits.renumbered(table) == table
+    assert table.renumbered() == table
 
 
 def test_muscles_are_renamed_and_deleted_with_their_wraps() -> None:
     table = muscle(2, (WrapUse("m", 0),))
-    renamed = edits.rename_muscle(table, "m", "n")
+    renamed = table.rename_muscle("m", "n")
     assert renamed.row("m") is None
     assert len(renamed.points_of("n")) == 2
     assert renamed.wraps[0].muscles[0].muscle == "n"
-    assert edits.delete_muscle(table, "m") == MuscleTable(
-        wraps=(replace(table.wraps[0], muscles=()),)
-    )
-    assert edits.new_muscle_name(muscle()) == "motor0"
+    assert table.delete_muscle("m") == MuscleTable(wraps=(replace(table.wraps[0], muscles=()),))
+    assert muscle().new_muscle_name() == "motor0"
 
 
 def test_a_made_point_of_another_link_is_made_anew() -> None:
     table = muscle(2)
-    points = (replace(table.points[0], made=True), table.points[1])
-    table = edits.set_link(replace(table, points=points), "m", 0, "hand")
-    assert table.points[0].entity == ""
-    table = edits.set_link(table, "m", 1, "hand")
-    assert table.points[1].entity == "e1"
-    assert {p.link for p in table.points} == {"hand"}
+    made = replace(table.points[0], made=True).on_link("hand")
+    assert (made.link, made.entity) == ("hand", "")
+    kept = table.points[1].on_link("hand")
+    assert (kept.link, kept.entity) == ("hand", "e1")
 
 
 # Mirror
@@ -394,15 +373,14 @@ YZ = Plane((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
 
 def biceps() -> MuscleTable:
     points = (
-        ViaPointRow("biceps_l", 0, "torso", (0.1, 0.2, 0.3), "a"),
-        ViaPointRow("biceps_l", 1, "arm_l", (0.4, 0.0, 0.0), "b"),
+        via("biceps_l", 0, "torso", (0.1, 0.2, 0.3), "a"),
+        via("biceps_l", 1, "arm_l", (0.4, 0.0, 0.0), "b"),
     )
-    sphere = {"shape": "sphere", "radius": 0.1, "centre": (0.0, 0.0, 0.0)}
     wraps = (
-        WrapRow("elbow_l", "arm_l", muscles=(WrapUse("biceps_l", 0, 1),), **sphere),
-        WrapRow("elbow_r", "arm_r", **sphere),
+        WrapRow("elbow_l", "arm_l", (WrapUse("biceps_l", 0, 1),), face=SPHERE),
+        WrapRow("elbow_r", "arm_r", face=SPHERE),
     )
-    row = MuscleRow("biceps_l", f_max=123.0)
+    row = MuscleSnapshot("biceps_l", f_max=123.0)
     return MuscleTable((row,), points, wraps=wraps)
 
 
@@ -436,10 +414,10 @@ def test_a_muscle_of_the_other_side_is_replaced_if_asked_for() -> None:
 
 
 def test_muscles_without_a_side_get_a_name() -> None:
-    table = edits.rename_muscle(biceps(), "biceps_l", "motor0")
+    table = biceps().rename_muscle("biceps_l", "motor0")
     table, _ = mirror_muscle(table, "motor0", YZ, {"torso", "arm_l", "arm_r"})
     assert [row.name for row in table.rows] == ["motor0", "motor1"]
-    table = edits.rename_muscle(biceps(), "biceps_l", "neck")
+    table = biceps().rename_muscle("biceps_l", "neck")
     table, _ = mirror_muscle(table, "neck", YZ, {"torso", "arm_l", "arm_r"})
     assert [row.name for row in table.rows] == ["neck", "neck_mirrored"]
 
@@ -462,17 +440,14 @@ def test_a_surface_without_an_image_is_a_warning() -> None:
 def test_a_table_is_read_as_it_was_written(table: MuscleTable) -> None:
     read, findings = read_csv(csv_text(table).encode())
     assert findings == []
-    without = replace(table, points=tuple(replace(p, entity="") for p in table.points))
-    assert read == replace(without, tasks=read.tasks, markers=read.markers)
-    assert sorted(read.tasks, key=lambda t: t.name) == list(table.tasks)
-    assert sorted(read.markers, key=lambda m: m.name) == list(table.markers)
+    assert read == replace(table, points=tuple(replace(p, entity="") for p in table.points))
 
 
 @pytest.mark.slow
 @given(tables())
 def test_importing_what_was_exported_changes_nothing(table: MuscleTable) -> None:
     read, _ = read_csv(csv_text(table).encode())
-    again = imported(table, read)
+    again = table.merged(read)
     assert again.points == table.points
     assert again.rows == table.rows
 
@@ -596,7 +571,7 @@ def test_unknown_columns_are_left_out_with_a_warning() -> None:
 def test_an_import_keeps_the_points_that_stay_where_they_are() -> None:
     table = muscle(3)
     read, _ = read_csv(csv_text(table).replace("1.0,0.0,0.0", "1.5,0.0,0.0").encode())
-    again = imported(table, read)
+    again = table.merged(read)
     assert entities(again) == ["e0", "", "e2"]
     assert again.points[1].position == (1.5, 0.0, 0.0)
     assert again.wraps == table.wraps

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from addin_sdfusion.muscles.rows import WrapRow
 from addin_sdfusion.muscles.wrap_path import path_over
-from addin_sdfusion.snapshot import WrapUse
+from addin_sdfusion.snapshot import SurfaceSnapshot, WrapUse
 
 
 def drawn(a: Any, b: Any, shape: Any = "cylinder", r: float = 1.0, **use: Any) -> np.ndarray:
@@ -19,8 +18,8 @@ def drawn(a: Any, b: Any, shape: Any = "cylinder", r: float = 1.0, **use: Any) -
     R, p = Rotation.from_rotvec((0.4, -0.8, 0.3)), np.array((0.5, -2.0, 3.0))
     start, end = (tuple(R.apply(v) + p) for v in (a, b))
     axis = tuple(R.apply((0.0, 0.0, 1.0)))
-    wrap = WrapRow("w", "l", shape, r, tuple(p), axis, 9.0)
-    points = path_over(start, end, wrap, WrapUse("m", 0, **use))
+    face = SurfaceSnapshot("l:1", shape, r, tuple(p), axis, 9.0)
+    points = path_over(start, end, face, WrapUse("m", 0, **use))
     return np.array([a, *R.inv().apply(np.reshape(points, (-1, 3)) - p), b])
 
 

@@ -12,7 +12,7 @@ from support.robots.muscle_bench import BROKEN_RULES, HILL, SOUND, beside, slide
 from addin_sdfusion.muscles.attributes import muscles_text, read_muscles
 from addin_sdfusion.muscles.csv_reader import read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
-from addin_sdfusion.muscles.rows import MuscleRow, MuscleTable, muscle_row
+from addin_sdfusion.muscles.table import MuscleTable
 from addin_sdfusion.robot import (
     CableModel,
     CableSet,
@@ -26,6 +26,7 @@ from addin_sdfusion.robot import (
 )
 from addin_sdfusion.robot.checks.check import require_valid
 from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.snapshot import MuscleSnapshot
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 
@@ -145,9 +146,8 @@ def test_files_give_every_law_back_to_the_last_bit(kind, tmp_path):
 
 @pytest.mark.parametrize("kind", SOUND)
 def test_the_designs_table_gives_every_law_back(kind):
-    model = CableModel(kind, tuple(SOUND[kind].items()))
-    rows = (MuscleRow("m", "#112233", 1.0, 20.0, model),)
-    assert tuple(map(muscle_row, read_muscles(muscles_text(rows)))) == rows
+    rows = (MuscleSnapshot("m", "#112233", 1.0, 20.0, kind, SOUND[kind]),)
+    assert read_muscles(muscles_text(rows)) == rows
     table, findings = read_csv(csv_text(MuscleTable(rows)).encode())
     assert not findings
     assert table.rows == rows

@@ -1,11 +1,13 @@
-"""Construction points by coordinates, all of a component in one edit of a base feature.
+"""Construction points of the design: made, recognised and deleted.
 
-A parametric design takes coordinates only while a base feature is edited; and every edit of one
-takes Fusion a while. In the edit the design passes for a direct one.
+Those at coordinates are made all of a component in one edit of a base feature: a parametric design
+takes coordinates only while a base feature is edited; and every edit of one takes Fusion a while.
+In the edit the design passes for a direct one.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,12 +16,51 @@ import adsk.fusion
 
 from ...fusion.units import CM
 from ...muscles.attributes import KeptPoint
+from ...muscles.table import PointRow
+from ...robot.errors import InputError
 from ...robot.model.pose import Vector3
-from .desired_points import DesiredPoint
-from .edits import added
 
 BASE_FEATURE = "CARDSFlow points"
 """Name of the base feature that holds points which no vertex, circle or sketch point holds."""
+
+
+class About:
+    """What fails within names the object that it failed for."""
+
+    def __init__(self, what: str, why: str) -> None:
+        self._what = what
+        self._why = why
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
+        if isinstance(error, Exception):
+            why = self._why or str(error) or type(error).__name__
+            raise InputError(f"{self._what} cannot be written: {why}") from error
+
+
+def is_called(point: Any, name: str) -> bool:
+    """Whether the point has that name, or the one that Fusion makes of a name that is taken.
+
+    Via points have names of their own; a link may have several task points and markers.
+    """
+    if name.startswith("VP_"):
+        return bool(point.name == name)
+    return re.fullmatch(re.escape(name) + r"(?: ?\([0-9]+\))?", point.name) is not None
+
+
+def added(points: Any, new: Any) -> Any:
+    """The construction point that Fusion makes of an input."""
+    made = points.add(new)
+    if made is None:
+        raise InputError("Fusion refuses to make a construction point there")
+    return native(made)
+
+
+def native(entity: Any) -> Any:
+    """The entity itself, for a proxy: attributes and names belong to it."""
+    return None if entity is None else entity.nativeObject or entity
 
 
 def make_points(
@@ -50,10 +91,10 @@ def make_points(
     return made
 
 
-def kept_point(item: DesiredPoint, occurrence: Any, path: str) -> KeptPoint:
+def kept_point(row: PointRow, occurrence: Any, path: str) -> KeptPoint:
     """A point that is kept in the design, in the frame of an occurrence or of the root."""
-    place = _in_component(item.row.position, occurrence)
-    return KeptPoint(path, (place.x * CM, place.y * CM, place.z * CM), item.attribute)
+    place = _in_component(row.position, occurrence)
+    return KeptPoint(path, (place.x * CM, place.y * CM, place.z * CM), row.use)
 
 
 def delete_points(points: Sequence[Any]) -> None:

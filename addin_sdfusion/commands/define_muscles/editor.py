@@ -1,0 +1,316 @@
+"""Editor of a table of muscles: the table, and what the user looks at, apart from Fusion.
+
+What cannot be done raises an `InputError` that says why, and changes nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from ...muscles.mirror import Plane, mirror_muscle, other_side
+from ...muscles.point_names import natural_key
+from ...muscles.table import MuscleTable, PointRow, WrapRow, change_uses, free_name
+from ...robot.errors import InputError
+from ...robot.model.pose import Vector3
+from ...robot.model.robot import POSITIONS, WORLD
+from ...snapshot import MuscleSnapshot, Role, SurfaceSnapshot, WrapUse
+
+HANDLE = "pick:"
+"""How handles of picked things begin that are no construction points."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pick:
+    """A place that the user has clicked.
+
+    Attributes:
+        position: In the root frame, in [m].
+        occurrence: Path of the occurrence that was clicked.
+        entity: What the construction point is that was clicked; else a handle of what was.
+        part: What it is called, for messages.
+        problem: Why it cannot be used; empty if it can.
+        face: The cylinder or sphere, if a surface was picked.
+    """
+
+    position: Vector3
+    occurrence: str
+    entity: str
+    part: str
+    problem: str = ""
+    face: SurfaceSnapshot | None = None
+
+
+class MuscleEditor:
+    """The table that is edited, and what the user looks at.
+
+    Attributes:
+        before: The table as the design has it.
+        table: The table as it will be after OK.
+        link_of: The link of each occurrence's path.
+        links: Names of all links.
+        muscle: Name of the muscle that picks go to; empty if there is none.
+        insert_at: Where in the muscle the next pick goes; at the end if None.
+        link: The link chosen for picks; that of the picked part if empty.
+        wrap: Name of the wrap surface that is looked at.
+        message: What happened last.
+    """
+
+    def __init__(self, table: MuscleTable, link_of: Mapping[str, str], note: str = "") -> None:
+        self.before = table
+        self.table = table.renumbered()
+        self.link_of = link_of
+        self.links = sorted(set(link_of.values()) - {WORLD}, key=natural_key)
+        self.muscle = table.rows[0].name if table.rows else ""
+        self.insert_at: int | None = None
+        self.link = ""
+        self.wrap = table.wraps[0].name if table.wraps else ""
+        self.message = note
+
+    # Picks
+
+    def pick_point(self, pick: Pick) -> None:
+        """A via point of the chosen muscle, which is made if there is none."""
+        point = self._row("via", pick, muscle=self.muscle or self.table.new_muscle_name())
+        self.table = self.table.insert_point(point, self.insert_at)
+        self.muscle = point.muscle
+        index = -1
+        if self.insert_at is not None:
+            index, self.insert_at = self.insert_at, self.insert_at + 1
+        self.message = f"{self._point(index)} is on link {point.link}."
+
+    def pick_other(self, pick: Pick, role: Literal["task", "marker"]) -> None:
+        """A task point or marker, with a name of its own."""
+        point = self._row(role, pick, axes=POSITIONS if role == "task" else ())
+        tasks, markers = self.table.tasks, self.table.markers
+        alike = tasks if role == "task" else markers
+        names = (f"{point.link}_{n}" if n else point.link for n in range(len(alike) + 1))
+        point = replace(point, name=free_name(list(names), alike))
+        others = (*tasks, point, *markers) if role == "task" else (*tasks, *markers, point)
+        self.table = replace(self.table, others=others)
+        kind = "Task point" if role == "task" else "Marker"
+        self.message = f"{kind} {point.name} is on link {point.link}."
+
+    def pick_surface(self, pick: Pick) -> None:
+        """A wrap surface; one that is there already is looked at."""
+        wraps = self.table.wraps
+        known = next((wrap for wrap in wraps if wrap.face.entity == pick.entity), None)
+        if known is not None:
+            self.wrap = known.name
+            raise InputError(f"That face is wrap surface {self.wrap} already.")
+        link, face = self._link(pick), pick.face
+        if face is None:
+            return
+        names = [f"{link}_{face.shape}{n or ''}" for n in range(len(wraps) + 1)]
+        self.wrap = free_name(names, wraps)
+        row = WrapRow(self.wrap, link, occurrence=pick.occurrence, face=face)
+        self.table = replace(self.table, wraps=(*wraps, row))
+        size = f"a {face.shape} of radius {1000 * face.radius:.4g} mm"
+        self.message = f"Wrap surface {self.wrap} is {size} on link {link}."
+
+    def _row(self, role: Role, pick: Pick, **more: Any) -> PointRow:
+        """A point where the user clicked; a construction point can be one thing only."""
+        taken = {row.entity for row in (*self.table.points, *self.table.others)}
+        entity = "" if pick.entity in taken and not pick.entity.startswith(HANDLE) else pick.entity
+        link, path = self._link(pick), pick.occurrence
+        return PointRow(role, link, occurrence=path, position=pick.position, entity=entity, **more)
+
+    def _link(self, pick: Pick) -> str:
+        """The link that a pick belongs to."""
+        if pick.problem:
+            raise InputError(pick.problem)
+        link = self.link or self.link_of.get(pick.occurrence, "")
+        if not link:
+            raise InputError(
+                f"{pick.part} belongs to no link: put it into a rigid group EXPORT_<link>, or "
+                "choose a link in the drop-down and pick again."
+            )
+        return link
+
+    # Wrap surfaces, task points, markers
+
+    def wrap_row(self) -> WrapRow | None:
+        """The wrap surface that is looked at."""
+        return next((wrap for wrap in self.table.wraps if wrap.name == self.wrap), None)
+
+    def change_wrap(self, **changes: Any) -> None:
+        """Other properties of the wrap surface that is looked at."""
+        self.table = self.table.change_wrap(self.wrap, lambda wrap: replace(wrap, **changes))
+
+    def rename_wrap(self, name: str) -> None:
+        """Another name for the wrap surface; a name that is taken or empty is refused."""
+        name = name.strip()
+        if name == self.wrap:
+            return
+        if not name or any(wrap.name == name for wrap in self.table.wraps):
+            raise InputError(f"There is a wrap surface {name!r} already; choose another name.")
+        self.change_wrap(name=name)
+        self.wrap = name
+
+    def delete_wrap(self) -> None:
+        """The wrap surface that is looked at goes."""
+        self.table = self.table.change_wrap(self.wrap, lambda wrap: None)
+        self.wrap = self.table.wraps[0].name if self.table.wraps else ""
+
+    def add_use(self) -> None:
+        """The chosen muscle wraps over the surface, after its first point."""
+        points, wrap = self.table.points_of(self.muscle), self.wrap_row()
+        if wrap is None or len(points) < 2:
+            text = "Pick a face, and choose a muscle with two points on the first tab."
+            raise InputError(text)
+        self.change_wrap(muscles=(*wrap.muscles, WrapUse(self.muscle, points[0].number)))
+
+    def change_use(self, index: int, **changes: Any) -> None:
+        """Other properties of one muscle's wrap over the surface."""
+        self._edit_use(index, lambda use: replace(use, **changes))
+
+    def delete_use(self, index: int) -> None:
+        """One muscle does not wrap over the surface."""
+        self._edit_use(index, lambda use: None)
+
+    def _edit_use(self, index: int, edit: Any) -> None:
+        self.table = self.table.change_wrap(
+            self.wrap,
+            lambda wrap: change_uses(wrap, lambda i, use: edit(use) if i == index else use),
+        )
+
+    def rename_other(self, index: int, name: str) -> None:
+        """Another name of a task point or marker."""
+        self._edit_other(index, replace(self.table.others[index], name=name.strip()))
+
+    def move_other(self, index: int, link: str) -> None:
+        """Another link of a task point or marker."""
+        point = self.table.others[index]
+        if point.link != link:
+            self._edit_other(index, point.on_link(link))
+
+    def delete_other(self, index: int) -> None:
+        """The task point or marker goes."""
+        if not 0 <= index < len(self.table.others):
+            raise InputError("Select a task point or marker in the table first.")
+        self._edit_other(index)
+
+    def _edit_other(self, index: int, *new: PointRow) -> None:
+        others = self.table.others
+        self.table = replace(self.table, others=(*others[:index], *new, *others[index + 1 :]))
+
+    # The chosen muscle
+
+    def choose(self, muscle: str) -> None:
+        """Picks go to that muscle; to a new one if empty."""
+        if not muscle:
+            muscle = self.table.new_muscle_name()
+            self.table = self.table.with_muscle(MuscleSnapshot(muscle, self.table.next_color()))
+            self.message = f"{muscle} is new: pick its points, in order."
+        self.muscle = muscle
+        self.insert_at = None
+
+    def rename(self, name: str, muscle: str | None = None) -> None:
+        """Another name for a muscle, the chosen one if None; what is taken or empty is refused."""
+        name, old = name.strip(), self.muscle if muscle is None else muscle
+        if not old or name == old:
+            return
+        if not name or not name.isprintable():
+            raise InputError("A muscle needs a name of letters that can be seen.")
+        if self.table.row(name) is not None:
+            raise InputError(f"There is a muscle {name} already; choose another name.")
+        self.table = self.table.rename_muscle(old, name)
+        self.muscle = name if old == self.muscle else self.muscle
+
+    def delete(self) -> None:
+        """The chosen muscle goes, with its points."""
+        if self.muscle:
+            self.table = self.table.delete_muscle(self.muscle)
+            self.message = f"{self.muscle} is deleted."
+            self.muscle = self.table.rows[0].name if self.table.rows else ""
+            self.insert_at = None
+
+    def change(self, muscle: str | None = None, **changes: Any) -> None:
+        """Other properties of a muscle, the chosen one if None."""
+        row = self.table.row(self.muscle if muscle is None else muscle)
+        if row is not None:
+            self.table = self.table.with_muscle(replace(row, **changes))
+
+    def edit_point(self, what: str, index: int) -> int:
+        """What a button below the table of points does.
+
+        Args:
+            what: `up`, `down`, `insert`, `duplicate` or `delete`.
+            index: Of the selected point; -1 if none is.
+
+        Returns:
+            The index of the point that is selected then; -1 for none.
+        """
+        count = len(self.table.points_of(self.muscle))
+        if what == "insert" and self.insert_at is not None:
+            self.insert_at = None
+            self.message = "The next points come at the end."
+            return index
+        if not 0 <= index < count:
+            raise InputError("Select a point in the table first.")
+        if what == "insert":
+            self.insert_at = index
+            number = self.table.points_of(self.muscle)[index].number
+            self.message = f"The next points come before point {number}."
+            return index
+        self.insert_at = None
+        if what == "duplicate":
+            self.table = self.table.duplicate_point(self.muscle, index)
+            return index + 1
+        if what == "delete":
+            self.table = self.table.delete_point(self.muscle, index)
+            return min(index, count - 2)
+        by = -1 if what == "up" else 1
+        self.table = self.table.move_point(self.muscle, index, by)
+        return min(max(index + by, 0), count - 1)
+
+    def point_link(self, index: int, link: str) -> None:
+        """A point of the chosen muscle fixed to another link."""
+        if self.table.points_of(self.muscle)[index].link != link:
+            self.table = self.table.change_point(self.muscle, index, lambda p: p.on_link(link))
+            self.message = f"{self._point(index)} is on link {link}."
+
+    def point_position(self, index: int, position: Vector3) -> None:
+        """A point of the chosen muscle put to another place, in [m], where one is made."""
+        self.table = self.table.change_point(
+            self.muscle, index, lambda p: replace(p, position=position, entity="", made=False)
+        )
+        self.message = f"{self._point(index)} is put there."
+
+    def _point(self, index: int) -> str:
+        return f"Point {self.table.points_of(self.muscle)[index].number} of {self.muscle}"
+
+    # Mirror and CSV
+
+    def mirror(self, plane: Plane, every: bool, replace_existing: bool) -> None:
+        """The chosen muscle, or all of its side, on the other side as well."""
+        muscles = [self.muscle] if self.muscle else []
+        if every:
+            side = _side(self.muscle)
+            muscles = [row.name for row in self.table.rows if _side(row.name) == side]
+        texts: list[str] = []
+        made: list[str] = []
+        for muscle in muscles:
+            table, found = mirror_muscle(self.table, muscle, plane, self.links, replace_existing)
+            texts += [finding.message for finding in found]
+            before = self.table.points_of
+            made += [r.name for r in table.rows if table.points_of(r.name) != before(r.name)]
+            self.table = table
+        texts.append(f"Mirrored: {', '.join(made)}." if made else "Nothing was mirrored.")
+        self.message = "\n".join(texts)
+
+    def take(self, table: MuscleTable) -> None:
+        """The table of a file in the place of what has the same names."""
+        self.table = self.table.merged(table).renumbered()
+        if table.rows:
+            self.choose(table.rows[0].name)
+
+
+def _side(name: str) -> str:
+    """`left` or `right`, by what changes in the name of the other side; empty for neither."""
+    other = other_side(name)
+    if other is None:
+        return ""
+    changed = next(a for a, b in zip(name.lower(), other.lower(), strict=False) if a != b)
+    return "left" if changed == "l" else "right"
