@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.ros_interface import message_types as types
 from cardsflow_fmu.ros_interface.node import Topic, header
 
-from .topics import Sample, nanoseconds
+from .topics import Batch, nanoseconds
 
 TOPIC = Topic("/diagnostics", types.DIAGNOSTICS)
 
@@ -22,16 +23,16 @@ _FAULTS = {
 }
 
 
-def run_diagnostics(run: RunData) -> Iterator[Sample]:
+def run_diagnostics(run: RunData) -> Iterator[Batch]:
     """A message of the run's warnings at its beginning, and one wherever a fault comes or goes."""
     if not len(run.rows):
         return
-    time_ns = nanoseconds(run["time"]).tolist()
+    time_ns = nanoseconds(run["time"])
     lines = [str(line) for line in run.summary.get("warnings") or ()]
     if run.summary.get("status") == "incomplete":
         lines.append(f"incomplete run: {run.summary.get('error')}")
     status = _status("run", _WARN if lines else _OK, "; ".join(lines) or "complete", {})
-    yield _message(time_ns[0], [status])
+    yield _message(time_ns[:1], [status])
     known = [name for name in _FAULTS if name in run.names]
     slack = [name for name in run.names if name.startswith("slack.")]
     faults = np.nan_to_num(run.columns(known)) != 0.0 if known else np.zeros((0, 0))
@@ -42,7 +43,7 @@ def run_diagnostics(run: RunData) -> Iterator[Sample]:
         missing = {name: repr(float(run[name][k])) for name in slack} if found else {}
         level = max((level for level, _ in found), default=_OK)
         text = "; ".join(line for _, line in found) or "forces fit"
-        yield _message(time_ns[k], [_status("controller", level, text, missing)])
+        yield _message(time_ns[k : k + 1], [_status("controller", level, text, missing)])
 
 
 def _status(name: str, level: int, text: str, values: dict[str, str]) -> dict[str, object]:
@@ -50,5 +51,5 @@ def _status(name: str, level: int, text: str, values: dict[str, str]) -> dict[st
     return {"level": level, "name": f"cardsflow: {name}", "message": text, "values": rows}
 
 
-def _message(time_ns: int, status: list[dict[str, object]]) -> Sample:
-    return Sample(TOPIC, time_ns, {"header": header(time_ns), "status": status})
+def _message(time_ns: NDArray[np.int64], status: list[dict[str, object]]) -> Batch:
+    return Batch(TOPIC, time_ns, {"header": header(time_ns), "status": status})

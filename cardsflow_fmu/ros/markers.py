@@ -6,12 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from addin_sdfusion.robot import WORLD, Robot
 from cardsflow_fmu.results.viewer.scene import colours
 from cardsflow_fmu.results.viewer.scene import shapes as s
 from cardsflow_fmu.results.viewer.scene.link_poses import link_poses
 from cardsflow_fmu.results.viewer.scene.meshes import LinkMeshes
+from cardsflow_fmu.results.viewer.scene.muscle_paths import MusclePath
 from cardsflow_fmu.results.viewer.scene.stage import Stage
 from cardsflow_fmu.ros_interface.node import Values, header
 from cardsflow_fmu.utils.arrays import FloatArray
@@ -23,9 +25,9 @@ _LINE_WIDTH, _POINT_SIZE = 0.006, 0.03  # as parts of the robot's reach
 
 
 def cable_markers(
-    time_ns: int,
+    time_ns: NDArray[np.int64],
     robot: Robot,
-    points: Sequence[FloatArray],
+    paths: Sequence[MusclePath],
     tensions: FloatArray | None,
     highest: float,
     reach: float,
@@ -33,32 +35,35 @@ def cable_markers(
     """A line strip for every muscle, coloured by its tension.
 
     Args:
-        time_ns: Time of the frame, in [ns].
+        time_ns: Times of K frames, shape (K,), in [ns].
         robot: The robot.
-        points: Corners of every muscle's path, shape (p, 3) each, in [m].
-        tensions: Shape (m,), in [N]; None where they are not known.
+        paths: The paths of its muscles.
+        tensions: Shape (K, m), in [N]; None where they are not known.
         highest: The largest tension of the whole motion, in [N].
         reach: Of the robot, in [m].
     """
-    for k, (muscle, corners) in enumerate(zip(robot.muscles, points, strict=True)):
-        pull = np.array([np.nan if tensions is None else tensions[k]])
+    for k, (muscle, path) in enumerate(zip(robot.muscles, paths, strict=True)):
+        pull = np.full(len(time_ns), np.nan) if tensions is None else tensions[:, k]
         top = min(muscle.f_max, max(highest, muscle.f_min))
         yield {
             **_marker(header(time_ns, WORLD), "cables", k, _LINE_STRIP),
             "scale": {"x": _LINE_WIDTH * reach},
-            "color": _colour(colours.tension_colours(pull, muscle.f_min, top)[0]),
-            "points": corners,
+            "color": _colour(colours.tension_colours(pull, muscle.f_min, top).T),
+            "points": path.points,
         }
 
 
 def task_markers(
-    time_ns: int, tasks: Mapping[str, FloatArray], desired: Mapping[str, FloatArray], reach: float
+    time_ns: NDArray[np.int64],
+    tasks: Mapping[str, FloatArray],
+    desired: Mapping[str, FloatArray],
+    reach: float,
 ) -> Iterator[Values]:
     """A sphere for every task point, and one at its reference.
 
     Args:
-        time_ns: Time of the frame, in [ns].
-        tasks: Positions by name, shape (3,) each, in [m].
+        time_ns: Times of K frames, shape (K,), in [ns].
+        tasks: Positions by name, shape (K, 3) each, in [m].
         desired: Desired positions by name; NaN for axes without a reference.
         reach: Of the robot, in [m].
     """
@@ -76,11 +81,13 @@ def task_markers(
             }
 
 
-def body_markers(time_ns: int, robot: Robot, stage: Stage, meshes: LinkMeshes) -> Iterator[Values]:
+def body_markers(
+    time_ns: NDArray[np.int64], robot: Robot, stage: Stage, meshes: LinkMeshes
+) -> Iterator[Values]:
     """The bodies of links, each in its URDF frame: triangles of meshes and hulls, or cylinders.
 
     Args:
-        time_ns: Time of the markers, in [ns].
+        time_ns: Time of the markers, shape (1,), in [ns].
         robot: The robot.
         stage: The robot at any joint positions.
         meshes: Surfaces of its links.
@@ -99,9 +106,9 @@ def body_markers(time_ns: int, robot: Robot, stage: Stage, meshes: LinkMeshes) -
             "color": _colour(shape.colour),
         }
         if isinstance(shape, s.MeshShape):
-            corners = shape.triangles.vertices[shape.triangles.faces].reshape(-1, 3)
+            corners = shape.triangles.vertices[shape.triangles.faces].reshape(1, -1, 3)
             yield values | {
-                "pose": pose_values(T_frame_link),
+                "pose": pose_values(T_frame_link[np.newaxis]),
                 "scale": dict.fromkeys("xyz", 1.0),
                 "points": corners,
             }
@@ -111,7 +118,7 @@ def body_markers(time_ns: int, robot: Robot, stage: Stage, meshes: LinkMeshes) -
             width = 2.0 * shape.radius
             yield values | {
                 "type": _CYLINDER,
-                "pose": pose_values(T),
+                "pose": pose_values(T[np.newaxis]),
                 "scale": {"x": width, "y": width, "z": length},
             }
 
@@ -144,5 +151,5 @@ def _marker(head: Values, group: str, number: int, kind: int) -> dict[str, Any]:
 
 
 def _colour(rgb: Any) -> dict[str, Any]:
-    """Red, green and blue from 0 to 255 as a `ColorRGBA`."""
-    return {name: float(value) / 255.0 for name, value in zip("rgb", rgb, strict=True)} | {"a": 1.0}
+    """Red, green and blue from 0 to 255, each a number or an array, as a `ColorRGBA`."""
+    return {name: value / 255.0 for name, value in zip("rgb", rgb, strict=True)} | {"a": 1.0}

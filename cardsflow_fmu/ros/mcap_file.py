@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import count
 from types import TracebackType
-from typing import Any, BinaryIO, Self
+from typing import BinaryIO, Self
 
 import numpy as np
 
 from cardsflow_fmu.ros_interface.message_types import require_ros, type_store
-from cardsflow_fmu.ros_interface.node import Topic, Values
+from cardsflow_fmu.ros_interface.node import Topic
 from cardsflow_fmu.version import __version__
 
-from .topics import Sample
+from .message_rows import Bytes, message_rows
+from .topics import Batch
 
 _QOS = """- history: {history}
   depth: {depth}
@@ -29,11 +31,6 @@ _QOS = """- history: {history}
     sec: 9223372036
     nsec: 854775807
   avoid_ros_namespace_conventions: false"""
-
-
-_BASE, _NAME = 1, 2
-"""Kinds of fields as rosbags numbers them: numbers and texts, messages; others are sequences."""
-_ZEROS = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
 
 
 class McapWriter:
@@ -72,21 +69,27 @@ class McapWriter:
             )
             for topic in topics
         }
-        self._counts = dict.fromkeys(topics, 0)
+        self._numbers = {topic: count() for topic in topics}
 
     def attach(self, files: Mapping[str, bytes]) -> None:
         """Add files by their names."""
         for name, content in files.items():
             self._writer.add_attachment(0, 0, name, "application/octet-stream", content)
 
-    def write(self, samples: Iterable[Sample]) -> None:
+    def write(self, batches: Iterable[Batch]) -> None:
         """Write messages in the order of their times."""
-        for topic, time_ns, values in sorted(samples, key=lambda sample: sample.time_ns):
-            message = _message(self._store, topic.type, values)
-            content = bytes(self._store.serialize_cdr(message, topic.type))
-            number = self._counts[topic]
-            self._counts[topic] = number + 1
-            self._writer.add_message(self._channels[topic], time_ns, content, time_ns, number)
+        found = list(batches)
+        if not found:
+            return
+        times = np.concatenate([batch.time_ns for batch in found])
+        owners = np.repeat(np.arange(len(found)), [len(batch.time_ns) for batch in found])
+        order = np.argsort(times, kind="stable")
+        channels = [self._channels[batch.topic] for batch in found]
+        numbers = [self._numbers[batch.topic] for batch in found]
+        contents = [_contents(message_rows(self._store, batch)) for batch in found]
+        add = self._writer.add_message
+        for k, time_ns in zip(owners[order].tolist(), times[order].tolist(), strict=True):
+            add(channels[k], time_ns, next(contents[k]), time_ns, next(numbers[k]))
 
     def __enter__(self) -> Self:
         return self
@@ -109,32 +112,6 @@ def _qos(topic: Topic) -> str:
     return _QOS.format(**qos)
 
 
-def _message(store: Any, name: str, values: Values) -> Any:
-    """A message of rosbags; fields that are left out are zero or empty."""
-    fields = store.get_msgdef(name).fields
-    return store.types[name](
-        **{field: _value(store, kind, values.get(field)) for field, kind in fields}
-    )
-
-
-def _value(store: Any, kind: tuple[int, Any], value: Any) -> Any:
-    """The value of a field.
-
-    Args:
-        store: The message types.
-        kind: What the field is, and of what: a number's or text's type; a message's name; the kind
-            of elements and their count.
-        value: Its value; None for zero or empty. A point may be an array of its coordinates.
-    """
-    node, of = kind
-    if node == _BASE:
-        return _ZEROS.get(of[0], 0) if value is None else value
-    if node == _NAME:
-        if isinstance(value, np.ndarray):
-            value = dict(zip("xyz", value.tolist(), strict=True))
-        return _message(store, of, value or {})
-    element, count = of
-    if element[0] == _BASE and element[1][0] != "string":
-        number = element[1][0].replace("octet", "uint8").replace("byte", "uint8")
-        return np.zeros(count, number) if value is None else np.asarray(value, number)
-    return [_value(store, element, item) for item in ([None] * count if value is None else value)]
+def _contents(rows: Bytes) -> Iterator[bytes]:
+    """Rows of bytes, shape (K, size), each as one object."""
+    return iter(rows.view(np.dtype((np.void, rows.shape[1])))[:, 0].tolist())

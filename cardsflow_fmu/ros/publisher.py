@@ -6,7 +6,10 @@ import contextlib
 import math
 import sys
 import threading
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
 
 from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.cosim.recording import Watch
@@ -19,7 +22,7 @@ from cardsflow_fmu.ros_interface.rclpy_node import Parameter, open_node
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .scene_topics import RATE, SceneTopics, Shown
-from .topics import SIGNALS, RowTopics, Sample, nanoseconds
+from .topics import SIGNALS, Batch, RowTopics, nanoseconds
 
 CLOCK = Topic("/clock", types.CLOCK)
 
@@ -121,7 +124,7 @@ class RunPublisher:
         packages = ", ".join(f"{t.name} ({t.type.partition('/')[0]})" for t in missing)
         self.remark = f", without {packages}: not in this ROS 2" if missing else ""
         self._advertise(topics)
-        self._send(self._scene.first(0))
+        self._send(self._scene.first(np.zeros(1)))
 
     def watch(self, names: tuple[str, ...], rows: FloatArray) -> None:
         """Take note of the rows so far; costs the run next to nothing."""
@@ -153,20 +156,30 @@ class RunPublisher:
             self._rows = RowTopics(last, self._robot)
             self._advertise(self._rows.topics)
         if self._has_clock:
-            time_ns = int(nanoseconds(last["time"])[0])
-            self._send([Sample(CLOCK, time_ns, {"clock": stamp(time_ns)})])
+            time_ns = nanoseconds(last["time"])
+            self._send([Batch(CLOCK, time_ns, {"clock": stamp(time_ns)})])
         self._rows.replace(last)
-        self._send(self._rows.samples(0, 1))
+        self._send(self._rows.batches(0, 1))
         frame = self._scene.frame_rows(last)
         self._highest = max(self._highest, self._scene.highest(last, frame))
-        self._send(self._scene.samples(last, frame, self._highest))
+        self._send(self._scene.batches(last, frame, self._highest))
 
     def _advertise(self, topics: Iterable[Topic]) -> None:
         for topic in topics:
             if topic.name not in self._left_out:
                 self._node.advertise(topic)
 
-    def _send(self, samples: Iterable[Sample]) -> None:
-        for sample in samples:
-            if sample.topic.name not in self._left_out:
-                self._node.publish(sample.topic, sample.values)
+    def _send(self, batches: Iterable[Batch]) -> None:
+        for batch in batches:
+            if batch.topic.name not in self._left_out:
+                self._node.publish(batch.topic, _only(batch.values))
+
+
+def _only(values: Any) -> Any:
+    """The fields of the only message of a batch."""
+    if isinstance(values, np.ndarray):
+        (row,) = values
+        return row if row.ndim else row.item()
+    if isinstance(values, Mapping):
+        return {name: _only(value) for name, value in values.items()}
+    return [_only(value) for value in values] if isinstance(values, list) else values

@@ -86,18 +86,17 @@ def write_recording(run: RunData, file: Path) -> Recorded:
     highest = scene.highest(run, frames) if scene else 0.0
     topics = (*(scene.topics if scene else ()), *rows.topics, DIAGNOSTICS)
     with replaced_file(file) as stream, McapWriter(stream, topics) as writer:
-        start = int(nanoseconds(run["time"][:1])[0])
         if scene is not None:
             writer.attach(scene.meshes)
-            writer.write(scene.first(start))
+            writer.write(scene.first(run["time"][:1]))
         diagnostics = list(run_diagnostics(run))
         for first in range(0, len(run.rows), _BLOCK):
             end = min(first + _BLOCK, len(run.rows))
             last = int(nanoseconds(run["time"][end - 1 : end])[0])
-            due = sum(sample.time_ns <= last for sample in diagnostics)
+            due = sum(int(batch.time_ns[0]) <= last for batch in diagnostics)
             here = frames[slice(*np.searchsorted(frames, [first, end]))]
-            seen = scene.samples(run, here, highest) if scene else ()
-            writer.write(chain(diagnostics[:due], rows.samples(first, end), seen))
+            seen = scene.batches(run, here, highest) if scene else ()
+            writer.write(chain(diagnostics[:due], rows.batches(first, end), seen))
             del diagnostics[:due]
     notes = [str(finding) for finding in scene.findings] if scene else [_NO_ROBOT]
     return Recorded(file, tuple(topic.name for topic in topics), tuple(notes))

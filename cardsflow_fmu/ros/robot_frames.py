@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from addin_sdfusion.robot import WORLD, Robot
@@ -51,23 +51,24 @@ def frame_transforms(robot: Robot, q: FloatArray) -> Iterator[tuple[str, str, Fl
 
 
 def point_values(position: FloatArray) -> Values:
-    """A position, shape (3,), as a `Point` or a `Vector3`."""
-    return dict(zip("xyz", position.tolist(), strict=True))
+    """Positions, shape (K, 3), as a `Point` or a `Vector3`."""
+    return dict(zip("xyz", position.T, strict=True))
 
 
 def quaternion_values(R: FloatArray) -> Values:
-    """A rotation matrix as a `Quaternion`; NaN where it is."""
-    if not np.isfinite(R).all():
-        return dict.fromkeys("xyzw", math.nan)
-    return dict(zip("xyzw", Rotation.from_matrix(R).as_quat().tolist(), strict=True))
+    """Rotation matrices, shape (K, 3, 3), as a `Quaternion`; NaN where they are."""
+    quaternions, sound = np.full((len(R), 4), np.nan), np.isfinite(R).all(axis=(1, 2))
+    if sound.any():
+        quaternions[sound] = Rotation.from_matrix(R[sound]).as_quat()
+    return dict(zip("xyzw", quaternions.T, strict=True))
 
 
 def pose_values(T: FloatArray) -> Values:
-    """A pose, shape (4, 4), as a `Pose`."""
-    return {"position": point_values(T[:3, 3]), "orientation": quaternion_values(T[:3, :3])}
+    """Poses, shape (K, 4, 4), as a `Pose`."""
+    return {"position": point_values(T[:, :3, 3]), "orientation": quaternion_values(T[:, :3, :3])}
 
 
-def transform_values(time_ns: int, parent: str, child: str, T: FloatArray) -> Values:
-    """T_parent_child, shape (4, 4), as a `TransformStamped`."""
-    moved = {"translation": point_values(T[:3, 3]), "rotation": quaternion_values(T[:3, :3])}
+def transform_values(time_ns: NDArray[np.int64], parent: str, child: str, T: FloatArray) -> Values:
+    """T_parent_child at K times, shape (K, 4, 4), as a `TransformStamped`."""
+    moved = {"translation": point_values(T[:, :3, 3]), "rotation": quaternion_values(T[:, :3, :3])}
     return {"header": header(time_ns, parent), "child_frame_id": child, "transform": moved}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -29,7 +29,7 @@ from sim_dart.scene import Scene
 
 from .markers import body_markers, cable_markers, task_markers
 from .robot_frames import frame_transforms, transform_values
-from .topics import Sample, nanoseconds
+from .topics import Batch, nanoseconds
 
 Rows = NDArray[np.int64]
 
@@ -94,12 +94,13 @@ class SceneTopics:
         if self._urdf is None:
             self.findings += URDF_ALONE.losses(robot)
 
-    def first(self, time_ns: int) -> Iterator[Sample]:
-        """What stands from the beginning on: the description and the bodies of links."""
+    def first(self, time: FloatArray) -> Iterator[Batch]:
+        """The description and the bodies of links, once, at a time of shape (1,), in [s]."""
+        time_ns = nanoseconds(time)
         if self._urdf is not None:
-            yield Sample(DESCRIPTION, time_ns, {"data": self._urdf})
+            yield Batch(DESCRIPTION, time_ns, {"data": self._urdf})
         markers = list(body_markers(time_ns, self._robot, self._stage, self._link_meshes))
-        yield Sample(BODIES, time_ns, {"markers": markers})
+        yield Batch(BODIES, time_ns, {"markers": markers})
 
     def frame_rows(self, run: RunData) -> Rows:
         """The rows of a run that make frames: at an even rate, without those of no position.
@@ -116,7 +117,7 @@ class SceneTopics:
         tensions = motion_of(self._robot, run, rows).tensions if len(rows) else None
         return 0.0 if tensions is None else float(np.nanmax(tensions, initial=0.0))
 
-    def samples(self, run: RunData, rows: Rows, highest: float) -> Iterator[Sample]:
+    def batches(self, run: RunData, rows: Rows, highest: float) -> Iterator[Batch]:
         """Frames, cables and task points.
 
         Args:
@@ -127,28 +128,22 @@ class SceneTopics:
         if not len(rows):
             return
         robot, motion = self._robot, motion_of(self._robot, run, rows, self._world)
+        time_ns = nanoseconds(motion.time)
         frames = [
             *frame_transforms(robot, motion.q),
             *((WORLD, name, T) for name, T in motion.objects.items()),
         ]
+        moved = [transform_values(time_ns, parent, child, T) for parent, child, T in frames]
+        yield Batch(FRAMES, time_ns, {"transforms": moved})
         poses = link_poses(robot, motion.q)
         paths = muscle_paths(robot, motion.q, poses)
         tasks = {p.name: moved_point(poses[p.link], p.position) for p in task_points(robot)}
         reach = self._stage.reach
-        for k, time_ns in enumerate(nanoseconds(motion.time).tolist()):
-            moved = [transform_values(time_ns, parent, child, T[k]) for parent, child, T in frames]
-            yield Sample(FRAMES, time_ns, {"transforms": moved})
-            tensions = None if motion.tensions is None else motion.tensions[k]
-            points = [path.points[k] for path in paths]
-            markers = [
-                *cable_markers(time_ns, robot, points, tensions, highest, reach),
-                *task_markers(time_ns, _at(tasks, k), _at(motion.y_d, k), reach),
-            ]
-            yield Sample(CABLES, time_ns, {"markers": markers})
-
-
-def _at(positions: Mapping[str, FloatArray], k: int) -> dict[str, FloatArray]:
-    return {name: place[k] for name, place in positions.items()}
+        markers = [
+            *cable_markers(time_ns, robot, paths, motion.tensions, highest, reach),
+            *task_markers(time_ns, tasks, motion.y_d, reach),
+        ]
+        yield Batch(CABLES, time_ns, {"markers": markers})
 
 
 def _initial(robot: Robot) -> list[float]:

@@ -14,7 +14,6 @@ from cardsflow_fmu.cosim.signals.muscles import command_ports
 from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME, TORQUE, identifier, slack_signals
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.ros_interface import message_types as types
-from cardsflow_fmu.ros_interface.joint_state import JointState
 from cardsflow_fmu.ros_interface.node import Topic, Values, header
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -33,17 +32,17 @@ _LATEST = 2.0**63 - 1024.0
 """The latest time that messages hold, in [ns]; later ones, and invalid ones, are clipped to it."""
 
 
-class Sample(NamedTuple):
-    """A message of a topic.
+class Batch(NamedTuple):
+    """Messages of one topic that differ in their numbers alone.
 
     Attributes:
         topic: The topic.
-        time_ns: Time of the message, in [ns].
-        values: Its fields.
+        time_ns: Times of K messages, shape (K,), in [ns].
+        values: Their fields; every array has K rows, all else is the same in all messages.
     """
 
     topic: Topic
-    time_ns: int
+    time_ns: NDArray[np.int64]
     values: Values
 
 
@@ -88,26 +87,24 @@ class RowTopics:
         """Take another run of the same columns."""
         self._run = run
 
-    def samples(self, first: int, end: int) -> Iterator[Sample]:
+    def batches(self, first: int, end: int) -> Iterator[Batch]:
         """The messages of the rows from `first` to before `end`, topic by topic."""
         rows = _Rows(self._run, self._columns, slice(first, end))
-        times = nanoseconds(rows.time).tolist()
+        times = nanoseconds(rows.time)
         for table in self._tables(rows):
-            yield from map(table.sample, range(len(times)), times)
-        yield from self._signal_samples(rows, times)
+            yield table.batch(times)
+        if self._signals:
+            yield self._signal_batch(rows, times)
 
-    def _signal_samples(self, rows: _Rows, times: list[int]) -> Iterator[Sample]:
+    def _signal_batch(self, rows: _Rows, time_ns: NDArray[np.int64]) -> Batch:
         """The columns that no topic of joint states has, and the times of ticks."""
-        if not self._signals:
-            return
         names, values = list(self._signals), rows.columns(self._signals)
         ticks = None if SOLVE_TIME in self._columns else rows.tick_times()
         if ticks is not None:
             names, values = [*names, _TICK_TIME], np.column_stack([values, ticks])
         units = [self._units.get(name, "") for name in names]
-        for time_ns, row in zip(times, values, strict=True):
-            fields = {"header": header(time_ns), "name": names, "unit": units, "value": row}
-            yield Sample(SIGNALS, time_ns, fields)
+        fields = {"header": header(time_ns), "name": names, "unit": units, "value": values}
+        return Batch(SIGNALS, time_ns, fields)
 
     def _tables(self, rows: _Rows) -> list[_Table]:
         """The topics of joint states; a tendon is a joint of position l, velocity l', effort f."""
@@ -182,14 +179,12 @@ class _Table(NamedTuple):
     velocity: FloatArray | None = None
     effort: FloatArray | None = None
 
-    def sample(self, k: int, time_ns: int) -> Sample:
-        """The message of a row."""
-        numbers = (
-            np.zeros(0) if table is None else table[k]
-            for table in (self.position, self.velocity, self.effort)
-        )
-        state = JointState(time_ns, "", tuple(self.names.values()), *numbers)
-        return Sample(self.topic, time_ns, state.values)
+    def batch(self, time_ns: NDArray[np.int64]) -> Batch:
+        """The messages, at times of shape (K,), in [ns]."""
+        fields = {"position": self.position, "velocity": self.velocity, "effort": self.effort}
+        known = {field: table for field, table in fields.items() if table is not None}
+        names = tuple(self.names.values())
+        return Batch(self.topic, time_ns, {"header": header(time_ns), "name": names, **known})
 
 
 class _Rows:

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from typing import Any, Literal, NamedTuple, Protocol, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 Values = Mapping[str, Any]
 """A message as plain data: its fields by name, nested ones as mappings; missing ones are zero."""
 
@@ -81,12 +84,12 @@ class Node(Protocol):
         """Leave the graph."""
 
 
-def header(time_ns: int, frame: str = "") -> Values:
-    """A time in [ns] and a frame as `std_msgs/msg/Header`."""
+def header(time_ns: int | NDArray[np.int64], frame: str = "") -> Values:
+    """A time in [ns], or those of many messages, and a frame as `std_msgs/msg/Header`."""
     return {"stamp": stamp(time_ns), "frame_id": frame}
 
 
-def stamp(time_ns: int) -> Values:
-    """A time in [ns] as `builtin_interfaces/msg/Time`."""
+def stamp(time_ns: int | NDArray[np.int64]) -> Values:
+    """A time in [ns], or those of many messages, as `builtin_interfaces/msg/Time`."""
     seconds, rest = divmod(time_ns, 1_000_000_000)
     return {"sec": seconds, "nanosec": rest}

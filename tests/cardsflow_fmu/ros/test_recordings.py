@@ -193,10 +193,11 @@ def test_a_run_that_diverged_is_recorded_without_a_warning(tmp_path: Path) -> No
 
 def test_where_a_pose_is_no_number_its_orientation_is_none() -> None:
     """As in rows of a run that diverged."""
-    R = transform(turned_by(0.3))[:3, :3]
-    assert quaternion_values(R)["z"] == pytest.approx(np.sin(0.15), rel=1e-15)
-    R[0, 0] = np.nan
-    assert np.isnan(list(quaternion_values(R).values())).all()
+    R = np.stack([transform(turned_by(0.3))[:3, :3]] * 2)
+    R[1, 0, 0] = np.nan
+    quaternions = quaternion_values(R)
+    assert quaternions["z"][0] == pytest.approx(np.sin(0.15), rel=1e-15)
+    assert np.isnan([values[1] for values in quaternions.values()]).all()
 
 
 def turned_by(angle: float) -> Pose:

@@ -1,0 +1,102 @@
+"""Bytes of many messages at once, of two that the package rosbags serialises."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .topics import Batch
+
+Bytes = NDArray[np.uint8]
+
+_BASE, _NAME = 1, 2
+"""Kinds of fields as rosbags numbers them: numbers and texts, messages; others are sequences."""
+_ZEROS = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
+_BYTE_TYPES = ("octet", "byte", "char")
+_MARK = 0x3F
+"""A byte that no number of zeros has; eight or four of it are a number of every type."""
+
+
+def message_rows(store: Any, batch: Batch) -> Bytes:
+    """The bytes of a batch of messages, shape (K, size).
+
+    One message is serialised twice: its arrays all zero, and all of `_MARK`. The bytes that differ
+    are those of the arrays, in the order of the fields.
+
+    Args:
+        store: The message types, a `Typestore`.
+        batch: The messages.
+    """
+    count = len(batch.time_ns)
+    zero, marked = (_Prototype(store, batch.values, batch.topic.type, byte) for byte in (0, _MARK))
+    rows = np.tile(zero.content, (count, 1))
+    columns = [array.reshape(count, -1).view(np.uint8) for array in zero.arrays]
+    rows[:, zero.content != marked.content] = np.hstack([np.zeros((count, 0), np.uint8), *columns])
+    return rows
+
+
+class _Prototype:
+    """A message of a batch with one byte throughout its arrays.
+
+    Args:
+        store: The message types.
+        values: Fields of the batch.
+        kind: Type of the message.
+        byte: The byte.
+
+    Attributes:
+        arrays: The arrays as the numbers that the message has, in the order of its fields.
+        content: The message's bytes.
+    """
+
+    def __init__(self, store: Any, values: Mapping[str, Any], kind: str, byte: int) -> None:
+        self._store, self._byte = store, bytes([byte])
+        self.arrays: list[NDArray[Any]] = []
+        content = store.serialize_cdr(self._message(kind, values), kind)
+        self.content: Bytes = np.frombuffer(content, np.uint8)
+
+    def _message(self, name: str, values: Mapping[str, Any]) -> Any:
+        """A message; fields that are left out are zero or empty."""
+        fields = self._store.get_msgdef(name).fields
+        return self._store.types[name](
+            **{field: self._value(kind, values.get(field)) for field, kind in fields}
+        )
+
+    def _value(self, kind: tuple[int, Any], value: Any) -> Any:
+        """The value of a field.
+
+        Args:
+            kind: What the field is, and of what: a number's or text's type; a message's name; the
+                kind of elements and their count.
+            value: Its value; None for zero or empty.
+        """
+        node, of = kind
+        if node == _BASE:
+            if isinstance(value, np.ndarray):
+                return self._numbers(of[0], value[:, np.newaxis])[0].item()
+            return _ZEROS.get(of[0], 0) if value is None else value
+        if node == _NAME:
+            return self._message(of, value or {})
+        element, count = of
+        if element[0] == _BASE and element[1][0] != "string":
+            if value is None:
+                return np.zeros(count, _number_type(element[1][0]))
+            return self._numbers(element[1][0], value)
+        if isinstance(value, np.ndarray):
+            numbers = self._numbers("float64", value.reshape(len(value), -1))
+            point = self._store.types[element[1]](*numbers[: value.shape[2]].tolist())
+            return [point] * value.shape[1]
+        return [self._value(element, item) for item in ([None] * count if value is None else value)]
+
+    def _numbers(self, kind: str, values: NDArray[Any]) -> NDArray[Any]:
+        """A row of marks in the place of an array's rows, shape (K, n)."""
+        array = np.ascontiguousarray(values, _number_type(kind))
+        self.arrays.append(array)
+        return np.frombuffer(self._byte * array[:1].nbytes, array.dtype)
+
+
+def _number_type(kind: str) -> str:
+    return "uint8" if kind in _BYTE_TYPES else kind
