@@ -86,9 +86,9 @@ class _Prototype:
                 return np.zeros(count, _number_type(element[1][0]))
             return self._numbers(element[1][0], value)
         if isinstance(value, np.ndarray):
-            numbers = self._numbers("float64", value.reshape(len(value), -1))
-            point = self._store.types[element[1]](*numbers[: value.shape[2]].tolist())
-            return [point] * value.shape[1]
+            points = self._numbers("float64", value.reshape(len(value), -1))
+            of_point = self._store.types[element[1]]
+            return [of_point(*point) for point in points.reshape(value.shape[1:]).tolist()]
         return [self._value(element, item) for item in ([None] * count if value is None else value)]
 
     def _numbers(self, kind: str, values: NDArray[Any]) -> NDArray[Any]:

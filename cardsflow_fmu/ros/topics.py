@@ -38,7 +38,8 @@ class Batch(NamedTuple):
     Attributes:
         topic: The topic.
         time_ns: Times of K messages, shape (K,), in [ns].
-        values: Their fields; every array has K rows, all else is the same in all messages.
+        values: Their fields; every array has K rows, all else is the same in all messages. An array
+            of shape (K, n, 3) is n points.
     """
 
     topic: Topic
