@@ -9,7 +9,6 @@ import sys
 import threading
 import time
 from array import array
-from collections import deque
 from collections.abc import Hashable, Mapping
 from typing import Any, Self
 
@@ -27,6 +26,8 @@ _DEPTH = 10
 _GRAPH_EVERY = 0.05
 """Longest time for which the identity of a publisher is taken from before, in [s]."""
 _JOIN_WITHIN = 2.0
+_LONGEST_WAIT = 0.1
+"""Longest time for which a wait for messages holds up an interrupt of the program, in [s]."""
 _SEQUENCE = re.compile(r"sequence<(\w+)/(\w+)>")
 
 
@@ -38,7 +39,8 @@ def open_node(address: NodeAddress, parameters: Mapping[str, Parameter] | None =
 class RosNode:
     """A node, as a context that leaves the graph at its end; see `Node`.
 
-    A thread of its own runs callbacks, so that nobody who publishes or steps waits for ROS.
+    A thread of its own answers requests, so that nobody who publishes or steps waits for ROS.
+    Messages are taken by the thread that receives them.
 
     Args:
         address: Name, namespace and domain of the node.
@@ -105,16 +107,15 @@ class RosNode:
         Raises:
             InputError: The package of its type is not installed.
         """
-        inbox = RosInbox(self._node, self._address.absolute(topic.name))
         subscription = self._node.create_subscription(
             _message_class(topic.type),
-            inbox.name,
-            inbox.put,
+            self._address.absolute(topic.name),
+            lambda message: None,
             # best effort matches publishers of either kind
             _qos(topic, reliable=topic.latched),
+            callback_group=_not_executed(),
         )
-        inbox.subscription = subscription
-        return inbox
+        return RosInbox(self._node, subscription)
 
     def types(self, topic: Topic, end: End) -> list[str]:
         """The types with which other nodes publish a topic or subscribe to it, one each."""
@@ -162,48 +163,48 @@ class RosNode:
 class RosInbox:
     """The messages of a topic; see `Inbox`.
 
+    An executor of rclpy makes a set of all that it waits for anew for every message, which takes
+    longer than the message's way. So `receive` has a set of its own, with the subscription alone.
+
     Args:
         node: Node of rclpy.
-        name: Full name of the topic.
+        subscription: Subscription of it that no executor takes messages of.
     """
 
-    def __init__(self, node: Any, name: str) -> None:
-        self._node, self.name = node, name
-        self.subscription: Any = None
-        self._messages: deque[Received] = deque(maxlen=_DEPTH)
-        self._there = threading.Condition()
+    def __init__(self, node: Any, subscription: Any) -> None:
+        from rclpy.impl.implementation_singleton import rclpy_implementation
+
+        self._node, self._subscription = node, subscription
+        self._waits = rclpy_implementation.WaitSet(1, 0, 0, 0, 0, 0, node.context.handle)
         self._publisher: Hashable = None
         self._looked = -_GRAPH_EVERY
 
-    def put(self, message: Any, info: Mapping[str, Any]) -> None:
-        """Take a message, in the thread of the executor."""
-        if self.subscription is None:
-            return  # the subscription is still being made
-        received = Received(message, self._sole_publisher(), int(info["source_timestamp"] or 0))
-        with self._there:
-            self._messages.append(received)
-            self._there.notify()
-
     def receive(self, until: float) -> Received | None:
         """The next message; see `Inbox.receive`."""
-        with self._there:
-            while not self._messages:
+        subscription, waits = self._subscription, self._waits
+        handle = subscription.handle
+        with handle:
+            while (taken := handle.take_message(subscription.msg_type, subscription.raw)) is None:
                 left = until - time.monotonic()
-                if left <= 0.0 or not self._there.wait(min(left, threading.TIMEOUT_MAX)):
+                if left <= 0.0:
                     return None
-            return self._messages.popleft()
+                waits.clear_entities()
+                waits.add_subscription(handle)
+                waits.wait(int(1e9 * min(left, _LONGEST_WAIT)))
+        message, info = taken
+        return Received(message, self._sole_publisher(), int(info["source_timestamp"] or 0))
 
     def _sole_publisher(self) -> Hashable:
         """Identity of the topic's publisher; None if there are several.
 
         rclpy does not tell the publisher of a message, so it is taken from the graph.
         """
-        if self.subscription.handle.get_publisher_count() > 1:
+        if self._subscription.handle.get_publisher_count() > 1:
             self._looked = -_GRAPH_EVERY
             return None
         now = time.monotonic()
         if now - self._looked >= _GRAPH_EVERY:
-            found = self._node.get_publishers_info_by_topic(self.name)
+            found = self._node.get_publishers_info_by_topic(self._subscription.topic_name)
             self._publisher = tuple(found[0].endpoint_gid) if len(found) == 1 else None
             self._looked = now
         return self._publisher
@@ -238,6 +239,17 @@ def _message_class(name: str) -> type[Any]:
         raise InputError(what, key=SCHEME) from None
 
 
+def _not_executed() -> Any:
+    """A group for subscriptions that no executor takes messages of."""
+    from rclpy.callback_groups import CallbackGroup
+
+    class NotExecuted(CallbackGroup):  # type: ignore[misc]  # rclpy is not there for mypy
+        def can_execute(self, entity: object) -> bool:
+            return False
+
+    return NotExecuted()
+
+
 def _qos(topic: Topic, *, reliable: bool = True) -> Any:
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
@@ -250,18 +262,26 @@ def _qos(topic: Topic, *, reliable: bool = True) -> Any:
 
 def _fill(message: Any, values: Values) -> None:
     """Set the fields of a message of rclpy."""
+    kind: Any = type(message)
     for field, value in values.items():
         if isinstance(value, Mapping):
             _fill(getattr(message, field), value)
             continue
-        kind = _SEQUENCE.match(message.get_fields_and_field_types()[field])
-        if kind is not None:
-            element = _message_class(f"{kind[1]}/msg/{kind[2]}")
+        element = _elements(kind).get(field)
+        if element is not None:
             setattr(message, field, [_filled(element, one) for one in value])
         elif isinstance(value, np.ndarray):
             setattr(message, field, array("d", np.ascontiguousarray(value, np.float64).tobytes()))
         else:
             setattr(message, field, list(value) if isinstance(value, tuple) else value)
+
+
+@functools.cache
+def _elements(kind: type[Any]) -> dict[str, type[Any]]:
+    """The messages that a message has sequences of, by their fields."""
+    fields = kind.get_fields_and_field_types().items()
+    found = {field: _SEQUENCE.match(of) for field, of in fields}
+    return {f: _message_class(f"{of[1]}/msg/{of[2]}") for f, of in found.items() if of is not None}
 
 
 def _filled(kind: type[Any], values: Values | NDArray[np.float64]) -> Any:
