@@ -14,7 +14,6 @@ from controllers.arrays import FloatArray
 
 from . import dual_newton
 from . import solver as qp
-from .problem import BoxProblem
 
 if TYPE_CHECKING:
     import qpsolvers
@@ -85,6 +84,7 @@ class LawInC:
         self._library, self.handle = library(), ctypes.c_void_p(handle)
         self._shapes = {"M": (n, n), "L": (m, n), "J": (k, n)}
         self._arrays: dict[str, FloatArray] = {}
+        self._programs: dict[int, dual_newton.DualNewton] = {}
 
     def __getitem__(self, name: str) -> FloatArray:
         found = self._arrays.get(name)
@@ -150,7 +150,8 @@ class LawInC:
         return self._program()
 
     def _program(self) -> qpsolvers.Problem:
-        program = dual_newton.DualNewton.at(self._library.computed_torque_program(self.handle))
-        parts = (program.H_diagonal, program.g, program.A, program.b, program.lb, program.ub)
-        H, g, A, b, lb, ub = (np.array(part) for part in parts)
-        return qp.as_qpsolvers(BoxProblem(H, g, A, b, lb, ub), program.softness)
+        address = self._library.computed_torque_program(self.handle)
+        if address not in self._programs:
+            self._programs[address] = dual_newton.DualNewton.at(address)
+        program = self._programs[address]
+        return qp.as_qpsolvers(program, program.softness)

@@ -225,8 +225,10 @@ def _refuse(newton: dual_newton.DualNewton) -> None:
     raise SimulationError("a number of the QP, squared, is too large or too small for a float")
 
 
-def as_qpsolvers(problem: BoxProblem, eps: FloatArray) -> qpsolvers.Problem:
-    """The same program for qpsolvers, with variables [x, s of the soft rows].
+def as_qpsolvers(
+    problem: BoxProblem | dual_newton.DualNewton, eps: FloatArray
+) -> qpsolvers.Problem:
+    """The same program for qpsolvers, with variables [x, s of the soft rows], in memory of its own.
 
     Args:
         problem: The program.
@@ -234,17 +236,23 @@ def as_qpsolvers(problem: BoxProblem, eps: FloatArray) -> qpsolvers.Problem:
     """
     import qpsolvers
 
+    H, g, A, b, lb, ub = (
+        np.array(part)
+        for part in (problem.H_diagonal, problem.g, problem.A, problem.b, problem.lb, problem.ub)
+    )
+    if not eps.any():
+        return qpsolvers.Problem(np.diag(H), g, A=A, b=b, lb=lb, ub=ub)
     soft = np.flatnonzero(eps > 0)
     with np.errstate(over="ignore"):
-        P = np.diag(np.concatenate([problem.H_diagonal, 1.0 / eps[soft]]))
+        P = np.diag(np.concatenate([H, 1.0 / eps[soft]]))
     selection = np.zeros((len(eps), len(soft)))
     selection[soft, np.arange(len(soft))] = -1.0
     free = np.full(len(soft), np.inf)
     return qpsolvers.Problem(
         P,
-        np.concatenate([problem.g, np.zeros(len(soft))]),
-        A=np.hstack([problem.A, selection]),
-        b=problem.b,
-        lb=np.concatenate([problem.lb, -free]),
-        ub=np.concatenate([problem.ub, free]),
+        np.concatenate([g, np.zeros(len(soft))]),
+        A=np.hstack([A, selection]),
+        b=b,
+        lb=np.concatenate([lb, -free]),
+        ub=np.concatenate([ub, free]),
     )

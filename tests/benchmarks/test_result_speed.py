@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 import time
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -89,7 +90,8 @@ def test_streaming_costs_a_run_what_writing_at_its_end_would(tmp_path: Path) -> 
         return recording
 
     def streamed() -> None:
-        with OutputFolder(tmp_path) as folder, opened() as system, Journal(folder, {}) as journal:
+        place = Path(tempfile.mkdtemp(dir=tmp_path))
+        with OutputFolder(place) as folder, opened() as system, Journal(folder, {}) as journal:
             journal.begin(system.loop.names, system.loop.units, system.loop.count, {})
             timed_run("streamed", system, journal)
 
