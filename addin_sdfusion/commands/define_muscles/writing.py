@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any
 
 from ...fusion.inserted import KEPT
 from ...fusion.notes import optional
@@ -55,7 +55,8 @@ TOLERANCE = 1e-6
 """How far a new point may be from where it was clicked, in [m]."""
 
 
-class Desired(NamedTuple):
+@dataclass(frozen=True)
+class Desired:
     """A row of the table, and the name that its construction point is given."""
 
     row: PointRow
@@ -63,7 +64,7 @@ class Desired(NamedTuple):
 
     def as_made(self) -> Desired:
         """The same, as a point that the add-in made."""
-        return self._replace(row=replace(self.row, made=True, original=""))
+        return replace(self, row=replace(self.row, made=True, original=""))
 
 
 class Writer:
@@ -212,7 +213,7 @@ class Writer:
         original = self._original.get(row.entity, "")
         if not original and not row.made and not parse_point_name(point.name):
             original = point.name
-        return item._replace(row=replace(row, original=original))
+        return replace(item, row=replace(row, original=original))
 
     def _on_picked(self, item: Desired) -> Any:
         """A new construction point on what was picked; None if that is of another link, or none."""

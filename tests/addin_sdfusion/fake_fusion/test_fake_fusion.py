@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import sys
 import threading
 from typing import Any
 
 import numpy as np
 import pytest
-from fake_fusion import Fake, designs, install, modules
+from fake_fusion import Fake, designs, modules
 from fake_fusion.base import CLASSES, new
 from fake_fusion.maths import matrix, point, vector, xyz
 from hypothesis import given
@@ -60,13 +59,6 @@ def test_every_class_refuses_unknown_members() -> None:
                 _ = new(cls).noSuchMember
 
 
-def test_modules_go_away_again() -> None:
-    before = sys.modules.get("adsk")
-    with install():
-        assert "adsk.fusion" in sys.modules
-    assert sys.modules.get("adsk") is before
-
-
 def test_there_are_no_constructors(fusion: Fake) -> None:
     import adsk.core
 
@@ -74,26 +66,14 @@ def test_there_are_no_constructors(fusion: Fake) -> None:
         adsk.core.Matrix3D()
 
 
-@pytest.mark.parametrize(
-    "arguments", [("1", 2.0, 3.0), (True, 2.0, 3.0), (None, 1.0, 1.0), (1.0, 2.0, 3.0, 4.0)]
-)
+@pytest.mark.parametrize("arguments", [("1", 2.0, 3.0), (True, 2.0, 3.0), (None, 1.0, 1.0)])
 def test_arguments_are_checked(fusion: Fake, arguments: tuple[Any, ...]) -> None:
     import adsk.core
 
     with pytest.raises(TypeError, match=r"Point3D\.create"):
         adsk.core.Point3D.create(*arguments)
-
-
-def test_keyword_arguments_are_refused(fusion: Fake) -> None:
-    import adsk.core
-
-    with pytest.raises(TypeError):
-        adsk.core.Point3D.create(x=1.0)
-
-
-def test_written_values_are_checked(fusion: Fake) -> None:
     with pytest.raises(TypeError, match=r"Point3D\.x"):
-        point((0, 0, 0)).x = "1"
+        point((0, 0, 0)).x = arguments[0]
 
 
 def test_objects_come_and_go(fusion: Fake) -> None:

@@ -183,23 +183,6 @@ def test_handlers_that_nobody_keeps_are_silent(commands: Commands) -> None:
     assert commands.events == []
 
 
-def test_command_is_gone_afterwards(commands: Commands) -> None:
-    designs.things_to_pick()
-    command = commands.run()
-    name = command["name"]
-    command.cancel()
-    with pytest.raises(RuntimeError, match="deleted"):
-        _ = name.value
-
-
-def test_another_command_ends_the_first(commands: Commands) -> None:
-    designs.things_to_pick()
-    first = commands.run()
-    commands.run()
-    assert not first.is_open
-    assert "execute" in commands.events  # isExecutedWhenPreEmpted
-
-
 # Selections and inputs ---------------------------------------------------------------------------
 
 
@@ -323,25 +306,3 @@ def test_progress_needs_a_range(fusion: Fake, low: int, high: int) -> None:
     dialog = fusion.app.userInterface.createProgressDialog()
     with pytest.raises(RuntimeError, match="3 : invalid argument minimumValue or maximumValue"):
         dialog.show("Export", "%p", low, high, 1)
-
-
-def test_wrong_handlers_are_refused(fusion: Fake) -> None:
-    import adsk.core
-
-    definition = fusion.app.userInterface.commandDefinitions.addButtonDefinition(ID, "P", "t")
-    with pytest.raises(TypeError, match="is no CommandCreatedEventHandler"):
-        definition.commandCreated.add(adsk.core.CommandEventHandler())
-    with pytest.raises(TypeError):
-        definition.commandCreated.add(print)
-
-
-def test_command_without_inputs_is_executed_at_once(fusion: Fake) -> None:
-
-    def created(args: Any) -> None:
-        made.listen(args.command.execute, "CommandEventHandler", lambda _: None)
-        made.listen(args.command.destroy, "CommandEventHandler", lambda _: None)
-
-    made = dialog(fusion, created)
-    command = made.run()
-    assert made.events == ["commandCreated", "execute", "destroy"]
-    assert not command.is_open

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 import random
 from collections.abc import Callable
 from typing import Any
@@ -75,37 +73,6 @@ def test_poses_compose(fusion: Fake, seed: int) -> None:
     assert [o.name for o in found["part 0:1"].childOccurrences] == ["part 1:1"]
 
 
-def test_contexts_of_another_component_are_refused(fusion: Fake) -> None:
-    found = by_path(designs.rigid_groups())
-    with pytest.raises(RuntimeError, match="another component"):
-        found["upper:1+bracket:1"].nativeObject.createForAssemblyContext(found["base:1"])
-    with pytest.raises(RuntimeError, match="native"):
-        found["upper:1+bracket:1"].createForAssemblyContext(found["upper:1"])
-
-
-def test_occurrences_of_one_component_have_proxies_of_their_own(fusion: Fake) -> None:
-    design = designs.component_twice()
-    found = by_path(design)
-    left, right = found["finger:1"], found["finger:2"]
-    assert left.component == right.component
-    assert left != right
-    assert left.bRepBodies[0] != right.bRepBodies[0]
-    assert left.bRepBodies[0].nativeObject == right.bRepBodies[0].nativeObject
-    (native,) = left.component.constructionPoints
-    for occurrence in (left, right):
-        proxy = native.createForAssemblyContext(occurrence)
-        placed = cells(occurrence.transform2) @ (*xyz(native.geometry), 1.0)
-        assert xyz(proxy.geometry) == pytest.approx(placed[:3])
-        assert proxy.nativeObject == native
-        assert proxy.assemblyContext == occurrence
-
-
-def test_visibility_follows_from_above(fusion: Fake) -> None:
-    found = by_path(designs.hidden_bodies())
-    assert not found["lower:1"].bRepBodies[0].isVisible
-    assert [b.isVisible for b in found["upper:1"].bRepBodies] == [True, False]
-
-
 def test_attributes_are_found_by_group_and_name(fusion: Fake) -> None:
     design = designs.two_link_arm()
     found = design.findAttributes("CARDSFlow", "point")
@@ -128,19 +95,6 @@ def test_attributes_are_found_by_group_and_name(fusion: Fake) -> None:
 # Mass --------------------------------------------------------------------------------------------
 
 
-def test_box_equals_closed_form(fusion: Fake) -> None:
-    build = Builder()
-    build.box((), (2.0, 3.0, 5.0), translation((1.0, -2.0, 4.0)), density=0.5)
-    (body,) = build.done().rootComponent.bRepBodies
-    properties = body.getPhysicalProperties(VERY_HIGH)
-    assert properties.mass == pytest.approx(15.0, rel=1e-14)
-    assert properties.volume == pytest.approx(30.0)
-    assert properties.density == pytest.approx(0.5)
-    assert xyz(properties.centerOfMass) == pytest.approx([1.0, -2.0, 4.0])
-    assert about_com(properties) == pytest.approx(np.diag([42.5, 36.25, 16.25]), abs=1e-12)
-    assert moments(properties)[0, 1] == pytest.approx(15.0 * 2.0)  # -m x y
-
-
 @pytest.mark.parametrize("sign", ["tensor", "integral"])
 def test_sign_of_the_products(fusion: Fake, sign: Any) -> None:
     build = Builder()
@@ -150,19 +104,6 @@ def test_sign_of_the_products(fusion: Fake, sign: Any) -> None:
     *_, xy, yz, xz = body.getPhysicalProperties(VERY_HIGH).getXYZMomentsOfInertia()
     integrals = np.array([2.0, 6.0, 3.0])
     assert (xy, yz, xz) == pytest.approx(integrals * (1.0 if sign == "integral" else -1.0))
-
-
-@pytest.mark.parametrize("accuracy", [0, 1, 2])
-def test_lower_accuracy_is_wrong(fusion: Fake, accuracy: int) -> None:
-    designs.single_cube(2.0)
-    root = fusion.design.rootComponent
-    exact = root.getPhysicalProperties(VERY_HIGH)
-    rough = root.getPhysicalProperties(accuracy)
-    assert rough.accuracy == accuracy
-    assert rough.mass == pytest.approx(exact.mass, rel=0.02)
-    assert rough.mass != pytest.approx(exact.mass, rel=1e-5)
-    with pytest.raises(RuntimeError, match="accuracy"):
-        root.getPhysicalProperties(7)
 
 
 SHAPES: dict[str, Callable[[Builder, Any, Any], Any]] = {
@@ -211,85 +152,6 @@ def test_whole_is_the_sum_of_its_bodies(fusion: Fake) -> None:
     assert merged.mass == pytest.approx(properties.mass)
     assert merged.center_mass == pytest.approx(xyz(properties.centerOfMass))
     assert merged.moment_inertia == pytest.approx(about_com(properties))
-
-
-def test_mass_of_the_user_counts_above(fusion: Fake) -> None:
-    design = designs.overridden_mass(2.5)
-    found = by_path(design)
-    upper = found["upper:1"].getPhysicalProperties(VERY_HIGH)
-    assert upper.mass == 2.5
-    bodies = [b.getPhysicalProperties(VERY_HIGH).mass for b in found["upper:1"].bRepBodies]
-    assert sum(bodies) != pytest.approx(2.5, rel=0.1)
-    others = [
-        found[f"{name}:1"].getPhysicalProperties(VERY_HIGH).mass for name in ("base", "lower")
-    ]
-    whole = design.rootComponent.getPhysicalProperties(VERY_HIGH).mass
-    assert whole == pytest.approx(2.5 + sum(others))
-
-
-# Meshes ------------------------------------------------------------------------------------------
-
-
-def test_finer_quality_is_nearer(fusion: Fake) -> None:
-    build = Builder()
-    build.cylinder((), 2.0, 3.0)
-    (body,) = build.done().rootComponent.bRepBodies
-    errors = [abs(mesh_of(body, q).volume - body.volume) for q in (8, 11, 13, 15)]
-    assert errors == sorted(errors, reverse=True)
-    with pytest.raises(RuntimeError, match="triangleMeshQuality"):
-        body.meshManager.createMeshCalculator().setQuality(3)
-
-
-def test_frame_of_a_proxys_mesh_is_an_option(fusion: Fake) -> None:
-    build = Builder()
-    build.box(build.place("part", translation((10.0, 0.0, 0.0))), (1.0, 1.0, 1.0))
-    (body,) = by_path(build.done())["part:1"].bRepBodies
-    assert mesh_of(body).center_mass == pytest.approx([10.0, 0.0, 0.0])
-    fusion.options.mesh_frame = "component"
-    assert mesh_of(body).center_mass == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
-
-
-def test_things_to_pick_have_geometry_in_context(fusion: Fake) -> None:
-    import adsk.core
-
-    found = by_path(designs.things_to_pick(seed=5))
-    upper = next(o for name, o in found.items() if name.endswith("upper:1"))
-    T = cells(upper.transform2)
-    cylinder, sphere = upper.bRepBodies
-    circles = [e.geometry for e in cylinder.edges]
-    assert all(isinstance(c, adsk.core.Circle3D) for c in circles)
-    ends = [T @ (x, 0.0, 2.0, 1.0) for x in (-4.0, 4.0)]
-    for circle, end in zip(circles, ends, strict=True):
-        assert xyz(circle.center) == pytest.approx(end[:3])
-        assert abs(xyz(circle.normal) @ T[:3, 0]) == pytest.approx(1.0)
-    (face,) = (f for f in cylinder.faces if isinstance(f.geometry, adsk.core.Cylinder))
-    assert face.geometry.radius == 1.5
-    assert [e.length for e in face.edges] == pytest.approx([3.0 * math.pi] * 2)
-    (ball,) = sphere.faces
-    assert xyz(ball.geometry.origin) == pytest.approx((T @ (0.0, 0.0, 7.0, 1.0))[:3])
-    lower = next(o for name, o in found.items() if name.endswith("lower:1"))
-    (torus,) = lower.bRepBodies[0].faces
-    assert isinstance(torus.geometry, adsk.core.Torus)
-    (box,) = found["base:1"].bRepBodies
-    assert (box.vertices.count, box.edges.count, box.faces.count) == (8, 12, 6)
-    corners = [xyz(v.geometry) for v in box.vertices]
-    expected = list(itertools.product((-2.0, 2.0), (-2.0, 2.0), (0.0, 10.0)))
-    assert np.array(sorted(map(tuple, corners))) == pytest.approx(np.array(sorted(expected)))
-    for edge in box.edges:
-        line = edge.geometry
-        along = xyz(line.endPoint) - xyz(line.startPoint)
-        assert np.linalg.norm(along) == pytest.approx(edge.length)
-
-
-def test_sketch_points_are_in_their_sketch(fusion: Fake) -> None:
-    found = by_path(designs.things_to_pick())
-    (native,) = found["base:1"].component.sketches
-    sketch = native.createForAssemblyContext(found["base:1"])
-    (sketch_point,) = sketch.sketchPoints
-    assert xyz(sketch_point.geometry) == pytest.approx([1.0, 1.0, 0.0])
-    assert xyz(sketch_point.worldGeometry) == pytest.approx([1.0, 1.0, 10.0])
-    (circle,) = sketch.sketchCurves.sketchCircles
-    assert xyz(circle.worldGeometry.center) == pytest.approx([-1.0, 1.0, 10.0])
 
 
 # Joints ------------------------------------------------------------------------------------------
@@ -414,14 +276,6 @@ def test_broken_joint_keeps_its_transforms(fusion: Fake) -> None:
     assert broken.geometryOrOriginOne is None
     assert cells(broken.geometryOneTransform)[2, 3] == pytest.approx(20.0)
     assert joints.itemByName("old").isSuppressed
-
-
-def test_offset_angle_and_flip(fusion: Fake) -> None:
-    joint = designs.joint_with_offset().rootComponent.joints.itemByName("lower_joint")
-    one, two = cells(joint.geometryOneTransform), cells(joint.geometryTwoTransform)
-    assert one[:3, 3] - two[:3, 3] == pytest.approx([0.0, 3.0, 0.0], abs=1e-12)
-    assert one[:3, 2] == pytest.approx(-two[:3, 2])
-    assert (joint.offset.value, joint.angle.value, joint.isFlipped) == (3.0, 0.4, True)
 
 
 def test_all_joints_may_fail(fusion: Fake) -> None:
