@@ -13,7 +13,7 @@ from ..robot.finding_builders import error, warning
 from ..robot.model.joint import Joint
 from ..robot.model.pose import Pose
 from ..robot.model.robot import Link, Robot
-from ..snapshot import BodySnapshot, DesignSnapshot
+from ..snapshot import BodySnapshot, DesignSnapshot, bare_name
 from .design_checks import (
     body_findings,
     design_notes,
@@ -25,14 +25,14 @@ from .design_checks import (
 )
 from .joints.couplings import coupled
 from .joints.edges import Edges, find_edges, grounded_links, pinned_links
-from .links.links import PREFIX, Links, find_links, is_link_group
+from .links.links import Links, find_links, is_link_group
 from .links.mass_properties import link_inertia
 from .links.masses import Masses, weigh
 from .overrides import with_joint_settings, with_masses
 from .robot_findings import with_check
 from .robot_muscles import CABLE_SET, TASK_SET, RobotMuscles, robot_muscles
 from .tree.link_frames import Frames, place_links
-from .tree.tree import Tree, find_tree
+from .tree.tree import Graph, Tree, find_tree
 from .upright import upright
 
 
@@ -170,15 +170,13 @@ class _Building:
         held = [e for e in edges.held if all(link in links.names for link in e.links)]
         grounded = [n for n in grounded_links(snapshot, links) if n in links.names]
         pinned = pinned_links(snapshot, links)
-        settings, name = snapshot.settings, snapshot.name
-        return find_tree(links.names, edges.joints, held, grounded, pinned, settings, name)
+        graph = Graph(links.names, edges.joints, held, grounded, pinned)
+        return find_tree(graph, snapshot.settings, snapshot.name)
 
     def _muscles(self, table: MuscleTable) -> RobotMuscles:
         groups = self._snapshot.groups
         suppressed = {
-            group.name.removeprefix(PREFIX)
-            for group in groups
-            if group.suppressed and is_link_group(group)
+            bare_name(group.name) for group in groups if group.suppressed and is_link_group(group)
         }
         return robot_muscles(table, self._frames.T_world_link, suppressed)
 

@@ -10,8 +10,8 @@ from ..muscles.table import MuscleTable
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import error, listed, warning
 from ..robot.model.robot import Robot
-from ..snapshot import ROOT, DesignSnapshot, PointSnapshot, SurfaceSnapshot
-from .links.links import PREFIX, Links, in_name_order
+from ..snapshot import LINK_PREFIX, ROOT, DesignSnapshot, PointSnapshot, SurfaceSnapshot
+from .links.links import Links, in_name_order
 from .links.mass_properties import Part
 
 _HIGHER = 2.0  # so much farther do the links reach along y than along z where y may be up
@@ -41,7 +41,9 @@ def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
         names = sorted(body.name for body in snapshot.bodies if body.occurrence == path)
         where = "the root component" if path == ROOT else "it"
         what = (
-            f"a rigid group {PREFIX}<link>" if links.from_groups else "a component that is a link"
+            f"a rigid group {LINK_PREFIX}<link>"
+            if links.from_groups
+            else "a component that is a link"
         )
         problem = f"bodies {listed(names)} of {where} are not exported; put them into {what}"
         subject = Subject("occurrence", path) if path else Subject("design", snapshot.name)

@@ -9,7 +9,7 @@ from ..robot.checks.check import check
 from ..robot.finding import Finding, Subject
 from ..robot.formats.sdf.capabilities import sdf_losses
 from ..robot.model.robot import Robot
-from .links.links import PREFIX
+from ..snapshot import bare_name
 
 _FOLLOWS = {
     "unknown-link": ("too-few-via-points", "no-moment-arm"),
@@ -64,7 +64,7 @@ def with_check(
 
 def _bare(subject: Subject) -> Subject:
     """The object as the robot calls it: the reader says what Fusion calls it."""
-    return Subject(subject.kind, subject.name.removeprefix(PREFIX))
+    return Subject(subject.kind, bare_name(subject.name))
 
 
 def _of_a_joint(finding: Finding, misnamed: Sequence[str]) -> bool:

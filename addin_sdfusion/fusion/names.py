@@ -8,10 +8,9 @@ from dataclasses import replace
 from typing import TypeVar
 
 from ..robot.finding import Subject
-from ..snapshot import GroupSnapshot, JointSnapshot
+from ..snapshot import LINK_PREFIX, GroupSnapshot, JointSnapshot
 from .notes import Notes
 
-_LINK = "EXPORT_"
 Named = TypeVar("Named", JointSnapshot, GroupSnapshot)
 
 
@@ -32,7 +31,9 @@ def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Note
                 f"robot: there are {count[item.name]} of that name, because they are in different "
                 "components or their component is in several places. Rename them if you mind"
             )
-            if kind == "joint" or item.name.startswith(_LINK):  # others' names are not exported
+            if kind == "joint" or item.name.startswith(
+                LINK_PREFIX
+            ):  # others' names are not exported
                 notes.warn(Subject(kind, item.name), "same-name", message)
         seen.add(item.name)
         made.append(replace(item, name=name))

@@ -5,7 +5,6 @@ design's pose. An occurrence is named by its full path, such as `arm:1+hand:1`; 
 has the empty path. `snapshot_file` writes and reads it; `docs/snapshot.md` describes the file.
 """
 
-from .color import COLOR, Color
 from .design import DesignIntent, DesignSnapshot, SourceSnapshot
 from .joints import CouplingSnapshot, JointKind, JointSnapshot, MotionSnapshot
 from .muscles import (
@@ -20,13 +19,25 @@ from .muscles import (
     SurfaceUse,
     WrapUse,
 )
-from .parts import ROOT, BodySnapshot, GroupSnapshot, MassSnapshot, MeshSnapshot, OccurrenceSnapshot
+from .parts import (
+    COLOR,
+    LINK_PREFIX,
+    ROOT,
+    BodySnapshot,
+    Color,
+    GroupSnapshot,
+    MassSnapshot,
+    MeshSnapshot,
+    OccurrenceSnapshot,
+    bare_name,
+)
 
 __all__ = [
     "COLOR",
     "DEFAULT_COLOR",
     "F_MAX",
     "F_MIN",
+    "LINK_PREFIX",
     "ROOT",
     "BodySnapshot",
     "Color",
@@ -48,4 +59,5 @@ __all__ = [
     "SurfaceSnapshot",
     "SurfaceUse",
     "WrapUse",
+    "bare_name",
 ]

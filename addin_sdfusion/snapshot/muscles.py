@@ -9,7 +9,7 @@ from typing import Literal
 from ..robot.model.muscle import CableKind, CableModel
 from ..robot.model.pose import Vector3
 from ..robot.model.robot import Axis
-from .color import Color
+from .parts import Color
 
 Role = Literal["via", "task", "marker"]
 

@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from ..records import Samples
+from ..records import Form, Samples
 from ..robot.model.pose import Vector3
-from .color import Color
 
 ROOT = ""
 """Path of the root component."""
+
+LINK_PREFIX = "EXPORT_"
+"""How the names of rigid groups that are links begin; also of components and joints, as in designs
+of earlier add-ins."""
+
+COLOR = re.compile("#[0-9a-fA-F]{6}", re.ASCII)
+Color = Annotated[str, Form("#rrggbb", COLOR.pattern)]
+
+
+def bare_name(name: str) -> str:
+    """What a robot calls a rigid group, component or joint."""
+    return name.removeprefix(LINK_PREFIX)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,7 @@ from ...robot.finding import Finding, Subject
 from ...robot.finding_builders import finite, unknown, warning
 from ...robot.model.function import linear
 from ...robot.model.joint import Coordinate, Joint, Term
-from ...snapshot import CouplingSnapshot
-from ..links.links import PREFIX
+from ...snapshot import CouplingSnapshot, bare_name
 
 
 def coupled(
@@ -40,7 +39,7 @@ def coupled(
 
 def _name(joint: str, role: str) -> str:
     """The name of a coordinate, as `coordinate_name` makes it."""
-    name = joint.removeprefix(PREFIX)
+    name = bare_name(joint)
     return f"{name}_{role}" if role else name
 
 

@@ -11,8 +11,8 @@ from ...robot.finding import Finding, Subject
 from ...robot.finding_builders import unknown, warning
 from ...robot.model.pose import Vector3
 from ...robot.model.rotations import normalized
-from ...snapshot import ROOT, DesignSnapshot, JointSnapshot, MotionSnapshot
-from ..links.links import PREFIX, Links, in_name_order, is_link_group
+from ...snapshot import LINK_PREFIX, ROOT, DesignSnapshot, JointSnapshot, MotionSnapshot, bare_name
+from ..links.links import Links, in_name_order, is_link_group
 from .checks import doubts, mistakes
 
 _OUTSIDE = object()
@@ -72,14 +72,14 @@ def find_edges(snapshot: DesignSnapshot, links: Links) -> Edges:
     """What connects the links of a design."""
     findings: list[Finding] = []
     edges = [*_from_joints(snapshot, links, findings), *_from_groups(snapshot, links)]
-    cut = {name.removeprefix(PREFIX) for name in snapshot.settings.cut_joints}
+    cut = {bare_name(name) for name in snapshot.settings.cut_joints}
     for name in in_name_order(cut):
         subject = Subject("joint", name)
         if any(edge.name == name for edge in edges):
             problem = "is left out, as chosen in Export, so that the robot is a tree"
             findings.append(warning(subject, "cut-joint", problem))
-        elif not any(joint.name.removeprefix(PREFIX) == name for joint in snapshot.joints):
-            names = in_name_order({joint.name.removeprefix(PREFIX) for joint in snapshot.joints})
+        elif not any(bare_name(joint.name) == name for joint in snapshot.joints):
+            names = in_name_order({bare_name(joint.name) for joint in snapshot.joints})
             problem = f"is to be cut: {unknown('joint', name, names)}; choose again in Export"
             findings.append(warning(subject, "unknown-cut-joint", problem))
     kept = sorted((edge for edge in edges if edge.name not in cut), key=edge_key)
@@ -117,7 +117,7 @@ def grounded_paths(snapshot: DesignSnapshot) -> set[str]:
 def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]) -> Iterator[Edge]:
     grounded = {ROOT, *grounded_paths(snapshot)}
     for joint in sorted(snapshot.joints, key=lambda j: (natural_key(j.name), j.name, repr(j))):
-        name = joint.name.removeprefix(PREFIX)
+        name = bare_name(joint.name)
         subject = Subject("joint", name)
         ends = [_link_at(path, links, grounded) for path in (joint.one, joint.two)]
         one, two = (end if isinstance(end, str) else None for end in ends)
@@ -134,7 +134,7 @@ def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]
         if _OUTSIDE in ends and None not in (joint.one, joint.two):
             findings.append(_outside(subject, joint, links, ends[0] is _OUTSIDE))
             continue
-        if name in {cut.removeprefix(PREFIX) for cut in snapshot.settings.cut_joints}:
+        if name in {bare_name(cut) for cut in snapshot.settings.cut_joints}:
             yield Edge(name, one, two)
             continue
         wrong = mistakes(subject, joint)
@@ -168,7 +168,7 @@ def _within(subject: Subject, joint: JointSnapshot, link: object) -> Iterator[Fi
 
 def _outside(subject: Subject, joint: JointSnapshot, links: Links, one: bool) -> Finding:
     path = joint.one if one else joint.two
-    what = f"in no rigid group {PREFIX}<link>" if links.from_groups else "in no link"
+    what = f"in no rigid group {LINK_PREFIX}<link>" if links.from_groups else "in no link"
     problem = f"is left out: component {path!r} is {what}; put it into the link that it moves with"
     return warning(subject, "joint-outside-links", problem)
 
@@ -180,7 +180,7 @@ def _from_groups(snapshot: DesignSnapshot, links: Links) -> Iterator[Edge]:
             continue
         of = links.of_occurrence
         first, *others = in_name_order({of[p] for p in group.occurrences if p in of}) or ("",)
-        name = group.name.removeprefix(PREFIX)
+        name = bare_name(group.name)
         for link in others:
             called = name if len(others) == 1 else f"{name}_{link}"
             yield Edge(called, link, first, symmetric=True)

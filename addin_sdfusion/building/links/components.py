@@ -8,13 +8,12 @@ from collections.abc import Mapping, Sequence
 from ...robot.finding import Finding, Subject
 from ...robot.finding_builders import error, unknown
 from ...robot.transforms.joint_chains import Names
-from ...snapshot import ROOT, DesignSnapshot, OccurrenceSnapshot
+from ...snapshot import ROOT, DesignSnapshot, OccurrenceSnapshot, bare_name
 
 ROOT_LINK = "base"
 """The link of the bodies that are in the root component itself. Not the design's name: Fusion puts
 the version at its end, and what is stored of a link must stay true."""
 
-_PREFIX = "EXPORT_"
 _FIRST = ":1"
 
 
@@ -66,7 +65,7 @@ def _short(occurrence: OccurrenceSnapshot) -> str:
     """`finger` for `hand:1+finger:1`, `finger_2` for its twin `hand:1+finger:2`."""
     leaf = occurrence.path.removeprefix(f"{occurrence.parent}+" if occurrence.parent else "")
     number = leaf.rpartition(":")[2]
-    name = occurrence.component.removeprefix(_PREFIX)
+    name = bare_name(occurrence.component)
     if leaf.endswith(_FIRST) or not number.isdecimal():
         return name
     return f"{name}_{number}"

@@ -11,10 +11,16 @@ from ...muscles.point_names import natural_key
 from ...robot.finding import Finding, Subject
 from ...robot.finding_builders import error, warning
 from ...robot.model.robot import WORLD
-from ...snapshot import ROOT, DesignSnapshot, GroupSnapshot, OccurrenceSnapshot
+from ...snapshot import (
+    LINK_PREFIX,
+    ROOT,
+    DesignSnapshot,
+    GroupSnapshot,
+    OccurrenceSnapshot,
+    bare_name,
+)
 from .components import component_links
 
-PREFIX = "EXPORT_"
 _COPIED = re.compile(r" ?\([0-9]+\)$")
 
 
@@ -53,7 +59,7 @@ def in_name_order(names: Iterable[str]) -> tuple[str, ...]:
 
 def is_link_group(group: GroupSnapshot) -> bool:
     """Whether a rigid group is a link by its name."""
-    return group.name.startswith(PREFIX)
+    return group.name.startswith(LINK_PREFIX)
 
 
 def uses_groups(snapshot: DesignSnapshot) -> bool:
@@ -110,20 +116,20 @@ def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding
             problem = "has no components, so it is no link; add them or delete the group"
             findings.append(warning(Subject("group", group.name), "empty-group", problem))
             continue
-        names.append(group.name.removeprefix(PREFIX))
+        names.append(bare_name(group.name))
         for path in members:
             groups_of.setdefault(path, []).append(group.name)
     findings += [*_duplicates(names), *_in_two_groups(groups_of)]
     if not names:
         problem = (
-            f"nothing to export: no rigid group is called {PREFIX}<link>; make one of the "
+            f"nothing to export: no rigid group is called {LINK_PREFIX}<link>; make one of the "
             "components of each link, or choose components as links in Export"
         )
         findings.append(error(Subject("design", snapshot.name), "nothing-to-export", problem))
     # The smaller group says more: a large one may list what is below its members as well.
     sizes = Counter(group for groups in groups_of.values() for group in groups)
     meant = {path: min(groups, key=lambda g: (sizes[g], g)) for path, groups in groups_of.items()}
-    return {path: group.removeprefix(PREFIX) for path, group in meant.items()}, findings
+    return {path: bare_name(group) for path, group in meant.items()}, findings
 
 
 def _suppressed(groups: Sequence[GroupSnapshot]) -> Iterator[Finding]:
@@ -134,14 +140,14 @@ def _suppressed(groups: Sequence[GroupSnapshot]) -> Iterator[Finding]:
 
 def _misspelt(groups: Sequence[GroupSnapshot]) -> Iterator[Finding]:
     for name in in_name_order({g.name for g in groups if not is_link_group(g)}):
-        if name.casefold().startswith(PREFIX.casefold()):
-            problem = f"is not exported: names of links begin with {PREFIX}; rename it"
+        if name.casefold().startswith(LINK_PREFIX.casefold()):
+            problem = f"is not exported: names of links begin with {LINK_PREFIX}; rename it"
             yield warning(Subject("group", name), "misspelt-group", problem)
 
 
 def _duplicates(names: Sequence[str]) -> Iterator[Finding]:
     for name in in_name_order(set(names)):
-        subject = Subject("group", PREFIX + name)
+        subject = Subject("group", LINK_PREFIX + name)
         if names.count(name) > 1:
             problem = f"{names.count(name)} rigid groups have this name; rename all but one"
             yield error(subject, "duplicate-link", problem)

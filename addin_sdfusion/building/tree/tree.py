@@ -49,54 +49,51 @@ class Tree(NamedTuple):
     findings: tuple[Finding, ...]
 
 
-def find_tree(
-    names: Sequence[str],
-    edges: Sequence[Edge],
-    held: Sequence[Edge],
-    grounded: Sequence[str],
-    pinned: Collection[str],
-    settings: ExportSettings,
-    design: str,
-) -> Tree:
-    """Find the tree.
+class Graph(NamedTuple):
+    """What a tree is found in.
 
-    Args:
-        names: The links.
+    Attributes:
+        links: Names of the links.
         edges: What connects them, in order.
         held: What keeps links together where nothing else connects them, in order.
         grounded: Links that are fixed to the root.
         pinned: Those of them that the user has fixed, not perhaps the CAD system by itself.
+    """
+
+    links: Sequence[str]
+    edges: Sequence[Edge]
+    held: Sequence[Edge]
+    grounded: Sequence[str]
+    pinned: Collection[str]
+
+
+def find_tree(graph: Graph, settings: ExportSettings, design: str) -> Tree:
+    """Find the tree.
+
+    Args:
+        graph: The links and what connects them.
         settings: Which base was chosen, and whether it floats.
         design: Name of the design.
     """
-    if not names:
-        return Tree((), (), ())
-    return _Search(names, edges, held, grounded, pinned, settings, design).tree()
+    return _Search(graph, settings, design).tree() if graph.links else Tree((), (), ())
 
 
 class _Search:
-    def __init__(
-        self,
-        names: Sequence[str],
-        edges: Sequence[Edge],
-        held: Sequence[Edge],
-        grounded: Sequence[str],
-        pinned: Collection[str],
-        settings: ExportSettings,
-        design: str,
-    ) -> None:
+    def __init__(self, graph: Graph, settings: ExportSettings, design: str) -> None:
         self._findings: list[Finding] = []
         self._loops: list[tuple[str, ...]] = []
         self._settings = settings
-        self._base = settings.base if settings.base in names else ""
-        self._free = Names([*names, *(edge.name for edge in edges)])
-        self._bodies = DisjointSets(names)
-        self._world = [edge for edge in edges if len(edge.links) == 1]
-        self._between = self._without_double_welds(names, edges, held)
+        self._base = settings.base if settings.base in graph.links else ""
+        self._free = Names([*graph.links, *(edge.name for edge in graph.edges)])
+        self._bodies = DisjointSets(graph.links)
+        self._world = [edge for edge in graph.edges if len(edge.links) == 1]
+        self._between = self._without_double_welds(graph)
         self._above: dict[str, Branch] = {}
-        self._grounded = self._without_silent(grounded, pinned)
+        self._grounded = self._without_silent(graph)
         if settings.base and not self._base:
-            problem = f"{unknown('link', settings.base, names)}; choose the base again in Export"
+            problem = (
+                f"{unknown('link', settings.base, graph.links)}; choose the base again in Export"
+            )
             self._findings.append(error(Subject("design", design), "unknown-base", problem))
         self._roots = find_roots(
             self._parts,
@@ -118,35 +115,33 @@ class _Search:
         self._close_loops()
         return Tree(tuple(self._above.values()), tuple(self._loops), tuple(self._findings))
 
-    def _without_double_welds(
-        self, names: Sequence[str], edges: Sequence[Edge], held: Sequence[Edge]
-    ) -> list[Edge]:
+    def _without_double_welds(self, graph: Graph) -> list[Edge]:
         """What connects links: nothing rigid between what is rigid already."""
-        between = [edge for edge in edges if len(edge.links) == 2]
+        between = [edge for edge in graph.edges if len(edge.links) == 2]
         joints_first = sorted(between, key=lambda edge: edge.symmetric)
         kept = [
             edge for edge in joints_first if not edge.is_rigid or self._bodies.join(*edge.links)
         ]
-        parts = DisjointSets(names)
+        parts = DisjointSets(graph.links)
         for edge in between:
             parts.join(*edge.links)
-        for edge in held:
+        for edge in graph.held:
             if parts.join(*edge.links):
                 self._bodies.join(*edge.links)
                 kept.append(edge)
         self._parts = [in_name_order(part) for part in parts.groups()]
         return sorted(kept, key=edge_key)
 
-    def _without_silent(self, grounded: Sequence[str], pinned: Collection[str]) -> list[str]:
+    def _without_silent(self, graph: Graph) -> list[str]:
         """What is fixed to the root, without what yields to joints and to what the user fixed."""
         kept: list[str] = []
         jointed = {edge.links[0] for edge in self._world}
         for part in self._parts:
-            firm = [link for link in part if link in pinned or link in jointed]
+            firm = [link for link in part if link in graph.pinned or link in jointed]
             bodies = {self._bodies.find(link) for link in firm}
-            for link in (link for link in grounded if link in part):
+            for link in (link for link in graph.grounded if link in part):
                 same = self._bodies.find(link) in bodies and link not in jointed
-                if not firm or link in pinned or same or self._base in part:
+                if not firm or link in graph.pinned or same or self._base in part:
                     kept.append(link)
                 else:
                     self._findings.append(_silently_grounded(link, firm[0], link in jointed))

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from typing import Any
 
-from ...building.links.links import PREFIX
 from ...fusion.notes import optional
 from ...fusion.occurrences import every_occurrence
 from ...robot.finding import Subject
+from ...snapshot import LINK_PREFIX, bare_name
 from ..reading import Reading
 
 _MOST = 50
@@ -53,12 +53,12 @@ class _Locator:
                 yield occurrence
 
     def _joint(self, name: str) -> list[Any]:
-        return [joint for joint in self._joints() if joint.name in (name, PREFIX + name)]
+        return [joint for joint in self._joints() if joint.name in (name, LINK_PREFIX + name)]
 
     def _coordinate(self, name: str) -> list[Any]:
         """The joint of a coordinate: `shoulder`, or `shoulder_pitch` of several."""
         return self._joint(name) or [
-            j for j in self._joints() if name.startswith(f"{j.name.removeprefix(PREFIX)}_")
+            j for j in self._joints() if name.startswith(f"{bare_name(j.name)}_")
         ]
 
     def _joints(self) -> Iterator[Any]:
@@ -71,7 +71,7 @@ class _Locator:
         for component, _ in self._components():
             for i in range(component.rigidGroups.count):
                 group = component.rigidGroups.item(i)
-                if optional(lambda: group.name) in (name, PREFIX + name):  # noqa: B023
+                if optional(lambda: group.name) in (name, LINK_PREFIX + name):  # noqa: B023
                     yield from group.occurrences
 
     def _body(self, name: str) -> Iterator[Any]:
