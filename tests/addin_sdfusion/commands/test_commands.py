@@ -91,6 +91,14 @@ def test_stop_while_a_dialog_is_open(fusion: Any, addin: Any, user: User) -> Non
     assert fusion.full_fingerprint() == before
 
 
+def test_another_command_does_not_press_ok(fusion: Any, user: User) -> None:
+    before = fusion.full_fingerprint()
+    command = user.define(user.vertex())
+    fusion.run_command(CHECK)
+    assert not command.is_open
+    assert fusion.full_fingerprint() == before
+
+
 # Define muscles
 
 

@@ -12,7 +12,8 @@ from cardsflow_fmu import Experiment
 from sim_dart.plant.settings import MOST_SUBSTEPS
 
 Row = tuple[dict[str, Any], str]
-INF = float("inf")
+INF, NAN = float("inf"), float("nan")
+BLIND = {"hardware.has_positions": False}
 MCKIBBEN = {"kind": "mckibben", "turns": 3.0, "pressure_time_constant": 0.02}
 MOTOR = {"robot.joints.joint_2.motor": True}
 BALL = {"name": "ball", "shape": "sphere", "radius": 0.05, "mass": 0.2, "position": [3, 0, 1]}
@@ -41,6 +42,10 @@ def waypoints(**second: Any) -> dict[str, Any]:
     """Points without a spline."""
     first = {"time": 0.0, "q": [0.0, 0.0]}
     return {"reference": {"points": [first, {"time": 1.0} | second]}}
+
+
+def motors(**settings: Any) -> dict[str, Any]:
+    return {"hardware.motors": settings}
 
 
 def cable(model: Any) -> dict[str, Any]:
@@ -74,19 +79,65 @@ PLANAR_2R: list[Row] = [
     ({"fmus.motor": "a.fmu"}, "fmus.motor: no key 'motor'"),
     ({"fmus.plant": 3}, "fmus.plant: must be a table"),
     ({"fmus.plant": "p" * 400}, "fmus.plant.path: there is no file"),
+    ({"hardware": 3}, "hardware: must be a table"),
+    ({"hardware.approach": 0.00015}, "hardware.approach: 0.00015 s is not a whole multiple"),
     ({"hardware.emulator.delay": -1.0}, "hardware.emulator.delay: must not be negative: -1.0"),
-    ({"hardware.emulator.joint_counts": 0.0}, "must be above 0"),
+    ({"hardware.emulator.duplicate": NAN}, "duplicate: must be a finite number, not nan"),
+    (
+        {"hardware.emulator.jitter": INF},
+        "jitter: must be a finite number, not inf",
+    ),
+    ({"hardware.emulator.joint_counts": 0.0}, "joint_counts: must be above 0, not 0.0"),
+    ({"hardware.emulator.length_counts": NAN}, "length_counts: must be a finite number, not nan"),
     ({"hardware.emulator.loss": 1.5}, "hardware.emulator.loss: must be from 0 to 1, not 1.5"),
+    ({"hardware.emulator.loss": 0.1, "hardware.link": "loopback:"}, "meet no faults"),
     ({"hardware.emulator.lost": 1.0}, "did you mean 'loss'"),
     ({"hardware.emulator.motor_lag": -1.0}, "must not be negative"),
     ({"hardware.emulator.noise": -1.0}, "hardware.emulator.noise: must not be negative: -1.0"),
+    ({"hardware.emulator.noise": INF}, "hardware.emulator.noise: must be a finite number, not inf"),
     ({"hardware.emulator.outages": 1.0}, "must be a list"),
     ({"hardware.emulator.outages": [1.0]}, "must be a list of 2 numbers"),
-    ({"hardware.emulator.seed": -1}, "must not be negative"),
-    ({"hardware.emulator.loss": 0.1, "hardware.link": "loopback:"}, "meet no faults"),
+    ({"hardware.emulator.outages": [[-1.0, 1.0]]}, "outages[0]: an outage begins at 0 s or later"),
+    ({"hardware.emulator.outages": [[1.0, NAN]]}, "outages[0][1]: must be a finite number"),
+    ({"hardware.emulator.reorder": -0.1}, "reorder: must be from 0 to 1, not -0.1"),
+    ({"hardware.emulator.seed": -1}, "hardware.emulator.seed: must not be negative: -1"),
+    ({"hardware.force_rate": 0.0}, "hardware.force_rate: must be above 0"),
+    ({"hardware.force_rate": [1.0]}, "hardware.force_rate: must have 4 numbers"),
+    (BLIND | {"hardware.has_lengths": False}, "come from lengths and tensions: measure both"),
+    (BLIND | motors(command="length", stiffness=1.0), "need the joints' velocities"),
+    (BLIND | {"hardware.use": True}, "the controller needs an [estimator]"),
+    (
+        BLIND | {"hardware.use": True, "estimator": {"encoder_noise": {"joint_1": 1e-3}}},
+        "encoders of estimator.encoder_noise are among what is not measured",
+    ),
+    ({"hardware.has_tensions": False, "hardware.tension_max": 9.0}, "says is not measured"),
+    ({"hardware.lnk": "x"}, "hardware.lnk: no key 'lnk'; did you mean 'link'"),
+    ({"hardware.max_missed": -1}, "hardware.max_missed: must not be negative"),
+    ({"hardware.max_missed": 1.5}, "hardware.max_missed: must be a whole number"),
     ({"hardware.max_missed": 1e308}, "hardware.max_missed: must be a number of less than 64 bits"),
     ({"hardware.max_missed": INF}, "hardware.max_missed: must be a finite number"),
     ({"hardware.key_file": "a\0b"}, "hardware.key_file: must be the path of a file"),
+    ({"hardware.mode": "turbo"}, "hardware.mode: no mode 'turbo'"),
+    (motors(command="thought"), "hardware.motors.command: no command 'thought'"),
+    (motors(stiffness=3.0), "hardware.motors.stiffness: no key 'stiffness'"),
+    (motors(command="length"), "hardware.motors.stiffness: missing"),
+    (motors(command="length", stiffness=0.0), "hardware.motors.stiffness: must be above 0"),
+    (
+        motors(command="length", stiffness=1.0, damping=-1.0),
+        "hardware.motors.damping: must not be negative",
+    ),
+    (
+        motors(command="length", stiffness=1.0, offset="end"),
+        "hardware.motors.offset: must be a number",
+    ),
+    ({"hardware.ramp_down": 60.0}, "hardware.ramp_down: must be at most 3"),
+    ({"hardware.ramp_in": -1}, "hardware.ramp_in: must not be negative"),
+    ({"hardware.scale": 0.0}, "hardware.scale: must be above 0"),
+    ({"hardware.start_tolerance": -0.1}, "hardware.start_tolerance: must not be negative"),
+    ({"hardware.tension_max": {"cable_9": 1.0}}, "no muscle 'cable_9'; did you mean 'cable_"),
+    ({"hardware.use": 1}, "hardware.use: must be true or false"),
+    ({"hardware.watchdog": 0}, "hardware.watchdog: must be above 0"),
+    ({"hardware.watchdog": 0.001}, "hardware.watchdog: 0.001 s is shorter than two"),
     (
         {"muscles.cabel_1.f_min": 1},
         "no muscle 'cabel_1'; did you mean 'cable_1'? (known: cable_1, cable_2",
@@ -169,7 +220,7 @@ PLANAR_2R: list[Row] = [
         {"start.q": {"joint1": 0}},
         "start.q.joint1: no coordinate 'joint1'; did you mean 'joint_1'",
     ),
-    ({"start.q": {"joint_1": float("nan")}}, "start.q.joint_1: must be a finite number"),
+    ({"start.q": {"joint_1": NAN}}, "start.q.joint_1: must be a finite number"),
     ({"start.q": {"joint_1": 4.0}}, "start.q.joint_1: 4.0 is outside the limits"),
     (
         {"wiring.controler": {"q.joint_1": "plant.q.joint_1"}},

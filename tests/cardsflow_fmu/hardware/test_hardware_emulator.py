@@ -309,21 +309,6 @@ def test_noise_has_its_size_and_its_seed() -> None:
     assert np.abs(readings - other).min() > 0
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ({"joint_counts": 0.0}, "joint_counts: must be above 0, not 0.0"),
-        ({"length_counts": math.nan}, "length_counts: must be a finite number, not nan"),
-        ({"noise": -1.0}, "noise: must not be negative: -1.0"),
-        ({"noise": math.inf}, "noise: must be a finite number, not inf"),
-        ({"seed": -1}, "seed: must not be negative: -1"),
-    ],
-)
-def test_invalid_sensors_are_refused(words: dict[str, float], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        SensorSettings(**words)
-
-
 @pytest.mark.parametrize("lag", [-0.1, math.nan, math.inf])
 def test_invalid_motors_are_refused(lag: float) -> None:
     with pytest.raises(InputError, match="time constant must be 0 s or more"):
