@@ -128,7 +128,7 @@ def test_modules_without_adsk_import_in_every_python_of_fusion(version: str) -> 
     assert done.returncode == 0, done.stderr
 
 
-def test_a_module_that_needs_a_package_would_be_found(tmp_path: Path) -> None:
+def test_a_module_that_needs_a_package_would_be_found() -> None:
     """The hook refuses what Fusion's Python does not have."""
     script = SCRIPT.replace("for file in files:", "import numpy\nfor file in files:")
     command = [sys.executable, "-I", "-S", "-c", script, str(ADDIN), NAME, "[]", "[]"]

@@ -82,7 +82,7 @@ def test_check_lists_everything_and_shows_where(fusion: Any) -> None:
     assert len(fusion.world.undo_steps) == 0
 
 
-def test_the_report_is_copied(fusion: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_report_is_copied(fusion: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     from addin_sdfusion.commands import clipboard
 
     copied: list[str] = []

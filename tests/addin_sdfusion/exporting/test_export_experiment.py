@@ -86,7 +86,7 @@ def test_an_export_without_muscles_says_that_there_is_nothing_to_run(tmp_path):
 
 
 @pytest.mark.slow
-def test_an_export_runs_at_once_and_follows(tmp_path, capsys):
+def test_an_export_runs_at_once_and_follows(tmp_path):
     export_built(built(), ALL, tmp_path / "arm")
     assert main(["run", str(tmp_path / "arm"), "--set", "run.duration=0.2"]) == 0
     assert (tmp_path / "arm/results/results.csv").is_file()

@@ -238,13 +238,6 @@ def test_nested_joints_read_natively_have_no_geometry(fusion: Fake) -> None:
         assert proxy.occurrenceOne.fullPathName.startswith("arm assembly:1+")
 
 
-def test_joint_to_the_root_has_no_occurrence(fusion: Fake) -> None:
-    joint = designs.joint_to_root().rootComponent.joints.itemByName("root_joint")
-    assert joint.occurrenceTwo is None
-    assert joint.occurrenceOne.fullPathName == "upper:1"
-    assert xyz(joint.geometryOrOriginTwo.origin) == pytest.approx([0.0, 0.0, 0.0])
-
-
 def test_joint_origin_has_no_origin(fusion: Fake) -> None:
     import adsk.fusion
 
@@ -276,11 +269,3 @@ def test_broken_joint_keeps_its_transforms(fusion: Fake) -> None:
     assert broken.geometryOrOriginOne is None
     assert cells(broken.geometryOneTransform)[2, 3] == pytest.approx(20.0)
     assert joints.itemByName("old").isSuppressed
-
-
-def test_all_joints_may_fail(fusion: Fake) -> None:
-    root = designs.assembly_constraints().rootComponent
-    with pytest.raises(RuntimeError, match="InternalValidationError"):
-        _ = root.allJoints
-    assert root.joints.count == 2
-    assert root.assemblyConstraints.count == 1

@@ -32,7 +32,7 @@ EXAMPLE = ROOT / "examples/from_cad/two_link_arm.json"
 
 
 def test_both_commands_make_the_same_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("a").mkdir()

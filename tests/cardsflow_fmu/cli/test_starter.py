@@ -118,7 +118,7 @@ def test_every_commented_setting_may_be_used(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["ellenbogen größe", 'a "quoted" \\ name', "日本", "a.b", "x\ny", "#", "\u202e"]
 )
-def test_odd_names_are_written_so_that_they_read_back(name: str, tmp_path: Path) -> None:
+def test_odd_names_are_written_so_that_they_read_back(name: str) -> None:
     robot = planar_2r()
     muscles = [replace(m, name=f"{name}{k}") for k, m in enumerate(robot.muscles)]
     odd = replace(robot.with_muscles(muscles), name=name)

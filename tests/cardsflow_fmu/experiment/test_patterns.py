@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES, PLANAR_2R
@@ -31,7 +29,7 @@ def test_a_pattern_is_for_all_muscles_that_it_fits() -> None:
     assert set(bounds.values()) == {60.0}
 
 
-def test_a_name_counts_more_than_a_pattern(tmp_path: Path) -> None:
+def test_a_name_counts_more_than_a_pattern() -> None:
     tables = {"cable_2": {"f_max": 70.0}, "*": {"f_max": 50.0, "f_min": 5.0}}
     experiment = Experiment.load(PLANAR_2R, {"muscles": tables})
     assert f_max(experiment) == {"cable_1": 50.0, "cable_2": 70.0, "cable_3": 50.0, "cable_4": 50.0}

@@ -78,7 +78,7 @@ def test_arrays_of_numpy(tmp_path: Path) -> None:
         np.testing.assert_allclose(followed({"samples": samples}), Q, atol=1e-7)
 
 
-def test_velocities_and_accelerations_that_are_there_are_taken(tmp_path: Path) -> None:
+def test_velocities_and_accelerations_that_are_there_are_taken() -> None:
     qd, qdd = np.gradient(Q, T, axis=0), 3.0 + 0.0 * Q
     experiment = Experiment.load(PLANAR_2R, {"reference": {"samples": np.c_[T, Q, qd, qdd]}})
     point = SplineReference(experiment.reference.curve).evaluate(float(T[7]))  # type: ignore[arg-type]
@@ -95,7 +95,7 @@ def test_task_coordinates_are_followed_in_task_space(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_it_travels_in_fmus_and_runs_in_c(tmp_path: Path) -> None:
+def test_it_travels_in_fmus_and_runs_in_c() -> None:
     experiment = Experiment.load(
         PLANAR_2R, {"reference": {"samples": np.c_[T, Q]}, "run.duration": 0.2}
     )

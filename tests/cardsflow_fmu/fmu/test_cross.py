@@ -121,7 +121,7 @@ def test_no_two_c_files_have_the_same_name() -> None:
     assert len(set(names)) == len(names)
 
 
-def test_the_build_of_the_package_knows_the_platforms(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_build_of_the_package_knows_the_platforms() -> None:
     import hatch_build
 
     assert hatch_build.parse_platforms("") == []

@@ -163,7 +163,7 @@ def test_missing_devices_and_invalid_addresses_have_different_exit_codes(
 
 
 @pytest.mark.slow
-def test_a_paced_run_reports_its_timeliness(tmp_path: Path) -> None:
+def test_a_paced_run_reports_its_timeliness() -> None:
     begin = time.monotonic()
     settings = SHORT | {"run.duration": 0.2}
     result = simulate(load(settings), coupling="direct", realtime=True)

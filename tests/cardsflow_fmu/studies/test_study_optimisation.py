@@ -159,7 +159,7 @@ def test_the_best_robot_is_the_same_in_every_format(tmp_path: Path) -> None:
     assert "muscles" not in saved["robot"]
 
 
-def test_via_points_are_in_the_root_frame(tmp_path: Path) -> None:
+def test_via_points_are_in_the_root_frame() -> None:
     """Link 2 begins 1 m above the ground where both joints are at zero."""
     robot = Experiment.load(PLANAR).robot
     points = {(p.muscle, p.number): p for p in muscle_table(robot).points}

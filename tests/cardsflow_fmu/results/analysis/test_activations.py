@@ -70,9 +70,7 @@ def test_ideal_cables_share_as_their_strengths_say() -> None:
     np.testing.assert_allclose(found.forces, terms.distribute().forces, atol=1e-6)
 
 
-def test_weak_muscles_leave_reserves_and_exit_code_1(
-    tmp_path: Path, cardsflow: CommandLine
-) -> None:
+def test_weak_muscles_leave_reserves_and_exit_code_1(cardsflow: CommandLine) -> None:
     robot = with_bounds(planar_2r(), 0.01)
     found = static_optimisation(robot, waving(robot))
     assert found.infeasible.any()
