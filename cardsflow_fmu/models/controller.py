@@ -12,15 +12,13 @@ from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.cosim.signals.muscles import driven_muscles, modelled_muscles, state_order
 from cardsflow_fmu.cosim.signals.ports import controller_groups
 from cardsflow_fmu.experiment.experiment import Experiment
-from cardsflow_fmu.experiment.settings.controller import ControllerSettings
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers.qp.law_in_c import number_of
 from sim_dart import compile_blob
 from sim_dart.core.tasks import point_rows, task_rows
 from sim_dart.plant.settings import python_laws
 
 from .c_model import CModel
-from .native.fields import Counts, Fields, encode, field_names
+from .native.fields import Counts, Fields, encode
 from .native.opened_model import OpenedModel
 from .plant import motors
 from .python_law import PythonParts, law_in_python
@@ -133,56 +131,36 @@ class ControllerModel(CModel):
 
 
 def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
-    """Counts and fields; a setting whose name is that of a field of the layout is that field."""
+    """Counts and fields of the layout."""
     robot, controller = experiment.robot, experiment.controller
     muscles = len(robot.muscles) if modelled_muscles(robot) else 0
     begin = start(robot, experiment.start.q) if muscles else None
-    named = [name for name in field_names("controller") if name in ControllerSettings.model_fields]
-    fields: Fields = {name: getattr(controller, name) for name in named} | {
+    arrays = controller.law_arrays()
+    names = "".join(f"{name}\0" for name in arrays).encode()
+    values = np.concatenate([np.ravel(np.asarray(own, float)) for own in arrays.values()])
+    rows = [] if controller.tasks is None else task_rows(robot)
+    is_angle = [frame.is_orientation for frame in robot.task_frames for _ in frame.axes]
+    fields: Fields = {
         "load_rows": point_rows(robot),
+        "task_rows": rows,
         "motors": motors(robot),
+        "is_angle": is_angle if rows else [],
         "state_order": state_order(robot),
         "commanded": driven_muscles(robot),
+        "muscle_horizon": controller.muscle_horizon,
         "late_periods": late_periods(robot) if muscles else 0.0,
         "start_forces": [] if begin is None else begin.forces,
         "start_commands": [] if begin is None else begin.commands,
+        "observer": controller.observer,
         "ramp_down": experiment.feeding.ramp_down if experiment.feeding else 0.0,
         "ramp_in": experiment.feeding.ramp_in if experiment.feeding else 0.0,
         "q_start": experiment.start.q,
-        "H_f": controller.actuator_weights,
-        "f_p": controller.pretensions,
-        "law": _law(controller),
-        "passive": np.logical_or(controller.passive, controller.dependent),
+        "dependent": controller.dependent,
+        "array_names": np.frombuffer(names, np.uint8),
+        "array_values": values,
     }
-    rows = [] if controller.tasks is None else task_rows(robot)
     counts = {"tasks": len(rows), "modelled": muscles, "motors": len(robot.motors)}
-    return counts, fields | {"task_rows": rows} | _task_fields(robot, controller)
-
-
-def _task_fields(robot: Robot, controller: ControllerSettings) -> Fields:
-    """What the law in operational space knows; nothing of it for that in joint space."""
-    tasks = controller.tasks
-    rest, none = np.zeros(len(robot.coordinates)), (0.0,) * len(robot.muscles)
-    posture = None if tasks is None else tasks.posture
-    is_angle = [frame.is_orientation for frame in robot.task_frames for _ in frame.axes]
-    return {
-        "is_angle": [] if tasks is None else is_angle,
-        "H_q": rest if tasks is None else tasks.acceleration_weights,
-        "H_r": controller.with_motors(none if tasks is None else tasks.force_rate_weights),
-        "W": [] if tasks is None else tasks.task_weights,
-        "priority": [] if tasks is None else tasks.priorities,
-        "posture_kp": rest if posture is None else posture.kp,
-        "posture_kd": rest if posture is None else posture.kd,
-        "q0": rest if posture is None else posture.q0,
-        "limit_bandwidth": 0.0 if tasks is None else tasks.limit_bandwidth or 0.0,
-    }
-
-
-def _law(controller: ControllerSettings) -> int:
-    """The number of a law in joint space; 0 in operational space and for custom laws."""
-    if controller.tasks is not None or controller.own_law is not None:
-        return 0
-    return number_of(str(controller.type))
+    return counts | {"letters": len(names), "numbers": values.size}, fields
 
 
 def late_periods(robot: Robot) -> int:

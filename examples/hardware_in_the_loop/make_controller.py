@@ -39,39 +39,16 @@ OF_ESTIMATOR = (
 
 
 def law_settings(experiment: Experiment) -> dict[str, ArrayLike]:
-    """Settings of the law in C, by the names of control_loop.h and computed_torque.h."""
+    """Settings of the law in C, by `law.` and the names of control_loop.h and computed_torque.h."""
     robot, settings = experiment.robot, experiment.controller
-    n, tasks = len(robot.coordinates), settings.tasks
-    arrays: dict[str, ArrayLike] = {
-        "law.law": float(max(laws().computed_torque_law(settings.type.encode()), 0)),
-        "law.kp": settings.kp,
-        "law.kd": settings.kd,
-        "law.f_min": [muscle.f_min for muscle in robot.muscles],
-        "law.f_max": [muscle.f_max for muscle in robot.muscles],
-        "law.H_f": settings.weights,
-        "law.f_p": settings.pretension,
-        "law.norm": settings.norm,
-        "law.passive": settings.passive,
-        "loop.ki": settings.ki,
-        "loop.gain": -np.expm1(-settings.observer * settings.period),
-        "loop.delay": float(settings.delay),
-        "loop.predict": float(settings.predict),
+    arrays = settings.law_arrays() | {
+        "f_min": [muscle.f_min for muscle in robot.muscles],
+        "f_max": [muscle.f_max for muscle in robot.muscles],
+        "q_min": [c.lower for c in robot.coordinates],
+        "q_max": [c.upper for c in robot.coordinates],
+        "gain": -np.expm1(-settings.observer * settings.period),
     }
-    if tasks is None:
-        return arrays
-    rest, posture = np.zeros(n), tasks.posture
-    return arrays | {
-        "law.H_q": tasks.acceleration_weights,
-        "law.H_r": tasks.force_rate_weights,
-        "law.W": tasks.task_weights,
-        "law.priority": tasks.priorities,
-        "law.posture_kp": rest if posture is None else np.broadcast_to(posture.kp, n),
-        "law.posture_kd": rest if posture is None else np.broadcast_to(posture.kd, n),
-        "law.q0": rest if posture is None else posture.q0,
-        "law.q_min": [c.lower for c in robot.coordinates],
-        "law.q_max": [c.upper for c in robot.coordinates],
-        "law.limit_bandwidth": tasks.limit_bandwidth or 0.0,
-    }
+    return {f"law.{name}": values for name, values in arrays.items()}
 
 
 def header(experiment: Experiment, arrays: Mapping[str, ArrayLike], single: bool) -> str:
@@ -96,7 +73,7 @@ def header(experiment: Experiment, arrays: Mapping[str, ArrayLike], single: bool
         array("START", experiment.start.q, "double"),
         array("F_MIN", [muscle.f_min for muscle in robot.muscles], "double"),
         array("TASK_ROWS", [*rows, 0.0]),
-        *table("SETTINGS", arrays),
+        *table("SETTINGS", arrays, "law."),
         *estimator_lines(experiment, single),
     ]
     return "\n".join(lines) + "\n"

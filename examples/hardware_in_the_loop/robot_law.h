@@ -57,17 +57,10 @@ static void gravity(void *self, const real *q, real *G)
     memcpy(G, part("gravity"), COORDINATES * sizeof(real));
 }
 
-/* law.<name> or loop.<name> */
-static real *setting(const char *name)
-{
-    size_t length;
-    return name[1] == 'a' ? computed_torque_array(control_loop_law(loop), name + 4, &length)
-                          : control_loop_array(loop, name + 5, &length);
-}
-
 static int open_law(void)
 {
     const control_robot asked = {NULL, terms, tasks, NULL, NULL, gravity};
+    size_t length;
     if (core_size(BLOB, sizeof BLOB, NULL, 0) > sizeof robot_memory ||
         control_loop_size(COORDINATES, MUSCLES, TASKS) > sizeof loop_memory)
         return 0;
@@ -76,7 +69,8 @@ static int open_law(void)
     if (!robot || !loop)
         return 0;
     for (size_t i = 0; i < sizeof SETTINGS / sizeof *SETTINGS; i++)
-        memcpy(setting(SETTINGS[i].name), SETTINGS[i].values, SETTINGS[i].count * sizeof(real));
+        memcpy(control_loop_array(loop, SETTINGS[i].name, &length), SETTINGS[i].values,
+               SETTINGS[i].count * sizeof(real));
     control_loop_reset(loop);
     return 1;
 }

@@ -38,6 +38,18 @@ class Names:
     groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Symbol:
+    """The array in C that a setting is, in the metadata of its field."""
+
+    name: str
+
+
+def symbols(symbol: str | None) -> list[Symbol]:
+    """The metadata of a symbol, if there is one."""
+    return [] if symbol is None else [Symbol(symbol)]
+
+
 def each(
     names: str,
     meaning: str,
@@ -46,6 +58,7 @@ def each(
     others: Any = None,
     word: str | None = None,
     alias: str | None = None,
+    symbol: str | None = None,
 ) -> Any:
     """A key with a value for each of several names; a tuple in their order, once it is read.
 
@@ -57,6 +70,7 @@ def each(
             are vectors are given in tables alone.
         word: A text that is allowed instead of the values; None once it is read.
         alias: The key, where the attribute has another name.
+        symbol: The array in C that it is, if any; see `Table.arrays`.
     """
     own: Any = Field(
         ... if default is ... else _NOT_GIVEN,
@@ -65,6 +79,7 @@ def each(
         json_schema_extra={"default": None if default is ... else default},
     )
     own.metadata.append(_Each(names, default, default if others is None else others, word))
+    own.metadata += symbols(symbol)
     return own
 
 

@@ -30,7 +30,7 @@ from addin_sdfusion.robot import InputError, UnknownNameError
 
 from .file import LARGEST, TOO_LONG
 from .messages import SettingError, explained
-from .names import Names
+from .names import Names, Symbol, symbols
 
 T = TypeVar("T", bound="Table")
 
@@ -126,6 +126,21 @@ class Table(BaseModel):
             if key not in leave_out and value is not None and value != math.inf
         }
 
+    def arrays(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
+        """The values of keys that are arrays in C, by their symbols; also those of tables inside.
+
+        Args:
+            leave_out: Keys to leave out, beside those without a value.
+        """
+        found: dict[str, Any] = {}
+        for name, key in type(self).model_fields.items():
+            value = getattr(self, name)
+            if name in leave_out or value is None:
+                continue
+            found |= value.arrays() if isinstance(value, Table) else {}
+            found |= {own.name: value for own in key.metadata if isinstance(own, Symbol)}
+        return found
+
     def require_only(self, allowed: Iterable[str]) -> None:
         """Refuse keys that mean nothing beside the others that are given.
 
@@ -186,7 +201,12 @@ def plain(value: Any) -> Any:
 
 
 def setting(
-    meaning: str, default: Any = ..., *, alias: str | None = None, kind: str | None = None
+    meaning: str,
+    default: Any = ...,
+    *,
+    alias: str | None = None,
+    kind: str | None = None,
+    symbol: str | None = None,
 ) -> Any:
     """A key of a table.
 
@@ -196,9 +216,12 @@ def setting(
             be left out, and what that means is for the table's owner to say.
         alias: The key, where the attribute has another name.
         kind: Of a choice, what is chosen, for messages; the key where it is None.
+        symbol: The array in C that it is, if any; see `Table.arrays`.
     """
     checked = default not in (None, "", math.inf)
-    return Field(default, description=meaning, alias=alias, title=kind, validate_default=checked)
+    own = Field(default, description=meaning, alias=alias, title=kind, validate_default=checked)
+    own.metadata += symbols(symbol)
+    return own
 
 
 def _whole(value: Any) -> Any:

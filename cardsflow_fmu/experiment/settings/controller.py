@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
+from numpy.typing import ArrayLike
 from pydantic import (
     AfterValidator,
     Field,
@@ -32,6 +33,7 @@ from cardsflow_fmu.experiment.config.table import (
     setting,
 )
 from controllers.laws.operational_space import LIMIT_BANDWIDTH
+from controllers.qp.law_in_c import number_of
 from controllers.qp.solver import DEFAULT_SOLVER, require_solver
 from controllers.validation import LARGEST_NORM, LARGEST_PRETENSION
 
@@ -128,10 +130,10 @@ Law = Annotated[
 class PostureSettings(Table):
     """What a redundant robot does beside its tasks; see `controllers.Posture`."""
 
-    kp: tuple[FromZero, ...] = each("coordinate", "in 1/s²", 25.0)
-    kd: tuple[FromZero, ...] = each("coordinate", "in 1/s", 10.0)
+    kp: tuple[FromZero, ...] = each("coordinate", "in 1/s²", 25.0, symbol="posture_kp")
+    kd: tuple[FromZero, ...] = each("coordinate", "in 1/s", 10.0, symbol="posture_kd")
     q0: tuple[float, ...] = each(
-        "coordinate", "the preferred posture, in rad or m; that of the start", None
+        "coordinate", "the preferred posture, in rad or m; that of the start", None, symbol="q0"
     )
 
 
@@ -142,20 +144,22 @@ class ControllerSettings(Table):
     own_space: Literal["joint", "operational"] = setting(
         "what a law of one's own follows", None, alias="space"
     )
-    kp: tuple[Positive, ...] = each("followed", "gain of position errors, in 1/s²")
-    kd: tuple[FromZero, ...] = each("followed", "gain of velocity errors, in 1/s")
-    ki: tuple[FromZero, ...] = each("followed", "gain of the errors' integrals, in 1/s³", 0.0)
+    kp: tuple[Positive, ...] = each("followed", "gain of position errors, in 1/s²", symbol="kp")
+    kd: tuple[FromZero, ...] = each("followed", "gain of velocity errors, in 1/s", symbol="kd")
+    ki: tuple[FromZero, ...] = each(
+        "followed", "gain of the errors' integrals, in 1/s³", 0.0, symbol="ki"
+    )
     period: Positive = setting("time between two ticks, in s: a whole multiple of run.step", None)
     solver: Annotated[Text, AfterValidator(_solver)] = setting(
         "what solves the QP: dual_newton, or a back end of qpsolvers", DEFAULT_SOLVER
     )
-    weights: tuple[Positive, ...] = each("muscle", "of squared forces, in 1/N²", None)
+    weights: tuple[Positive, ...] = each("muscle", "of squared forces, in 1/N²", None, symbol="H_f")
     motor_weights: tuple[Positive, ...] = each(
         "motor", "of squared torques, in 1/(N·m)² or 1/N²", None
     )
-    norm: Norm = setting("which norm of forces is least, by laws that follow q", 2.0)
+    norm: Norm = setting("which norm of forces is least, by laws that follow q", 2.0, symbol="norm")
     pretension: tuple[Annotated[FromZero, Field(le=LARGEST_PRETENSION)], ...] = each(
-        "muscle", "force that is preferred, in N", 0.0
+        "muscle", "force that is preferred, in N", 0.0, symbol="f_p"
     )
     passive: tuple[bool, ...] = each(
         "coordinate", "whether it follows nothing, left to its spring and damper", False
@@ -165,9 +169,9 @@ class ControllerSettings(Table):
     )
     observer: FromZero = setting("bandwidth of the disturbance observer, in rad/s", 0.0)
     delay: Annotated[int, Field(ge=0, le=1), AS_WHOLE] = setting(
-        "ticks until forces take effect", 0
+        "ticks until forces take effect", 0, symbol="delay"
     )
-    predict: bool = setting("whether the controller makes up for the delay", True)
+    predict: bool = setting("whether the controller makes up for the delay", True, symbol="predict")
     muscle_horizon: Annotated[FromZero, Field(le=LONGEST_HORIZON)] = setting(
         "how far ahead commands of muscles aim, in s; 0 for the next ticks", 0.0
     )
@@ -176,13 +180,21 @@ class ControllerSettings(Table):
         "what a redundant robot does beside its tasks; false for nothing", {}
     )
     task_weights: tuple[Weight, ...] = each(
-        "task coordinate", 'how much a task counts; "exact" to meet it exactly', None
+        "task coordinate", 'how much a task counts; "exact" to meet it exactly', None, symbol="W"
     )
-    priorities: tuple[Rank, ...] = each("task coordinate", "rank of a task, 1 first", 1.0)
-    acceleration_weights: tuple[Positive, ...] = each("coordinate", "of squared accelerations", 1.0)
-    force_rate_weights: tuple[FromZero, ...] = each("muscle", "of squared changes of force", 0.0)
+    priorities: tuple[Rank, ...] = each(
+        "task coordinate", "rank of a task, 1 first", 1.0, symbol="priority"
+    )
+    acceleration_weights: tuple[Positive, ...] = each(
+        "coordinate", "of squared accelerations", 1.0, symbol="H_q"
+    )
+    force_rate_weights: tuple[FromZero, ...] = each(
+        "muscle", "of squared changes of force", 0.0, symbol="H_r"
+    )
     limit_bandwidth: Annotated[Positive | None, OR_FALSE] = setting(
-        "how joint limits are kept, in rad/s; false for not at all", LIMIT_BANDWIDTH
+        "how joint limits are kept, in rad/s; false for not at all",
+        LIMIT_BANDWIDTH,
+        symbol="limit_bandwidth",
     )
 
     @model_validator(mode="after")
@@ -247,6 +259,19 @@ class ControllerSettings(Table):
     def with_motors(self, of_muscles: tuple[float, ...]) -> tuple[float, ...]:
         """Numbers of muscles, and 0 of each motor behind them."""
         return (*of_muscles, *(0.0 for _ in self.motor_weights))
+
+    def law_arrays(self) -> dict[str, ArrayLike]:
+        """The settings that are arrays of the law and of its loop in C, by their names there.
+
+        The others are 0; see `computed_torque.h` and `control_loop.h`.
+        """
+        arrays = self.arrays(_OF_TASKS if self.tasks is None else ())
+        none = (0.0,) * len(self.motor_weights)
+        behind = {"H_f": self.motor_weights, "f_p": none, "H_r": none}  # those of motors
+        whole = {name: arrays[name] + behind[name] for name in behind.keys() & arrays.keys()}
+        native = self.space == "joint" and self.own_law is None
+        law = number_of(str(self.type)) if native else 0
+        return arrays | whole | {"law": law, "passive": self.unfollowing}
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
         """As of any table; without what only counts in operational space where it does not."""

@@ -22,7 +22,7 @@ NATIVE_MODELS = ("plant", "controller", "reference", "sensors", "estimator")
 
 _MAGIC = b"CARDSNAT"
 _VERSION = 2
-_KINDS = {"uint32_t": "<u4", "int32_t": "<i4", "double": "<f8"}
+_KINDS = {"char": "u1", "uint32_t": "<u4", "int32_t": "<i4", "double": "<f8"}
 
 
 def encode(
@@ -46,12 +46,6 @@ def encode(
     body += blob + bytes(-len(blob) % 8) + _settings(_layout(model), groups, counts, fields)
     size = len(_MAGIC) + 12 + len(body)
     return _MAGIC + struct.pack("<III", _VERSION, size, zlib.crc32(body)) + body
-
-
-def field_names(model: str) -> list[str]:
-    """The fields of the layout of one of `NATIVE_MODELS`."""
-    kinds_and_names = (line.split()[:2] for line in _layout(model))
-    return [name for kind, name in kinds_and_names if kind in _KINDS]
 
 
 def _layout(model: str) -> list[str]:

@@ -54,7 +54,7 @@ DUAL_NEWTON_API void control_loop_set_law(control_loop *s, const control_law *la
 /* The law in it, for its gains, bounds and weights. */
 DUAL_NEWTON_API computed_torque *control_loop_law(control_loop *s);
 
-/* An array by name: those of the loop are
+/* An array of the loop or of its law by name; NULL if neither has it. Those of the loop are
      ki               r
      gain             1, of the observer; 0 for none
      delay, predict   1 each: ticks until forces take effect, 0 or 1; whether to make up for that

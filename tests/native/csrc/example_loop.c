@@ -15,16 +15,9 @@ real *robot_part(const char *name)
     return core_array(robot, name, &length);
 }
 
-/* law.<name> or loop.<name> */
-static real *setting(const char *name)
-{
-    size_t length;
-    return name[1] == 'a' ? computed_torque_array(control_loop_law(loop), name + 4, &length)
-                          : control_loop_array(loop, name + 5, &length);
-}
-
 int example_open(void)
 {
+    size_t length;
     static robot_and_rows own = {NULL, TASK_ROWS, TASKS};
     const control_robot asked = {&own, terms, tasks, NULL, NULL, NULL};
     robot_size = core_size(BLOB, sizeof BLOB, NULL, 0);
@@ -34,7 +27,8 @@ int example_open(void)
     robot = own.robot = core_open(BLOB, sizeof BLOB, robot_memory);
     loop = control_loop_open(&asked, COORDINATES, MUSCLES, TASKS, loop_memory);
     for (size_t i = 0; i < sizeof SETTINGS / sizeof *SETTINGS; i++)
-        memcpy(setting(SETTINGS[i].name), SETTINGS[i].values, SETTINGS[i].count * sizeof(real));
+        memcpy(control_loop_array(loop, SETTINGS[i].name, &length), SETTINGS[i].values,
+               SETTINGS[i].count * sizeof(real));
     control_loop_reset(loop);
     return 0;
 }

@@ -42,7 +42,6 @@ static real *find(const char *name, size_t *length)
     real *found = NULL;
     if (!strncmp(name, "core.", 5)) found = core_array(robot, name + 5, length);
     if (!strncmp(name, "program.", 8)) found = dual_newton_array(program, name + 8, length);
-    if (!strncmp(name, "law.", 4)) found = computed_torque_array(control_loop_law(loop), name + 4, length);
     if (!strncmp(name, "loop.", 5)) found = control_loop_array(loop, name + 5, length);
     if (!strcmp(name, "run.q")) *length = ticks * n, found = positions;
     if (!strcmp(name, "run.forces")) *length = ticks * m, found = forces;

@@ -65,7 +65,7 @@ def _loop_size(n: int, m: int, k: int) -> int:
 
 
 def _identifier(name: str) -> str:
-    return name.replace(".", "_").upper()
+    return f"LAW_{name.upper()}"
 
 
 def _array(name: str, values: ArrayLike) -> str:

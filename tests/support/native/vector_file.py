@@ -137,33 +137,12 @@ def _add_program(file: VectorFile, rng: np.random.Generator) -> None:
 def law_arrays(experiment: Experiment) -> dict[str, ArrayLike]:
     """Arrays of the law and the loop in C, by name."""
     robot, settings = experiment.robot, experiment.controller
-    n, tasks = len(robot.coordinates), settings.tasks
-    arrays: dict[str, ArrayLike] = {
-        "law.kp": settings.kp,
-        "law.kd": settings.kd,
-        "law.f_min": [muscle.f_min for muscle in robot.muscles],
-        "law.f_max": [muscle.f_max for muscle in robot.muscles],
-        "law.H_f": settings.weights,
-        "law.passive": settings.passive,
-        "loop.ki": settings.ki,
-        "loop.gain": 1.0 - np.exp(-settings.observer * settings.period),
-        "loop.delay": float(settings.delay),
-        "loop.predict": float(settings.predict),
-    }
-    if tasks is None:
-        return arrays
-    assert tasks.posture is not None
-    return arrays | {
-        "law.H_q": tasks.acceleration_weights,
-        "law.H_r": tasks.force_rate_weights,
-        "law.f_p": tasks.pretension,
-        "law.W": tasks.task_weights,
-        "law.posture_kp": np.broadcast_to(tasks.posture.kp, n),
-        "law.posture_kd": np.broadcast_to(tasks.posture.kd, n),
-        "law.q0": tasks.posture.q0,
-        "law.q_min": [c.lower for c in robot.coordinates],
-        "law.q_max": [c.upper for c in robot.coordinates],
-        "law.limit_bandwidth": tasks.limit_bandwidth or 0.0,
+    return settings.law_arrays() | {
+        "f_min": [muscle.f_min for muscle in robot.muscles],
+        "f_max": [muscle.f_max for muscle in robot.muscles],
+        "q_min": [c.lower for c in robot.coordinates],
+        "q_max": [c.upper for c in robot.coordinates],
+        "gain": 1.0 - np.exp(-settings.observer * settings.period),
     }
 
 
@@ -196,7 +175,7 @@ def _add_loop(file: VectorFile, experiment: Experiment) -> None:
     file.add("robot", compile_blob(robot, single=file.single))
     file.add("loop", [] if settings.space == "joint" else task_rows(robot))
     for name, values in law_arrays(experiment).items():
-        file.add(f"set {name}", values)
+        file.add(f"set loop.{name}", values)
     file.add("run", [settings.period, experiment.plant.step, steps, *start, *np.ravel(rows)])
     file.add("expect run.q", positions, 1e-11)
     file.add("expect run.forces", forces, 1e-8)

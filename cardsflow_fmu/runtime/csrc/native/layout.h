@@ -70,8 +70,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     observer          bandwidth in [rad/s]
  *     ramp_down, ramp_in   of commands where the state is lost and back, in [s]; q_start is where it begins
  *     dependent         whether each coordinate follows from the others, by loops
- *     and what the arrays of the loop and of the law are named; in joint space those for tasks are 0
- * A field that is named as a setting of [controller] is that setting. */
+ *     array_names       of settings that are arrays of the loop or of its law, each ended by a 0; see control_loop.h
+ *     array_values      those arrays in turn */
 #define CONTROLLER_GROUPS(GROUP)                                                                              \
     GROUP(q, n)                                                                                               \
     GROUP(qd, n)                                                                                              \
@@ -89,25 +89,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     GROUP(f_min, a)                                                                                           \
     GROUP(f_max, a)                                                                                           \
     GROUP(period, 1)
-#define CONTROLLER_COUNTS(COUNT) COUNT(tasks) COUNT(modelled) COUNT(motors) COUNT(models)
-#define CONTROLLER_LOOP_FIELDS(FIELD)                                                                         \
-    FIELD(double, ki, 1, slack)                                                                               \
-    FIELD(double, delay, 1, models)                                                                           \
-    FIELD(double, predict, 1, models)
-#define CONTROLLER_LAW_FIELDS(FIELD)                                                                          \
-    FIELD(double, H_f, 1, forces)                                                                             \
-    FIELD(double, law, 1, models)                                                                             \
-    FIELD(double, priority, 1, tasks)                                                                         \
-    FIELD(double, norm, 1, models)                                                                            \
-    FIELD(double, passive, 1, q)                                                                              \
-    FIELD(double, H_q, 1, q)                                                                                  \
-    FIELD(double, H_r, 1, forces)                                                                             \
-    FIELD(double, f_p, 1, forces)                                                                             \
-    FIELD(double, W, 1, tasks)                                                                                \
-    FIELD(double, posture_kp, 1, q)                                                                           \
-    FIELD(double, posture_kd, 1, q)                                                                           \
-    FIELD(double, q0, 1, q)                                                                                   \
-    FIELD(double, limit_bandwidth, 1, models)
+#define CONTROLLER_COUNTS(COUNT)                                                                              \
+    COUNT(tasks) COUNT(modelled) COUNT(motors) COUNT(letters) COUNT(numbers) COUNT(models)
 #define CONTROLLER_FIELDS(FIELD)                                                                              \
     FIELD(uint32_t, load_rows, 1, loads)                                                                      \
     FIELD(uint32_t, task_rows, 1, tasks)                                                                      \
@@ -124,8 +107,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, ramp_in, 1, models)                                                                         \
     FIELD(double, q_start, 1, q)                                                                              \
     FIELD(double, dependent, 1, q)                                                                            \
-    CONTROLLER_LOOP_FIELDS(FIELD)                                                                             \
-    CONTROLLER_LAW_FIELDS(FIELD)
+    FIELD(char, array_names, 1, letters)                                                                      \
+    FIELD(double, array_values, 1, numbers)
 
 /*     part_begin, part_duration    of each part of the reference, in [s]
  *     part_kind         0 splines, 1 rose, 2 approach

@@ -382,12 +382,11 @@ int native_controller_open(struct model *model, struct native_model *native, str
         text_set(error, "there is no memory for the controller");
         failed = 1;
     }
-    if (failed) {
+    if (failed || native_controller_fill(c, native, error)) {
         if (c)
             free_controller(c);
         return 1;
     }
-    native_controller_fill(c, native);
     native->own = c;
     model->functions = &FUNCTIONS;
     return 0;

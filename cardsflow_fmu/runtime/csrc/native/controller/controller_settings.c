@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+static const char DOES_NOT_FIT[] = "native.bin does not fit its controller";
+
 /* Whether no index is beyond what there is. */
 static int are_sound(const struct controller_settings *s, const struct native_robot *robot)
 {
@@ -22,7 +24,7 @@ int native_controller_settings(struct controller *c, const struct native_model *
     const size_t n = robot->n;
     struct controller_settings *s = &c->settings;
     if (controller_settings_read(s, native->file.settings, native->file.settings_size) || !are_sound(s, robot)) {
-        text_set(error, "native.bin does not fit its controller");
+        text_set(error, DOES_NOT_FIT);
         return 1;
     }
     const size_t k = c->k = s->of.tasks.count, r = c->r = k ? k : n;
@@ -35,8 +37,26 @@ int native_controller_settings(struct controller *c, const struct native_model *
     return 0;
 }
 
-/* The fields have the sizes of the arrays: those of the groups that have been placed. */
-void native_controller_fill(struct controller *c, const struct native_model *native)
+/* The settings that are arrays of the loop or of its law; nonzero where names or numbers do not fit. */
+static int copy_arrays(const struct controller *c)
+{
+    const struct controller_settings *s = &c->settings;
+    const char *name = s->array_names, *names_end = name + s->of.letters.count;
+    const double *values = s->array_values, *values_end = values + s->of.numbers.count;
+    while (name < names_end) {
+        const char *end = memchr(name, 0, (size_t)(names_end - name));
+        size_t length = 0;
+        double *array = end ? loop_array(c, name, &length) : NULL;
+        if (!array || length > (size_t)(values_end - values))
+            return 1;
+        memcpy(array, values, length * sizeof *values);
+        name = end + 1;
+        values += length;
+    }
+    return values != values_end;
+}
+
+int native_controller_fill(struct controller *c, const struct native_model *native, struct text *error)
 {
     const struct controller_settings *s = &c->settings;
     const struct native_robot *robot = &native->robot;
@@ -47,14 +67,10 @@ void native_controller_fill(struct controller *c, const struct native_model *nat
     AROUND_LAW_ARRAYS(FIND_IN_LOOP)
 #undef FIND_IN_LAW
 #undef FIND_IN_LOOP
-#define COPY_TO_LOOP(type, name, per_item, group)                                                             \
-    memcpy(loop_array(c, #name, &length), s->name, s->of.group.count * sizeof(double));
-#define COPY_TO_LAW(type, name, per_item, group)                                                              \
-    memcpy(law_array(c, #name), s->name, s->of.group.count * sizeof(double));
-    CONTROLLER_LOOP_FIELDS(COPY_TO_LOOP)
-    CONTROLLER_LAW_FIELDS(COPY_TO_LAW)
-#undef COPY_TO_LOOP
-#undef COPY_TO_LAW
+    if (copy_arrays(c)) {
+        text_set(error, DOES_NOT_FIT);
+        return 1;
+    }
     if (c->k) {
         memcpy(law_array(c, "q_min"), robot->lower, robot->n * sizeof(double));
         memcpy(law_array(c, "q_max"), robot->upper, robot->n * sizeof(double));
@@ -62,4 +78,5 @@ void native_controller_fill(struct controller *c, const struct native_model *nat
             if (s->dependent[j] != 0)
                 law_array(c, "q_min")[j] = -INFINITY, law_array(c, "q_max")[j] = INFINITY;
     }
+    return 0;
 }
