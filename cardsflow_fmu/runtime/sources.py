@@ -71,7 +71,7 @@ class Library(NamedTuple):
 def _found(
     folders: tuple[str, ...], without: tuple[str, ...], root: Path, pattern: str
 ) -> list[str]:
-    paths = [path for folder in folders for path in (root / folder).rglob(pattern)]
+    paths = {path for folder in folders for path in (root / folder).rglob(pattern)}
     others = [root / name for name in without]
     mine = (path for path in paths if not any(map(path.is_relative_to, others)))
     return sorted(path.relative_to(root).as_posix() for path in mine)
@@ -79,7 +79,10 @@ def _found(
 
 _LIB = "cardsflow_fmu/runtime/lib"
 CORE = Library(("sim_dart/csrc", GENERATED), "sim_dart/lib/cardsflow_core", (FREESTANDING,))
-CONTROL = Library(("controllers/csrc", CONTROL_GENERATED), "controllers/lib/cardsflow_control", ())
+_MATHS = "sim_dart/csrc/math"
+CONTROL = Library(
+    ("controllers/csrc", CONTROL_GENERATED, _MATHS), "controllers/lib/cardsflow_control", ()
+)
 _ALL = (RUNTIME, *CORE.folders, *CONTROL.folders)
 _INSIDE = ("-DCARDSFLOW_INSIDE",)
 _NATIVE = f"{RUNTIME}/native/backend_native.c"

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-import bisect
 import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from controllers.arrays import FloatArray
 
+from .part import SPLINES, ReferencePart
+
 
 class JointReference(NamedTuple):
-    """A point of a reference.
+    """A point of a reference, or its points at k times.
 
     Attributes:
-        q: Positions, shape (n,), in [rad] or [m].
-        qd: Velocities, shape (n,), in [rad/s] or [m/s].
-        qdd: Accelerations, shape (n,), in [rad/s²] or [m/s²].
+        q: Positions, shape (n,) or (k, n), in [rad] or [m].
+        qd: Velocities, shape (n,) or (k, n), in [rad/s] or [m/s].
+        qdd: Accelerations, shape (n,) or (k, n), in [rad/s²] or [m/s²].
     """
 
     q: FloatArray
@@ -29,7 +31,29 @@ class JointReference(NamedTuple):
     qdd: FloatArray
 
 
-class SplineReference:
+class PartReference:
+    """A reference of one part, which csrc/references evaluates.
+
+    Attributes:
+        part: The part.
+    """
+
+    part: ReferencePart
+
+    def evaluate(self, t: float | FloatArray) -> JointReference:
+        """The reference at a time, or at several; at rest before 0 and after its duration.
+
+        Args:
+            t: Time, in [s]: a number, or an array of shape (k,).
+
+        Returns:
+            Positions, velocities and accelerations, shape (n,) each, or (k, n).
+        """
+        rows = self.part.at(np.array(t, dtype=float, ndmin=1))
+        return JointReference(*(rows[0] if np.ndim(t) == 0 else rows.transpose(1, 0, 2)))
+
+
+class SplineReference(PartReference):
     """A piecewise polynomial through the points of a trajectory, every coordinate for itself.
 
     A linear spline matches their positions, a cubic one (Hermite) their velocities as well, a
@@ -72,24 +96,10 @@ class SplineReference:
                 "its points there are too far apart for the time between them"
             )
         self.coefficients = coefficients
-        self._orders = np.arange(coefficients.shape[1], dtype=np.float64)
-        self._coefficients = coefficients.reshape(*coefficients.shape[:2], -1)
-        self._first, self._last = points[0].q, points[-1].q
-
-    def evaluate(self, t: float) -> JointReference:
-        """The reference at a time.
-
-        Args:
-            t: Time, in [s].
-        """
-        if t < 0.0:
-            return _at_rest(self._first)
-        if t > self.duration:
-            return _at_rest(self._last)
-        segment = min(bisect.bisect_right(self.times, t), len(self.times) - 1) - 1
-        powers = (t - self.times[segment]) ** self._orders
-        rows = (powers @ self._coefficients[segment]).reshape(3, -1)
-        return JointReference(rows[0], rows[1], rows[2])
+        ends = points[0].q, points[-1].q
+        data: list[ArrayLike] = [self.times, coefficients, *ends]
+        segments, powers = coefficients.shape[:2]
+        self.part = ReferencePart(SPLINES, len(ends[0]), self.duration, data, segments, powers)
 
 
 def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
@@ -200,7 +210,3 @@ def _through_samples(points: Sequence[TrajectoryPoint]) -> tuple[list[float], Fl
     rows = np.array([(p.q, p.qd, p.qdd) for p in points])
     slopes = np.diff(rows, axis=0) / np.diff(times)[:, None, None]
     return times, np.stack([rows[:-1], slopes], axis=1)
-
-
-def _at_rest(q: tuple[float, ...]) -> JointReference:
-    return JointReference(np.array(q), np.zeros(len(q)), np.zeros(len(q)))

@@ -171,11 +171,11 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c has no inertial units, and takes readings as of now")
     if estimator is not None and estimator.believed.exact:
         raise InputError("controller.c has no derivatives: make estimator.exact = false")
-    reference = make_reference(experiment)
-    ticks = [reference.evaluate(k * experiment.run.step)[:3] for k in range(experiment.run.steps)]
+    times = np.arange(experiment.run.steps) * experiment.run.step
+    ticks = np.stack(make_reference(experiment).evaluate(times), axis=1)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "robot.h").write_text(header(experiment, law_settings(experiment), single))
-    (folder / "reference.f64").write_bytes(np.array(ticks).astype("<f8").tobytes())
+    (folder / "reference.f64").write_bytes(ticks.astype("<f8").tobytes())
 
 
 def main() -> None:

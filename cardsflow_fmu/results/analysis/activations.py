@@ -75,10 +75,7 @@ def recorded(robot: Robot, file: Path, noise: float | None = None) -> Motion:
     names = Names("coordinate", [c.name for c in robot.coordinates])
     lengths = [c.name for c in robot.coordinates if c.unit == "m"]
     times, trajectory = read_recorded(file, {"joint": names}, noise, lengths)
-    reference = SplineReference(trajectory)
-    rows = [reference.evaluate(t) for t in (times - times[0]).tolist()]
-    q, qd, qdd = (np.array([getattr(row, name) for row in rows]) for name in ("q", "qd", "qdd"))
-    return Motion(times, q, qd, qdd)
+    return Motion(times, *SplineReference(trajectory).evaluate(times - times[0]))
 
 
 def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) -> Activations:

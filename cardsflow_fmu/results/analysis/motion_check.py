@@ -113,8 +113,7 @@ def _trajectory(name: str, reading: Reading, robot: Robot) -> Motion:
     if len(trajectory.points[0].q) != len(robot.coordinates):
         raise InputError(f"{name!r} does not move all joints of the robot", key="--motion")
     times = np.linspace(0.0, trajectory.points[-1].time, _POSTURES)
-    reference = SplineReference(trajectory)
-    return Motion(np.array([reference.evaluate(float(t)).q for t in times]), times)
+    return Motion(SplineReference(trajectory).evaluate(times).q, times)
 
 
 def _table(file: Path, robot: Robot) -> Motion:

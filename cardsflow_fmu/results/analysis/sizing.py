@@ -67,10 +67,9 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
     if points < FEWEST_POINTS:
         raise InputError(f"a motion needs at least {FEWEST_POINTS} points, not {points}")
     times = np.linspace(0.0, duration, points)
-    rows = [reference.evaluate(t) for t in times.tolist()]
+    q, qd, qdd = reference.evaluate(times)
     if experiment.reference.space == "operational":
-        return _followed(experiment, times, [row.q for row in rows])
-    q, qd, qdd = (np.array([getattr(row, name) for row in rows]) for name in ("q", "qd", "qdd"))
+        return _followed(experiment, times, q)
     if experiment.robot.loops:
         _close(experiment, q, qd, qdd)
     return Motion(times, q, qd, qdd)
@@ -90,7 +89,7 @@ def _close(experiment: Experiment, q: FloatArray, qd: FloatArray, qdd: FloatArra
         qdd[k] = dynamics.complete(q[k], qd[k], qdd[k])
 
 
-def _followed(experiment: Experiment, times: FloatArray, path: list[FloatArray]) -> Motion:
+def _followed(experiment: Experiment, times: FloatArray, path: FloatArray) -> Motion:
     """The joint motion that follows task positions, from one point to the next."""
     dynamics, tasks = control_dynamics(experiment.robot), experiment.controller.tasks
     q: ArrayLike = experiment.start.q

@@ -37,7 +37,7 @@ ROOT = EXAMPLES.parent
 FOLDER = EXAMPLES / "hardware_in_the_loop"
 ARM = EXAMPLES / "roboy_left_arm"
 STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wshadow", "-Wconversion"]
-SOURCES = [str(ROOT / name) for library in (CORE, CONTROL) for name in library.sources()]
+SOURCES = sorted({str(ROOT / name) for one in (CORE, CONTROL) for name in one.sources()})
 SANITIZED = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 COMMON = ["-O1", "-ffp-contract=off", "-DCARDSFLOW_INSIDE"]
 SINGLE = ["-DCARDSFLOW_FLOAT", "-fsingle-precision-constant"]

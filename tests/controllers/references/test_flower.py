@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -116,6 +117,15 @@ def test_a_sequence_is_its_parts_one_after_another() -> None:
     times = np.linspace(2.9, 3.1, 2001)
     path = np.array([both.evaluate(t) for t in times])
     assert np.abs(np.diff(path, axis=0)).max() < 1e-4  # positions, velocities, accelerations
+
+
+def test_many_times_in_one_call_are_the_times_one_by_one() -> None:
+    curve = SequenceReference([ApproachReference(X, CENTRE + 0.15 * X, 3.0), flower()])
+    times = np.linspace(-1.0, 40.0, 83)
+    for kind in (curve, pickle.loads(pickle.dumps(curve))):
+        rows = kind.evaluate(times)
+        single = [curve.evaluate(t) for t in times.tolist()]
+        np.testing.assert_array_equal(np.stack(rows, axis=1), single)
 
 
 @pytest.mark.parametrize(

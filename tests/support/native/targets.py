@@ -24,12 +24,11 @@ from .objects import compile_objects
 ROOT = Path(__file__).parents[3]
 PROGRAMS = ROOT / "tests/native/csrc"
 """Programs of the tests in C."""
-SOURCES = [
+SOURCES = sorted(
     str(ROOT / name)
-    for one in (CORE, CONTROL)
-    for name in one.sources()
+    for name in {*CORE.sources(), *CONTROL.sources()}
     if not name.startswith(TANGENT)
-]
+)
 """The C files of the core and of the control laws, without derivatives."""
 DERIVATIVES = str(ROOT / TANGENT / "tangent.c")
 """The core for derivatives, which only FMUs have."""

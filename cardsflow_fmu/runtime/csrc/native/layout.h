@@ -111,13 +111,8 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
     FIELD(double, array_values, 1, numbers)
 
 /*     part_begin, part_duration    of each part of the reference, in [s]
- *     part_kind         0 splines, 1 rose, 2 approach
- *     part_segments, part_powers   of splines: S and O
- *     data              of each part in turn
- *         splines       times at which they begin and the last ends (S + 1); coefficients, lowest power first
- *                       (S x O x 3 x r); first and last position (r each)
- *         rose          centre, first and second axis (r each); radius R, petals k, largest angle phi
- *         approach      start and way (r each)
+ *     part_kind, part_segments, part_powers, data   of each part: reference_part in
+ *                       controllers/csrc/references/reference.h
  *     load_forces       that act from load_begin to load_end, in [s] */
 #define REFERENCE_GROUPS(GROUP) GROUP(reference, 3 * r) GROUP(loads, ANY)
 #define REFERENCE_COUNTS(COUNT) COUNT(parts) COUNT(numbers) COUNT(models)

@@ -1,0 +1,25 @@
+/* References of any kind: their size, and their evaluation at one time or at many. */
+#include "reference.h"
+
+uint64_t reference_part_length(const reference_part *part)
+{
+    const uint64_t S = part->segments, O = part->powers, r = part->r;
+    if (part->kind == REFERENCE_SPLINES)
+        return S >= 1 && S <= 1000000 && O <= 64 ? S + 1 + S * O * 3 * r + 2 * r : 0;
+    if (part->kind >= REFERENCE_KINDS || !(part->duration > 0))
+        return 0;
+    return part->kind == REFERENCE_ROSE ? 3 * r + 3 : 2 * r;
+}
+
+void reference_part_at(const reference_part *part, real t, real *rows)
+{
+    static void (*const evaluate[REFERENCE_KINDS])(const reference_part *, real, real *) = {
+        [REFERENCE_SPLINES] = splines_at, [REFERENCE_ROSE] = rose_at, [REFERENCE_APPROACH] = approach_at};
+    evaluate[part->kind](part, t, rows);
+}
+
+void reference_evaluate(const reference_part *part, size_t count, const real *times, real *rows)
+{
+    for (size_t k = 0; k < count; k++)
+        reference_part_at(part, times[k], rows + k * 3 * part->r);
+}

@@ -1,0 +1,41 @@
+/* Reference motions: the positions, velocities and accelerations of r rows (coordinates or task coordinates)
+   as functions of time.
+
+   A part of a reference is at rest before 0 and after its duration. Its numbers lie in `data`:
+     splines     begins of the segments and end of the last one (segments + 1); coefficients of the powers of the
+                 time since a segment's begin, lowest first (segments x powers x 3 x r); first and last position
+     rose        centre, first and second axis (r each); radius R, petals k, largest angle phi_end
+     approach    start and displacement (r each)                                                         */
+#ifndef CARDSFLOW_REFERENCE_H
+#define CARDSFLOW_REFERENCE_H
+
+#include "../qp/dual_newton.h" /* DUAL_NEWTON_API */
+
+enum reference_kind { REFERENCE_SPLINES, REFERENCE_ROSE, REFERENCE_APPROACH, REFERENCE_KINDS };
+
+typedef struct {
+    size_t kind, r;
+    real duration;           /* T, in [s] */
+    size_t segments, powers; /* of splines, else 0 */
+    const real *data;
+} reference_part;
+
+/* The number of elements of `data`; 0 if the part is invalid. */
+uint64_t reference_part_length(const reference_part *part);
+
+/* The reference at time t in [s]: positions, velocities and accelerations, 3 x r. */
+void reference_part_at(const reference_part *part, real t, real *rows);
+
+/* The reference at several times: `rows` is times x 3 x r. */
+DUAL_NEWTON_API void reference_evaluate(const reference_part *part, size_t count, const real *times, real *rows);
+
+/* For the files of this folder */
+
+/* s(u) = 10 u^3 - 15 u^4 + 6 u^5 of u = t/T, and its derivatives by t: s, s', s''. */
+void quintic(real t, real T, real s[3]);
+
+void splines_at(const reference_part *part, real t, real *rows);
+void rose_at(const reference_part *part, real t, real *rows);
+void approach_at(const reference_part *part, real t, real *rows);
+
+#endif
