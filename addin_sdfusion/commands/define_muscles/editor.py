@@ -13,8 +13,10 @@ from ...muscles.mirror import Plane, mirror_muscle, other_side
 from ...muscles.point_names import natural_key
 from ...muscles.table import MuscleTable, PointRow, WrapRow, change_uses, free_name
 from ...robot.errors import InputError
+from ...robot.model.muscle import CableKind
 from ...robot.model.pose import Vector3
 from ...robot.model.robot import POSITIONS, WORLD
+from ...robot.model.tension_laws import law_of
 from ...snapshot import MuscleSnapshot, Role, SurfaceSnapshot, WrapUse
 
 HANDLE = "pick:"
@@ -232,6 +234,14 @@ class MuscleEditor:
         if row is not None:
             self.table = self.table.with_muscle(replace(row, **changes))
 
+    def change_model(self, muscle: str, model: CableKind) -> None:
+        """Another model of a muscle, with the parameters that this has as well."""
+        row = self.table.row(muscle)
+        if row is not None:
+            known = parameter_names(replace(row, model=model, parameters={}))
+            kept = {name: number for name, number in row.parameters.items() if name in known}
+            self.change(muscle, model=model, parameters=kept)
+
     def edit_point(self, what: str, index: int) -> int:
         """What a button below the table of points does.
 
@@ -305,6 +315,12 @@ class MuscleEditor:
         self.table = self.table.merged(table).renumbered()
         if table.rows:
             self.choose(table.rows[0].name)
+
+
+def parameter_names(row: MuscleSnapshot) -> list[str]:
+    """The parameters of a muscle's model, then those that it does not know."""
+    names = [p.name for p in law_of(row.cable_model).parameters]
+    return list(dict.fromkeys([*names, *row.parameters]))
 
 
 def _side(name: str) -> str:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,29 +13,26 @@ from ...muscles.table import NAMED_COLORS
 from ...robot import limits
 from ...robot.errors import CardsflowError, InputError
 from ...robot.files import read_file, write_files
-from ...robot.model.muscle import CableKind
-from ...robot.model.pose import Vector3
 from .. import clipboard
 from ..command import Command, Window
 from ..guard import chosen_file
-from ..inputs import CellEdit, Inputs
+from ..inputs import Inputs
 from ..reading import Reading, read
 from .dialog import (
     DIALOG,
-    INSIDE,
     MARKER,
     NEW_MUSCLE,
     NO_SURFACE,
     OF_PART,
     PICKED_PLANE,
     PLANES,
-    SIDES,
 )
 from .editor import MuscleEditor, Pick
 from .entities import Entities
 from .picks import Picks, plane
 from .preview import draw
-from .view import SHOWN, parameter_names, position_text, show
+from .tables import edit_cell
+from .view import SHOWN, show
 from .writing import Writer
 
 
@@ -65,7 +60,7 @@ class DefineMuscles(Window):
             "color": lambda: editor.change(color=value("color").strip().lower()),
             "f_min": lambda: editor.change(f_min=float(value("f_min"))),
             "f_max": lambda: editor.change(f_max=float(value("f_max"))),
-            "model": lambda: self._model(editor.muscle, value("model")),
+            "model": lambda: editor.change_model(editor.muscle, value("model")),
             "delete_muscle": editor.delete,
             "wrap": lambda: setattr(editor, "wrap", _chosen(value("wrap"), NO_SURFACE)),
             "wrap_name": lambda: editor.rename_wrap(value("wrap_name")),
@@ -97,7 +92,7 @@ class DefineMuscles(Window):
             elif name in self._works:
                 self._works[name]()
             elif (edit := self.inputs.cell(changed)) is not None:
-                self._cell_changed(edit)
+                edit_cell(self.editor, edit)
             else:
                 return
         except CardsflowError as error:
@@ -145,68 +140,10 @@ class DefineMuscles(Window):
         self.inputs.choose("plane", (*PLANES, PICKED_PLANE), PICKED_PLANE)
         self.editor.message = "The picked plane is used; press Mirror."
 
-    # Properties of muscles
-
     def _palette(self) -> None:
         color = NAMED_COLORS.get(self.inputs.value("palette"))
         if color is not None:
             self.editor.change(color=color)
-
-    def _model(self, muscle: str, model: CableKind) -> None:
-        """Another model, with the parameters that this has as well."""
-        row = self.editor.table.row(muscle)
-        if row is not None:
-            known = parameter_names(replace(row, model=model, parameters={}))
-            kept = {name: number for name, number in row.parameters.items() if name in known}
-            self.editor.change(muscle, model=model, parameters=kept)
-
-    def _parameter(self, index: int, text: str) -> None:
-        row = self.editor.table.row(self.editor.muscle)
-        if row is not None:
-            name = parameter_names(row)[index]
-            given = {key: number for key, number in row.parameters.items() if key != name}
-            if text.strip():
-                given[name] = _number(text)
-            self.editor.change(parameters=given)
-
-    # Cells of the tables
-
-    def _cell_changed(self, edit: CellEdit) -> None:
-        editor = self.editor
-        match edit:
-            case ("points", row, 1, value):
-                editor.point_link(row, value)
-            case ("points", row, _, value):
-                before = editor.table.points_of(editor.muscle)[row].position
-                editor.point_position(row, _position(value, before))
-            case ("parameters", row, _, value):
-                self._parameter(row, value)
-            case ("all", row, column, value):
-                self._muscle_changed(editor.table.rows[row].name, column, value)
-            case ("others", row, 1, value):
-                editor.rename_other(row, value)
-            case ("others", row, 2, value):
-                editor.move_other(row, value)
-            case ("wrap_uses", row, 0, value):
-                editor.change_use(row, muscle=value)
-            case ("wrap_uses", row, 1, value):
-                editor.change_use(row, after=int(value))
-            case ("wrap_uses", row, 2, value) if value == INSIDE:
-                editor.change_use(row, side=0, inside=True, turns=0)
-            case ("wrap_uses", row, 2, value):
-                editor.change_use(row, side=SIDES[value], inside=False)
-            case ("wrap_uses", row, _, value):
-                editor.change_use(row, turns=int(value))
-
-    def _muscle_changed(self, muscle: str, column: int, value: Any) -> None:
-        if column == 0:
-            self.editor.rename(value, muscle)
-        elif column == 1:
-            self.editor.change(muscle, f_min=_number(value))
-        elif column == 2:
-            self.editor.change(muscle, f_max=_number(value))
-        else:
-            self._model(muscle, value)
 
     # Mirror and CSV
 
@@ -262,31 +199,6 @@ _EDITS = ("up", "down", "insert", "duplicate", "delete")
 def _chosen(item: str, none: str) -> str:
     """The chosen item of a drop-down; empty for the one that stands for none."""
     return "" if item == none else item
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text.strip().replace(",", "."))
-    except ValueError:
-        raise InputError(f"{text!r} is not a number.") from None
-
-
-def _position(text: str, before: Vector3) -> Vector3:
-    """Three numbers in [mm], between them commas or spaces, or semicolons.
-
-    Those that are as they were shown are what they were, with all digits.
-    """
-    parts = text.split(";") if ";" in text else text.replace(",", " ").split()
-    if len(parts) != 3:
-        raise InputError(f"{text!r} is not x, y, z in mm.")
-    shown = position_text(before).split(", ")
-    x, y, z = (
-        old if part.strip() == was else 0.001 * _number(part)
-        for part, was, old in zip(parts, shown, before, strict=True)
-    )
-    if not all(map(math.isfinite, (x, y, z))):
-        raise InputError(f"{text!r} is not x, y, z in mm.")
-    return x, y, z
 
 
 COMMAND = Command(DIALOG, DefineMuscles)
