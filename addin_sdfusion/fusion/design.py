@@ -38,8 +38,7 @@ from .instances import Instances
 from .joints.couplings import read_couplings
 from .joints.groups import read_groups
 from .joints.joints import read_joints
-from .keys import Keys
-from .names import Named, with_unique_names
+from .names import Keys, Named, with_unique_names
 from .notes import Log, Notes, optional
 from .occurrences import Occurrence, Occurrences, find_occurrences, name_of
 from .points import own_attributes, read_points

@@ -1,4 +1,9 @@
-"""Unique names for joints and groups, whose names are unique in their component only."""
+"""Names and keys of a design's entities.
+
+Names of joints and groups are unique in their component only, and a robot needs unique ones. Tokens
+of entities differ at every call, and ids of components are the same in copies of a document; keys
+stay the same from one reading to the next.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +15,7 @@ from typing import TypeVar
 from ..robot.finding import Subject
 from ..snapshot import LINK_PREFIX, GroupSnapshot, JointSnapshot
 from .notes import Notes
+from .occurrences import Occurrence, identity
 
 Named = TypeVar("Named", JointSnapshot, GroupSnapshot)
 
@@ -46,3 +52,26 @@ def free_name(name: str, taken: Collection[str]) -> str:
     while f"{name}_{number}" in taken:
         number += 1
     return f"{name}_{number}"
+
+
+class Keys:
+    """Names of components and of what is in them.
+
+    Args:
+        occurrences: All of the design; the first of a component decides where names are the same.
+    """
+
+    def __init__(self, occurrences: Iterable[Occurrence]) -> None:
+        self._components: dict[tuple[str, str], str] = {}
+        taken: dict[str, int] = {}
+        for occurrence in occurrences:
+            component = identity(occurrence)
+            if component not in self._components:
+                name = component[1]
+                taken[name] = taken.get(name, 0) + 1
+                self._components[component] = name if taken[name] == 1 else f"{name}#{taken[name]}"
+
+    def key(self, occurrence: Occurrence, name: str, number: int = 0) -> str:
+        """The name of an entity of the occurrence's component."""
+        suffix = f"#{number + 1}" if number else ""
+        return f"{self._components[identity(occurrence)]}/{name}{suffix}"

@@ -10,7 +10,7 @@ from ..muscles.point_names import is_point_name
 from ..robot.model.pose import Vector3
 from ..snapshot import PointSnapshot
 from .health import problem_of
-from .keys import Keys
+from .names import Keys
 from .notes import Notes
 from .occurrences import Occurrence, each_in, subject_in
 from .units import position

@@ -16,7 +16,7 @@ from ..robot.finding import Subject
 from ..robot.model.pose import Vector3
 from ..robot.model.rotations import add, cross, dot, subtract
 from ..snapshot import SurfaceSnapshot
-from .keys import Keys
+from .names import Keys
 from .notes import Notes
 from .occurrences import Occurrence
 from .points import own_attributes
