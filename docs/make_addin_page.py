@@ -19,15 +19,17 @@ from html import escape
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))
+sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
+
+from addin_examples import CHECK as CHECK_EXAMPLE  # noqa: E402
+from addin_examples import DEFINE as DEFINE_EXAMPLE  # noqa: E402
+from addin_examples import EXPORT as EXPORT_EXAMPLE  # noqa: E402
+from addin_examples import Example  # noqa: E402
 
 from addin_sdfusion.commands.check.dialog import DIALOG as CHECK  # noqa: E402
-from addin_sdfusion.commands.check.dialog import EXAMPLE as CHECK_EXAMPLE  # noqa: E402
 from addin_sdfusion.commands.define_muscles.dialog import DIALOG as DEFINE  # noqa: E402
-from addin_sdfusion.commands.define_muscles.dialog import EXAMPLE as DEFINE_EXAMPLE  # noqa: E402
-from addin_sdfusion.commands.dialogs import Dialog, Example, Input  # noqa: E402
+from addin_sdfusion.commands.dialogs import Dialog, Input  # noqa: E402
 from addin_sdfusion.commands.export.dialog import DIALOG as EXPORT  # noqa: E402
-from addin_sdfusion.commands.export.dialog import EXAMPLE as EXPORT_EXAMPLE  # noqa: E402
 
 PAGE = ROOT / "addin_sdfusion" / "commands" / "help.html"
 PICTURE = ROOT / "docs" / "images" / "addin_dialogs.png"

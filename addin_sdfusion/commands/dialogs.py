@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 Kind = Literal[
@@ -87,34 +86,3 @@ class Dialog:
     cancel: str = "Cancel"
     size: tuple[int, int] = (440, 640)
     edits: bool = False
-
-    def all_inputs(self) -> Iterator[Input]:
-        """Every input, those that hold others before what they hold."""
-        yield from _below(self.inputs)
-
-
-def _below(inputs: tuple[Input, ...]) -> Iterator[Input]:
-    for item in inputs:
-        yield item
-        yield from _below(item.children)
-
-
-@dataclass(frozen=True, slots=True)
-class Example:
-    """What a dialog may show, for the page in the docs.
-
-    Attributes:
-        values: What inputs hold, by id.
-        cells: The rows of tables, by id.
-        choices: Which columns of a table are drop-downs, by id.
-        selected: Which row is selected, by id of a table.
-        hidden: Ids of inputs that are not shown.
-        icons: Of tables by id: icons in place of texts, by folder below `commands`.
-    """
-
-    values: Mapping[str, str | float | bool] = field(default_factory=dict)
-    cells: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
-    choices: Mapping[str, tuple[bool, ...]] = field(default_factory=dict)
-    selected: Mapping[str, int] = field(default_factory=dict)
-    hidden: tuple[str, ...] = ()
-    icons: Mapping[str, Mapping[str, str]] = field(default_factory=dict)

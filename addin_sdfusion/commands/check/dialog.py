@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..dialogs import Dialog, Example, Input
+from ..dialogs import Dialog, Input
 
 SHOWABLE = (
     *("Occurrences", "SolidBodies", "SurfaceBodies", "MeshBodies"),
@@ -53,21 +53,4 @@ DIALOG = Dialog(
     ok="",
     cancel="Close",
     size=(640, 520),
-)
-
-EXAMPLE = Example(
-    values={
-        "summary": "1 error, 2 warnings. Errors must be repaired before the export.",
-        "detail": "muscle biceps_l: point 2 is on link forearm_L, which does not exist; did you "
-        "mean 'forearm_l'? Choose the link in Define muscles.",
-    },
-    cells={
-        "findings": (
-            ("error", "muscle biceps_l", "point 2 is on link forearm_L, which does not exist"),
-            ("warning", "joint wrist_l", "has limits 0 to 0 and cannot move"),
-            ("warning", "body Cover", "belongs to no rigid group and is left out"),
-        )
-    },
-    selected={"findings": 0},
-    icons={"findings": {name: f"check/resources/{icon}" for name, icon in ICONS.items()}},
 )

@@ -6,7 +6,7 @@ from typing import Literal
 
 from ...muscles.table import NAMED_COLORS
 from ...robot.model.laws import TENSION_LAWS
-from ..dialogs import Dialog, Example, Input
+from ..dialogs import Dialog, Input
 
 NEW_MUSCLE = "+ New muscle"
 OF_PART = "As the picked part"
@@ -296,48 +296,4 @@ DIALOG = Dialog(
         _TOOLS,
         Input("status", "text", "Status", "What happened last, and why OK is grey.", rows=4),
     ),
-)
-
-EXAMPLE = Example(
-    values={
-        "muscle": "biceps_l",
-        "link": OF_PART,
-        "length": "3 points, 411.7 mm",
-        "muscle_name": "biceps_l",
-        "palette": "Red",
-        "color": "#d62728",
-        "f_min": 10.0,
-        "f_max": 250.0,
-        "model": "elastic_cable",
-        "wrap": "elbow_l",
-        "wrap_name": "elbow_l",
-        "wrap_link": "upper_arm_l",
-        "mirror_all": True,
-        "status": "Point 2 of biceps_l is on link forearm_l.",
-    },
-    cells={
-        "points": (
-            ("0", "torso", "-40.0, 182.0, 1320.0"),
-            ("1", "upper_arm_l", "-31.5, 205.0, 1096.5"),
-            ("2", "forearm_l", "-22.0, 211.0, 910.0"),
-        ),
-        "parameters": (
-            ("stiffness", "30000", "N/m: k"),
-            ("damping", "", "N.s/m, 0: d"),
-            ("longest_rest_length", "", "m, 1000: largest command"),
-        ),
-        "all": (
-            ("biceps_l", "10", "250", "elastic_cable", "3, 411.7 mm"),
-            ("triceps_l", "10", "250", "ideal", "4, 388.2 mm"),
-        ),
-        "wrap_uses": (("biceps_l", "1", "Shorter path", "0"), ("triceps_l", "0", "Turning +", "0")),
-        "others": ((TASK, "hand_l", "hand_l"), (MARKER, "elbow_led", "forearm_l")),
-    },
-    choices={
-        "points": (False, True, False),
-        "all": (False, False, False, True, False),
-        "wrap_uses": (True, False, True, False),
-        "others": (False, False, True),
-    },
-    selected={"points": 2, "others": 0},
 )

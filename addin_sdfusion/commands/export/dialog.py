@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...settings import Collision, LinkSource, MeshQuality, UpAxis
-from ..dialogs import Dialog, Example, Input
+from ..dialogs import Dialog, Input
 
 LINKS: dict[str, LinkSource] = {
     "Rigid groups, else components": "auto",
@@ -165,30 +165,4 @@ DIALOG = Dialog(
     ),
     ok="Export",
     size=(440, 680),
-)
-
-EXAMPLE = Example(
-    values={
-        "name": "msj",
-        "folder": "C:\\Users\\me\\robots\\msj",
-        "links": next(iter(LINKS)),
-        "base": FOUND,
-        "fixed_base": True,
-        "cut_joints": "pedal_r",
-        "up_axis": "z",
-        "visual": True,
-        "collision": "Convex hull",
-        "quality": "Normal",
-        "caspr": True,
-        "osim": True,
-        "urdf": True,
-        "status": "No errors, 1 warning: joint 'wrist_l' has limits 0 to 0 and cannot move.\n"
-        "Since the last export:\nlink forearm_l: 0.85 kg; before: 0.912 kg",
-    },
-    cells={
-        "of_links": (("torso", AS_ALL, ""), ("forearm_l", "Cylinder", "0.85")),
-        "of_joints": (("shoulder_l", "25", "0.1", ""), ("elbow_l", "", "0.05", "0.02")),
-    },
-    choices={"of_links": (False, True, False)},
-    hidden=("components",),
 )

@@ -7,6 +7,7 @@ import json
 import re
 import struct
 import uuid
+from collections.abc import Iterator
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ import pytest
 
 from addin_sdfusion.commands.check.dialog import DIALOG as CHECK
 from addin_sdfusion.commands.define_muscles.dialog import DIALOG as DEFINE
-from addin_sdfusion.commands.dialogs import Dialog
+from addin_sdfusion.commands.dialogs import Dialog, Input
 from addin_sdfusion.commands.export.dialog import DIALOG as EXPORT
 from cardsflow_fmu.version import __version__
 
@@ -23,6 +24,13 @@ ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "addin_sdfusion/commands/help.html"
 DIALOGS = (DEFINE, CHECK, EXPORT)
 dialogs = pytest.mark.parametrize("dialog", DIALOGS, ids=lambda dialog: dialog.name)
+
+
+def all_inputs(inputs: tuple[Input, ...]) -> Iterator[Input]:
+    """Every input, those that hold others before what they hold."""
+    for item in inputs:
+        yield item
+        yield from all_inputs(item.children)
 
 
 def script(name: str) -> Any:
@@ -44,7 +52,7 @@ def test_the_page_needs_no_network_and_shows_everything() -> None:
     assert not re.search(r"(src|href)=\"(?!data:)", page)
     assert "<script" not in page
     for dialog in DIALOGS:
-        for item in dialog.all_inputs():
+        for item in all_inputs(dialog.inputs):
             shown = item.columns if item.kind == "table" else (item.label,)
             assert item.id == "components" or all(escape(text) in page for text in shown)
 
@@ -57,7 +65,7 @@ def test_the_picture_is_small() -> None:
 
 @dialogs
 def test_ids_are_unique_and_everything_is_explained(dialog: Dialog) -> None:
-    items = list(dialog.all_inputs())
+    items = list(all_inputs(dialog.inputs))
     assert len({item.id for item in items}) == len(items)
     for item in items:
         assert re.fullmatch(r"[a-z][a-z_]*[a-z]", item.id)

@@ -1,0 +1,119 @@
+"""What the dialogs of the add-in show on the page that `make_addin_page.py` makes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from addin_sdfusion.commands.check.dialog import ICONS
+from addin_sdfusion.commands.define_muscles.dialog import MARKER, OF_PART, TASK
+from addin_sdfusion.commands.export.dialog import AS_ALL, FOUND, LINKS
+
+
+@dataclass(frozen=True, slots=True)
+class Example:
+    """What a dialog may show, for the page in the docs.
+
+    Attributes:
+        values: What inputs hold, by id.
+        cells: The rows of tables, by id.
+        choices: Which columns of a table are drop-downs, by id.
+        selected: Which row is selected, by id of a table.
+        hidden: Ids of inputs that are not shown.
+        icons: Of tables by id: icons in place of texts, by folder below `commands`.
+    """
+
+    values: Mapping[str, str | float | bool] = field(default_factory=dict)
+    cells: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
+    choices: Mapping[str, tuple[bool, ...]] = field(default_factory=dict)
+    selected: Mapping[str, int] = field(default_factory=dict)
+    hidden: tuple[str, ...] = ()
+    icons: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+
+DEFINE = Example(
+    values={
+        "muscle": "biceps_l",
+        "link": OF_PART,
+        "length": "3 points, 411.7 mm",
+        "muscle_name": "biceps_l",
+        "palette": "Red",
+        "color": "#d62728",
+        "f_min": 10.0,
+        "f_max": 250.0,
+        "model": "elastic_cable",
+        "wrap": "elbow_l",
+        "wrap_name": "elbow_l",
+        "wrap_link": "upper_arm_l",
+        "mirror_all": True,
+        "status": "Point 2 of biceps_l is on link forearm_l.",
+    },
+    cells={
+        "points": (
+            ("0", "torso", "-40.0, 182.0, 1320.0"),
+            ("1", "upper_arm_l", "-31.5, 205.0, 1096.5"),
+            ("2", "forearm_l", "-22.0, 211.0, 910.0"),
+        ),
+        "parameters": (
+            ("stiffness", "30000", "N/m: k"),
+            ("damping", "", "N.s/m, 0: d"),
+            ("longest_rest_length", "", "m, 1000: largest command"),
+        ),
+        "all": (
+            ("biceps_l", "10", "250", "elastic_cable", "3, 411.7 mm"),
+            ("triceps_l", "10", "250", "ideal", "4, 388.2 mm"),
+        ),
+        "wrap_uses": (("biceps_l", "1", "Shorter path", "0"), ("triceps_l", "0", "Turning +", "0")),
+        "others": ((TASK, "hand_l", "hand_l"), (MARKER, "elbow_led", "forearm_l")),
+    },
+    choices={
+        "points": (False, True, False),
+        "all": (False, False, False, True, False),
+        "wrap_uses": (True, False, True, False),
+        "others": (False, False, True),
+    },
+    selected={"points": 2, "others": 0},
+)
+
+CHECK = Example(
+    values={
+        "summary": "1 error, 2 warnings. Errors must be repaired before the export.",
+        "detail": "muscle biceps_l: point 2 is on link forearm_L, which does not exist; did you "
+        "mean 'forearm_l'? Choose the link in Define muscles.",
+    },
+    cells={
+        "findings": (
+            ("error", "muscle biceps_l", "point 2 is on link forearm_L, which does not exist"),
+            ("warning", "joint wrist_l", "has limits 0 to 0 and cannot move"),
+            ("warning", "body Cover", "belongs to no rigid group and is left out"),
+        )
+    },
+    selected={"findings": 0},
+    icons={"findings": {name: f"check/resources/{icon}" for name, icon in ICONS.items()}},
+)
+
+EXPORT = Example(
+    values={
+        "name": "msj",
+        "folder": "C:\\Users\\me\\robots\\msj",
+        "links": next(iter(LINKS)),
+        "base": FOUND,
+        "fixed_base": True,
+        "cut_joints": "pedal_r",
+        "up_axis": "z",
+        "visual": True,
+        "collision": "Convex hull",
+        "quality": "Normal",
+        "caspr": True,
+        "osim": True,
+        "urdf": True,
+        "status": "No errors, 1 warning: joint 'wrist_l' has limits 0 to 0 and cannot move.\n"
+        "Since the last export:\nlink forearm_l: 0.85 kg; before: 0.912 kg",
+    },
+    cells={
+        "of_links": (("torso", AS_ALL, ""), ("forearm_l", "Cylinder", "0.85")),
+        "of_joints": (("shoulder_l", "25", "0.1", ""), ("elbow_l", "", "0.05", "0.02")),
+    },
+    choices={"of_links": (False, True, False)},
+    hidden=("components",),
+)
