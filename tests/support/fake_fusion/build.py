@@ -28,7 +28,6 @@ from .model.data import (
     OccurrenceData,
     Path,
     PointData,
-    SketchCircleData,
     SketchData,
     SketchPointData,
     motion,
@@ -293,10 +292,9 @@ class Builder:
         T: Any = None,
         *,
         points: Iterable[Sequence[float]] = (),
-        circles: Iterable[tuple[Sequence[float], float]] = (),
         name: str = "",
     ) -> SketchData:
-        """A sketch of the user's with points and circles (centre, radius) in its own frame."""
+        """A sketch of the user's with points in its own frame."""
         component = self._component(where)
         made = SketchData(
             unique(name or f"Sketch{len(component.sketches) + 1}", component.sketches),
@@ -305,10 +303,6 @@ class Builder:
         )
         made.points += [
             SketchPointData("", sketch=made, position=np.array(p, dtype=float)) for p in points
-        ]
-        made.circles += [
-            SketchCircleData("", sketch=made, centre=np.array(c, dtype=float), radius=r)
-            for c, r in circles
         ]
         component.sketches.append(made)
         return made

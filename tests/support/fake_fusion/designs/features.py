@@ -434,7 +434,7 @@ def direct_modelling() -> Any:
 def things_to_pick(seed: int | None = None) -> Any:
     """Links with everything that can be picked: boxes, cylinders, spheres, tori, sketches, points.
 
-    `base`: a box, a user's sketch with points and a circle. `upper`: a cylinder about x and a
+    `base`: a box, a user's sketch with a point. `upper`: a cylinder about x and a
     sphere. `lower`: a torus, a nested part `tip` with a box, a user's construction point `mine`.
     """
     build = Builder("to pick")
@@ -455,7 +455,6 @@ def things_to_pick(seed: int | None = None) -> Any:
         base,
         translation((0.0, 0.0, 10.0)),
         points=[(1.0, 1.0, 0.0)],
-        circles=[((-1.0, 1.0, 0.0), 0.5)],
         name="user sketch",
     )
     build.sketch((), points=[(30.0, 0.0, 0.0)], name="root sketch")

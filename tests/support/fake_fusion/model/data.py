@@ -91,7 +91,6 @@ class SketchData(Named):
     component: Any = None
     T: Any = None
     points: list[SketchPointData] = field(default_factory=list)
-    circles: list[SketchCircleData] = field(default_factory=list)
 
 
 @dataclass(eq=False)
@@ -100,20 +99,6 @@ class SketchPointData(Named):
 
     sketch: Any = None
     position: Any = None
-
-    @property
-    def component(self) -> Any:
-        """The component that its sketch is in."""
-        return self.sketch.component
-
-
-@dataclass(eq=False)
-class SketchCircleData(Named):
-    """A circle of a sketch, in the sketch's frame."""
-
-    sketch: Any = None
-    centre: Any = None
-    radius: float = 1.0
 
     @property
     def component(self) -> Any:

@@ -59,7 +59,6 @@ def _component(c: Any, everything: bool) -> Any:
                 _named(s, everything),
                 _numbers(s.T),
                 [_numbers(p.position) for p in s.points],
-                [[_numbers(k.centre), k.radius] for k in s.circles],
             ]
             for s in c.sketches
         ],

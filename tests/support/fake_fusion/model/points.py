@@ -27,7 +27,7 @@ from .entity import (
     wrap,
     wraps,
 )
-from .sketches import SketchCircle, SketchPoint
+from .sketches import SketchPoint
 from .timeline import WithTimeline
 
 
@@ -89,7 +89,7 @@ class ConstructionPointInput(Base):
         return True
 
     def setByCenter(self, circularEntity: Base) -> bool:
-        """A circular edge, a sphere or torus face, a sketch circle."""
+        """A circular edge, a sphere or torus face."""
         if not _is_circular(circularEntity):
             raise RuntimeError("3 : invalid argument circularEntity: it has no centre")
         self._how = ("center", circularEntity)
@@ -99,9 +99,7 @@ class ConstructionPointInput(Base):
 def _is_circular(entity: Any) -> bool:
     if isinstance(entity, BRepEdge):
         return entity._data.geometry.radius > 0.0
-    if isinstance(entity, BRepFace):
-        return entity._data.geometry.kind in ("sphere", "torus")
-    return isinstance(entity, SketchCircle)
+    return isinstance(entity, BRepFace) and entity._data.geometry.kind in ("sphere", "torus")
 
 
 def position_of(entity: Any) -> np.ndarray:
@@ -112,8 +110,6 @@ def position_of(entity: Any) -> np.ndarray:
         return xyz(entity.geometry)
     if isinstance(entity, SketchPoint):
         return xyz(entity.worldGeometry)
-    if isinstance(entity, SketchCircle):
-        return xyz(entity.worldGeometry.center)
     if isinstance(entity, BRepEdge):
         return xyz(entity.geometry.center)
     return xyz(entity.geometry.origin)

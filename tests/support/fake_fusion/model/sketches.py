@@ -1,4 +1,4 @@
-"""Sketches of the user, with points and circles: to pick, not to touch."""
+"""Sketches of the user, with points: to pick, not to touch."""
 
 from __future__ import annotations
 
@@ -8,12 +8,10 @@ import numpy as np
 
 from ..base import Base, api, new
 from ..collections_ import Items, listing, named
-from ..curves import curve_of
 from ..maths import matrix, point
 from ..state import world
-from .data import SketchCircleData, SketchData, SketchPointData
+from .data import SketchData, SketchPointData
 from .entity import Deletable, Placed, WithName, WithVisibility, wrap, wraps
-from .shapes import EdgeShape
 
 
 @api("adsk.fusion")
@@ -28,7 +26,6 @@ class Sketch(Placed, WithName, WithVisibility, Deletable):
     parentComponent = property(lambda self: wrap(self._data.component))
     transform = property(lambda self: matrix(self._T @ self._data.T))
     sketchPoints = property(lambda self: new(SketchPoints, sketch=self))
-    sketchCurves = property(lambda self: new(SketchCurves, sketch=self))
 
 
 @api("adsk.fusion")
@@ -42,11 +39,6 @@ class Sketches(Items):
 
 @api("adsk.fusion")
 class SketchEntity(Base):
-    pass
-
-
-@api("adsk.fusion")
-class SketchCurve(SketchEntity):
     pass
 
 
@@ -78,35 +70,7 @@ class SketchPoint(_InSketch, SketchEntity):
 
 
 @api("adsk.fusion")
-@wraps(SketchCircleData)
-class SketchCircle(_InSketch, SketchCurve):
-    def _edge(self) -> EdgeShape:
-        centre = np.asarray(self._data.centre, dtype=float)
-        return EdgeShape(centre, np.array([0.0, 0.0, 1.0]), self._data.radius)
-
-    geometry = property(lambda self: curve_of(self._edge(), np.eye(4)))
-    worldGeometry = property(lambda self: curve_of(self._edge(), self._T_sketch))
-    radius = property(lambda self: self._data.radius)
-
-
-@api("adsk.fusion")
 @listing
 class SketchPoints(Items):
     def _all(self) -> list[Any]:
         return [wrap(p, self._sketch._path) for p in self._sketch._data.points]
-
-
-@api("adsk.fusion")
-@listing
-class SketchCircles(Items):
-    def _all(self) -> list[Any]:
-        return [wrap(c, self._sketch._path) for c in self._sketch._data.circles]
-
-
-@api("adsk.fusion")
-@listing
-class SketchCurves(Items):
-    def _all(self) -> list[Any]:
-        return [wrap(c, self._sketch._path) for c in self._sketch._data.circles]
-
-    sketchCircles = property(lambda self: new(SketchCircles, sketch=self._sketch))
