@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.command_line import CommandLine
+from support.experiments import written
 from support.robots.loops import five_bar, four_bar
 from support.robots.robots import EXAMPLES
 
@@ -63,12 +64,6 @@ def test_native_fmus_and_python_do_the_same(around: dict[str, Any], tmp_path: Pa
     )
     assert native.summary["engine"] == {"plant": "native", "controller": "native"}
     np.testing.assert_allclose(native.rows, direct.rows, rtol=1e-8, atol=1e-8)
-
-
-def written(robot: Robot, folder: Path, text: str) -> Path:
-    write_sdf(robot, folder / "robot")
-    (folder / "experiment.toml").write_text(f'robot.path = "robot"\n{text}')
-    return folder
 
 
 def tip_experiment(folder: Path, **more: Any) -> Experiment:

@@ -25,11 +25,12 @@ from support.controllers.robot_problems import (
     is_infeasible,
     robot_problems,
 )
+from support.experiments import written
 from support.fmu.fmu_host import Host, running
 from support.native.precision import Handle, Precision, room
 from support.robots.random_robots import random_robot
 
-from addin_sdfusion.robot import Robot, write_sdf
+from addin_sdfusion.robot import Robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build
 from controllers import OperationalSpaceController
@@ -185,9 +186,7 @@ GAINS = {"kp": 100.0, "kd": 20.0}
 TICKS = 200
 """Of one robot."""
 
-EXPERIMENT = """[robot]
-path = "robot/model.sdf"
-[reference]
+EXPERIMENT = """[reference]
 spline = "quintic"
 points = [{{ time = 0.0, y = {y} }}, {{ time = 1.0, y = {y} }}]
 [controller]
@@ -237,10 +236,10 @@ def native_law(seed: int, folder: Path) -> Iterator[NativeLaw]:
     (tasks,) = robot.task_sets
     frames = tuple(frame for frame in tasks.frames if rng.random() < 0.6) or tasks.frames[:1]
     robot = replace(robot, task_sets=(replace(tasks, frames=frames),))
-    write_sdf(robot, folder / "robot")
     y = CoreDynamics(robot).task_position(np.zeros(n)).tolist()
-    (folder / "experiment.toml").write_text(EXPERIMENT.format(y=y, period=PERIOD, **GAINS))
-    file = build(Experiment.load(folder), folder / "fmus", compute="c")["controller"]
+    text = EXPERIMENT.format(y=y, period=PERIOD, **GAINS)
+    experiment = Experiment.load(written(robot, folder, text))
+    file = build(experiment, folder / "fmus", compute="c")["controller"]
     with running(file, folder / "unpacked") as host:
         yield NativeLaw(host, robot)
 

@@ -1,4 +1,4 @@
-"""Experiments in folders: copies of the two-link arm's, and the files that FMUs carry."""
+"""Experiments in folders: of robots that are written there, and the files that FMUs carry."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from support.robots.robots import PLANAR_2R
+from support.robots.robots import EXAMPLES, PLANAR_2R
 
+from addin_sdfusion.robot import Robot, write_sdf
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.writer import experiment_resources
 
@@ -19,6 +20,33 @@ def copied_arm(folder: Path, **files: str) -> Path:
     for name, text in files.items():
         (folder / f"arm/{name}.py").write_text(text)
     return folder / "arm"
+
+
+def written(robot: Robot, folder: Path, text: str = "") -> Path:
+    """A robot and an experiment of it, which the text in TOML says all else of, in a folder."""
+    write_sdf(robot, folder / "robot")
+    (folder / "experiment.toml").write_text(f'robot.path = "robot"\n{text}')
+    return folder
+
+
+def with_robot(example: str, robot: Robot, folder: Path, **changes: Any) -> Experiment:
+    """An example's experiment with another robot, which is written into a folder."""
+    write_sdf(robot, folder)
+    own = {"robot.path": str(folder / "model.sdf")}
+    return Experiment.load(EXAMPLES / example, own | changes)
+
+
+def twin_arms(folder: Path, apart: float, text: str = "") -> Experiment:
+    """Two of the two-link arm, a and b, for 10 ms, as a file in a folder."""
+    arms = [("a", 0.0), ("b", apart)]
+    robots = "".join(
+        f"[[robots]]\nname = '{name}'\npath = '{PLANAR_2R / 'robot'}'\nposition = [{x}, 0, 0]\n"
+        for name, x in arms
+    )
+    points = "".join(f"[[reference.points]]\ntime = {t}\nq = 0.3\n" for t in (0.0, 0.01))
+    rest = f"[controller]\nkp = 100.0\nkd = 20.0\n[reference]\nspline = 'linear'\n{points}{text}"
+    (folder / "experiment.toml").write_text(robots + rest)
+    return Experiment.load(folder)
 
 
 def resource_bytes(experiment: Experiment, **options: Any) -> dict[str, bytes]:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.experiments import copied_arm, write_resources
+from support.experiments import copied_arm, with_robot, write_resources
 from support.robots.robots import PLANAR_2R, planar_2r
 from support.ways import WAYS
 
-from addin_sdfusion.robot import InputError, write_sdf
+from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.config.file import read_settings
 from cardsflow_fmu.simulation.run import simulate
@@ -145,13 +145,9 @@ def test_a_setting_may_be_changed_by_its_key() -> None:
 @pytest.mark.slow
 def test_a_robot_without_operational_space_travels_in_an_fmu(tmp_path: Path) -> None:
     robot = replace(planar_2r(), task_sets=(), task_set="")
-    write_sdf(robot, tmp_path / "arm")
-    text = (PLANAR_2R / "experiment.toml").read_text()
-    text = text.replace("robot/planar_2r_bodies.xml", "model.sdf")
     trajectories = PLANAR_2R / "robot/planar_2r_trajectories.xml"
     changes = {"reference.file": str(trajectories), "run.duration": 0.01}
-    (tmp_path / "arm/experiment.toml").write_text(text)
-    experiment = Experiment.load(tmp_path / "arm", changes)
+    experiment = with_robot("planar_2r", robot, tmp_path / "arm", **changes)
     fmu, direct = (simulate(experiment, **WAYS[way]) for way in ("python", "direct"))
     np.testing.assert_array_equal(fmu.rows, direct.rows)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.experiments import written
 from support.robots.one_link import cable, one_link
 from support.ways import WAYS
 
@@ -19,7 +20,6 @@ from addin_sdfusion.robot import (
     Link,
     Robot,
     revolute,
-    write_sdf,
 )
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.run import simulate
@@ -30,8 +30,6 @@ Y = (0.0, 1.0, 0.0)
 BODY = Inertia(1.0, (0.2, 0.0, 0.0), 0.01, 0.01, 0.01)
 
 MOTION = """
-[robot]
-path = "robot"
 [reference]
 spline = "quintic"
 [[reference.points]]
@@ -62,9 +60,7 @@ def arm() -> Robot:
 
 
 def experiment(folder: Path, **settings: Any) -> Experiment:
-    write_sdf(arm(), folder / "robot")
-    (folder / "experiment.toml").write_text(MOTION)
-    return Experiment.load(folder, settings)
+    return Experiment.load(written(arm(), folder, MOTION), settings)
 
 
 def test_forces_make_the_acceleration_of_what_is_driven() -> None:

@@ -9,11 +9,12 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 from support.cases import few
+from support.experiments import written
 from support.robots.loops import random_loops
 from support.robots.random_robots import random_robot
 from support.robots.robots import with_coordinates
 
-from addin_sdfusion.robot import InputError, write_sdf
+from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.loop import LoopType
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.signals.ports import task_names
@@ -76,7 +77,6 @@ def random_experiment(plan: str, seed: int, folder: Path, **more: Any) -> Experi
     if "closed loops" in plan:
         robot, q = random_loops(seed, SDF_LOOPS)
     robot = with_coordinates(robot, actuated="motors" in plan)
-    write_sdf(robot, folder)
     start = {c.name: float(value) for c, value in zip(robot.coordinates, q, strict=True)}
     on_tasks = settings.get("controller.type") in ON_TASKS
     goal = {"y": dict.fromkeys(task_names(robot), 0.1)} if on_tasks else {"q": start}
@@ -86,8 +86,7 @@ def random_experiment(plan: str, seed: int, folder: Path, **more: Any) -> Experi
         "run.step": 1e-3,
         "run.duration": 3e-3,
     }
-    (folder / "experiment.toml").write_text('[robot]\npath = "model.sdf"\n')
-    return Experiment.load(folder, run | settings | more)
+    return Experiment.load(written(robot, folder), run | settings | more)
 
 
 def check_run(plan: str, seed: int, folder: Path) -> None:

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.experiments import with_robot
 from support.fmu.co_simulation import assert_rows_agree
 from support.fmu.native_states import check_bits, check_states_repeat
 from support.robots.bent import bent
 from support.robots.robots import EXAMPLES
 from support.ways import WAYS
 
-from addin_sdfusion.robot import InputError, Robot, read_robot, write_sdf
+from addin_sdfusion.robot import InputError, Robot, read_robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build
 from cardsflow_fmu.simulation.run import simulate
@@ -41,10 +42,8 @@ def flower(
 
     `own` is the first muscle's coefficient in its first bend.
     """
-    write_sdf(_rougher(bent(read_robot(ARM / "robot/model.sdf"), friction, START), own), folder)
-    text = (ARM / "experiment.toml").read_text().replace("robot/model.sdf", "model.sdf")
-    (folder / "experiment.toml").write_text(text)
-    return Experiment.load(folder, {"run.duration": duration, **more})
+    robot = _rougher(bent(read_robot(ARM / "robot/model.sdf"), friction, START), own)
+    return with_robot("roboy_left_arm", robot, folder, **{"run.duration": duration}, **more)
 
 
 def _rougher(robot: Robot, own: float | None) -> Robot:

@@ -9,13 +9,14 @@ import fmpy
 import numpy as np
 import pytest
 from support.cases import few
+from support.experiments import with_robot
 from support.fmu.co_simulation import LAWS, assert_native_agrees, assert_rows_agree
 from support.fmu.fmu_host import refused, running
 from support.fmu.native_states import check_bits, check_states_repeat
 from support.robots.robots import EXAMPLES, with_coordinates
 from support.ways import COMPUTE, WAYS
 
-from addin_sdfusion.robot import InputError, SimulationError, read_robot, write_sdf
+from addin_sdfusion.robot import InputError, SimulationError, read_robot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.fmu.description import FmiVersion
 from cardsflow_fmu.models.native_loop import NativeLoop, run_batch
@@ -166,12 +167,9 @@ def test_energy_is_what_work_has_made_of_it(
 def rough_experiment(folder: Path, **more: Any) -> Experiment:
     """The two-link arm with friction in its joints, in the plant's energy balance too."""
     arm = read_robot(EXAMPLES / "planar_2r/robot/planar_2r_bodies.xml")
-    write_sdf(with_coordinates(arm, friction=0.4), folder)
-    text = (EXAMPLES / "planar_2r/experiment.toml").read_text()
-    (folder / "experiment.toml").write_text(text.replace("robot/planar_2r_bodies.xml", "model.sdf"))
     trajectories = EXAMPLES / "planar_2r/robot/planar_2r_trajectories.xml"
     changes = {"reference.file": str(trajectories), "run.duration": 0.2, "plant.energy": True}
-    return Experiment.load(folder, changes | more)
+    return with_robot("planar_2r", with_coordinates(arm, friction=0.4), folder, **changes, **more)
 
 
 @pytest.mark.slow

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.experiments import written
 from support.robots.loops import random_loops
 from support.robots.random_robots import random_state, random_tree
 
-from addin_sdfusion.robot import Robot, write_sdf
+from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.model.loop import LoopType
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.models.by_role import C_MODELS, missing_in_c
@@ -50,13 +51,9 @@ def robot_of(seed: int) -> tuple[Robot, list[float]]:
 
 def experiment_of(folder: Path, seed: int, settings: dict[str, Any]) -> Experiment:
     robot, q = robot_of(seed)
-    write_sdf(robot, folder / "robot")
     on_tasks = settings in ON_TASKS
     at = f"y = {[0.1] * 6}" if on_tasks else f"q = {q}"
-    (folder / "experiment.toml").write_text(
-        f"""[robot]
-path = "robot/model.sdf"
-[reference]
+    text = f"""[reference]
 spline = "quintic"
 points = [{{ time = 0.0, {at} }}, {{ time = 1.0, {at} }}]
 [start]
@@ -68,8 +65,8 @@ kd = 5.0
 step = 0.001
 duration = 0.01
 """
-    )
-    return Experiment.load(folder, {f"controller.{k}": v for k, v in settings.items()})
+    laws = {f"controller.{k}": v for k, v in settings.items()}
+    return Experiment.load(written(robot, folder, text), laws)
 
 
 @pytest.mark.parametrize("settings", [*IN_JOINT_SPACE, *ON_TASKS], ids=str)

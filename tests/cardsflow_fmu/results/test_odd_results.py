@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from support.cases import few
 from support.command_line import CommandLine
+from support.experiments import twin_arms
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment, run
@@ -274,13 +275,8 @@ def test_a_results_file_is_never_written_over(results: Path, cardsflow: CommandL
 
 @pytest.mark.slow
 def test_a_report_of_several_robots_shows_each(tmp_path: Path) -> None:
-    (tmp_path / "experiment.toml").write_text(
-        "".join(f"[[robots]]\nname = '{n}'\npath = '{PLANAR_2R / 'robot'}'\n" for n in "ab")
-        + "[controller]\nkp = 100.0\nkd = 20.0\n[reference]\nspline = 'linear'\n"
-        + "".join(f"[[reference.points]]\ntime = {t}\nq = 0.3\n" for t in (0.0, 0.01))
-        + "[muscles.b_cable_1]\nf_max = 77.25\n"
-    )
-    run(Experiment.load(tmp_path), tmp_path / "out", coupling="direct")
+    twins = twin_arms(tmp_path, 0.0, "[muscles.b_cable_1]\nf_max = 77.25\n")
+    run(twins, tmp_path / "out", coupling="direct")
     page = tmp_path / "report.html"
     report(tmp_path / "out", page)
     text = page.read_text()

@@ -15,6 +15,7 @@ import pytest
 import trimesh
 from support.browser import opened_browser
 from support.command_line import CommandLine
+from support.experiments import twin_arms
 from support.robots.robots import PLANAR_2R
 from support.robots.worlds import write_box_mesh
 
@@ -159,15 +160,7 @@ def test_a_page_shows_a_world_and_hides_it(act: Act, tmp_path: Path) -> None:
 
 
 def test_two_robots_of_one_plant_are_both_drawn(tmp_path: Path) -> None:
-    (tmp_path / "experiment.toml").write_text(
-        "".join(
-            f"[[robots]]\nname = '{name}'\npath = '{PLANAR_2R / 'robot'}'\nposition = [{x}, 0, 0]\n"
-            for name, x in (("a", 0.0), ("b", 5.0))
-        )
-        + "[controller]\nkp = 100.0\nkd = 20.0\n[reference]\nspline = 'linear'\n"
-        + "".join(f"[[reference.points]]\ntime = {t}\nq = 0.3\n" for t in (0.0, 0.01))
-    )
-    result = run(Experiment.load(tmp_path), tmp_path / "out", coupling="direct")
+    result = run(twin_arms(tmp_path, 5.0), tmp_path / "out", coupling="direct")
     shapes = {shape.name: shape for shape in act_of(result).stage.scene(0)}
     for part in ("links/{}_link_1/0", "muscles/{}_cable_1"):
         a, b = (shapes[part.format(name)].points for name in "ab")
