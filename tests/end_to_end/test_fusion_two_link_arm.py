@@ -12,6 +12,7 @@ from fake_fusion import designs
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from support.observed import files_of
 from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.building.build_robot import build_robot
@@ -146,6 +147,4 @@ def test_a_snapshot_on_disk_exports_the_same(tmp_path: Path) -> None:
     assert read_snapshot(file) == snapshot
     export_robot(snapshot, tmp_path / "a/arm")
     assert main(["addin", "export-snapshot", str(file), "-o", str(tmp_path / "b/arm")]) == 0
-    ours = {p.relative_to(tmp_path / "a"): p.read_bytes() for p in (tmp_path / "a").rglob("*.*")}
-    theirs = {p.relative_to(tmp_path / "b"): p.read_bytes() for p in (tmp_path / "b").rglob("*.*")}
-    assert ours == theirs
+    assert files_of(tmp_path / "a") == files_of(tmp_path / "b")

@@ -11,6 +11,7 @@ import pytest
 from fake_fusion import Builder, designs
 from fake_fusion.driver import Refused
 from support.designs.exported import failing
+from support.observed import files_of
 
 from addin_sdfusion.robot.readers import read_robot
 
@@ -264,13 +265,13 @@ def test_cancelling_leaves_the_old_export(fusion: Any, tmp_path: Path) -> None:
     designs.two_link_arm()
     folder = tmp_path / "robot"
     export_to(fusion, folder).ok()
-    before = {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()}
+    before = files_of(folder)
     fusion.world.cancel_progress_after = 2
     command = export_to(fusion, folder)
     command.set("up_axis", "y")
     command.ok()
     assert "cancelled" in fusion.messages[-1]
-    assert {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()} == before
+    assert files_of(folder) == before
     assert list(tmp_path.iterdir()) == [folder]
     assert fusion.world.progress[-1].hidden
 

@@ -14,6 +14,7 @@ import pytest
 import trimesh
 from hypothesis import given
 from support.designs.built_stubs import Built, body, box, built, zero_poses
+from support.observed import files_of
 from support.robots.random_robots import random_robot, robots
 from support.robots.robots import chain, planar_2r
 
@@ -38,14 +39,6 @@ from addin_sdfusion.settings import ExportSettings
 
 ALL = ExportSettings()
 CHECKER = shutil.which("ign")
-
-
-def files_of(folder: Path) -> dict[str, bytes]:
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes()
-        for path in folder.rglob("*")
-        if path.is_file()
-    }
 
 
 def codes(exported: Exported) -> list[str]:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from support.designs.built_stubs import built
+from support.observed import files_of
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.exporting.export import export_built
@@ -21,14 +22,6 @@ from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.settings import ExportSettings
 
 ALL = ExportSettings()
-
-
-def files_of(folder: Path) -> dict[str, bytes]:
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes()
-        for path in folder.rglob("*")
-        if path.is_file()
-    }
 
 
 def other_arm() -> Robot:

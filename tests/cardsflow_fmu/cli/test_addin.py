@@ -11,6 +11,7 @@ from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
+from support.observed import files_of
 from support.robots.robots import planar_2r
 
 import addin_sdfusion
@@ -117,14 +118,6 @@ def test_what_is_no_snapshot_or_no_folder_is_one_line(tmp_path, given, capsys):
         assert message in line
 
 
-def contents(folder: Path) -> dict[str, bytes]:
-    return {
-        path.relative_to(folder).as_posix(): path.read_bytes()
-        for path in folder.rglob("*")
-        if path.is_file()
-    }
-
-
 @pytest.fixture
 def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An add-in as packaged: a manifest, a program, icons, and what Python leaves there."""
@@ -158,11 +151,11 @@ def test_install_copies_the_add_in_and_replaces_its_own(tmp_path, source, capsys
     target = tmp_path / "AddIns/addin_sdfusion"
     assert main(["addin", "install", "--folder", str(tmp_path / "AddIns")]) == 0
     assert capsys.readouterr().out == f"{target}\n"
-    assert set(contents(target)) == FILES
+    assert set(files_of(target)) == FILES
     (target / "stale.py").write_text("")
     (source / "addin_sdfusion.py").write_text("new")
     assert addin.install(tmp_path / "AddIns") == target
-    assert set(contents(target)) == FILES
+    assert set(files_of(target)) == FILES
     assert (target / "addin_sdfusion.py").read_text() == "new"
     assert [path.name for path in (tmp_path / "AddIns").iterdir()] == ["addin_sdfusion"]
 
@@ -174,10 +167,10 @@ def test_a_foreign_folder_is_not_replaced(tmp_path, source, manifest):
     (target / "mine.py").write_text("mine")
     if manifest is not None:
         (target / "addin_sdfusion.manifest").write_text(manifest)
-    before = contents(tmp_path / "AddIns")
+    before = files_of(tmp_path / "AddIns")
     with pytest.raises(InputError, match="is not this add-in; move it"):
         addin.install(tmp_path / "AddIns")
-    assert contents(tmp_path / "AddIns") == before
+    assert files_of(tmp_path / "AddIns") == before
 
 
 def test_a_link_to_a_checkout_is_not_replaced(tmp_path, source):
@@ -185,12 +178,12 @@ def test_a_link_to_a_checkout_is_not_replaced(tmp_path, source):
     (tmp_path / "AddIns/addin_sdfusion").symlink_to(source)
     with pytest.raises(InputError, match="is a link"):
         addin.install(tmp_path / "AddIns")
-    assert set(contents(source)) >= FILES
+    assert set(files_of(source)) >= FILES
 
 
 def test_an_installation_that_fails_leaves_the_one_before(tmp_path, source, monkeypatch):
     addin.install(tmp_path / "AddIns")
-    before = contents(tmp_path / "AddIns")
+    before = files_of(tmp_path / "AddIns")
     (source / "addin_sdfusion.py").write_text("new")
     plain, copy = Path.rename, addin.shutil.copyfile
     for number in range(len(FILES) + 2):
@@ -206,7 +199,7 @@ def test_an_installation_that_fails_leaves_the_one_before(tmp_path, source, monk
             patch.setattr(addin.shutil, "copyfile", lambda a, b: (count(), copy(a, b))[1])
             with pytest.raises(InputError, match="Permission denied; is the add-in running"):
                 addin.install(tmp_path / "AddIns")
-        assert contents(tmp_path / "AddIns") == before, number
+        assert files_of(tmp_path / "AddIns") == before, number
 
 
 def test_an_installation_that_was_cut_short_is_taken_up(tmp_path, source):

@@ -7,19 +7,16 @@ from __future__ import annotations
 
 import json
 import subprocess
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from support.hardware.two_machines import Machines, two_machines
+from support.observed import LONGEST, lines_until
 from support.robots.robots import PLANAR_2R
 
 pytestmark = pytest.mark.slow
-
-LONGEST = 120.0
-"""Time to wait for a program, in [s]."""
 
 
 @pytest.fixture(scope="module")
@@ -40,18 +37,6 @@ def device(machines: Machines, *words: object) -> Iterator[subprocess.Popen[str]
             yield process
         finally:
             process.kill()  # `unshare` takes no other signal
-
-
-def lines_until(process: subprocess.Popen[str], what: str) -> list[str]:
-    """What a program says, as far as a line with a text."""
-    assert process.stdout is not None
-    lines: list[str] = []
-    end = time.monotonic() + LONGEST
-    while not lines or what not in lines[-1]:
-        lines.append(process.stdout.readline())
-        assert lines[-1], lines
-        assert time.monotonic() < end
-    return lines
 
 
 def controller(machines: Machines, uri: str, out: Path, *words: object) -> subprocess.Popen[str]:

@@ -13,6 +13,7 @@ import pytest
 from support.cases import few
 from support.command_line import CommandLine
 from support.experiments import twin_arms
+from support.observed import files_of
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from cardsflow_fmu import Experiment, run
@@ -264,13 +265,13 @@ def test_places_that_cannot_be_written_are_reported(
 
 @pytest.mark.slow
 def test_a_results_file_is_never_written_over(results: Path, cardsflow: CommandLine) -> None:
-    before = {file.name: file.read_bytes() for file in results.iterdir()}
+    before = files_of(results)
     for name in ("results.csv", "summary.json", "experiment.zip"):
         for words in (["report", results, "-o"], ["view", results, "--html"]):
             assert "must end in .html" in cardsflow.refused(*words, results / name)
         cardsflow.refused("plot", results, "-o", results / name)
     cardsflow.refused("plot", results, "-o", results / "tracking.png")
-    assert {file.name: file.read_bytes() for file in results.iterdir()} == before
+    assert files_of(results) == before
 
 
 @pytest.mark.slow

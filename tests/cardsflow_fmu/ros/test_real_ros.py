@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from support.observed import LONGEST, lines_until
 from support.robots.robots import PLANAR_2R
 from support.ros import jazzy
 
@@ -28,8 +29,6 @@ PROGRAMS = Path(jazzy.__file__).parent
 ROBOT = Experiment.load(PLANAR_2R).robot
 JOINTS = [c.name for c in ROBOT.coordinates]
 MUSCLES = [muscle.name for muscle in ROBOT.muscles]
-LONGEST = 120.0
-"""Time to wait for a program, in [s]."""
 SLOW_ENOUGH = 3.0
 """Duration of a run that others look at, in [s]."""
 
@@ -62,18 +61,6 @@ def started(command: list[str], ros: Environment) -> Iterator[subprocess.Popen[s
             yield process
         finally:
             process.kill()
-
-
-def lines_until(process: subprocess.Popen[str], what: str) -> list[str]:
-    """What a program says, as far as a line with a text."""
-    assert process.stdout is not None
-    lines: list[str] = []
-    end = time.monotonic() + LONGEST
-    while not lines or what not in lines[-1]:
-        lines.append(process.stdout.readline())
-        assert lines[-1], lines
-        assert time.monotonic() < end
-    return lines
 
 
 @contextmanager

@@ -12,6 +12,7 @@ import fake_fusion
 import numpy as np
 import trimesh
 from fake_fusion.maths import rotation, translation
+from support.observed import files_of
 
 from addin_sdfusion.building.build_robot import check_design
 from addin_sdfusion.exporting.export import export_robot
@@ -66,8 +67,7 @@ class Export:
 
     def contents(self) -> dict[str, bytes]:
         """The bytes of every file."""
-        files = sorted(file for file in self.folder.rglob("*") if file.is_file())
-        return {file.relative_to(self.folder).as_posix(): file.read_bytes() for file in files}
+        return files_of(self.folder)
 
 
 def snapshot_of(design: Any, **settings: Any) -> DesignSnapshot:

@@ -1,0 +1,31 @@
+"""What a test sees of others' work: the files of a folder, what a program says."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from pathlib import Path
+
+LONGEST = 120.0
+"""Time to wait for a program, in [s]."""
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    """The content of every file below a folder, by its path."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def lines_until(process: subprocess.Popen[str], what: str) -> list[str]:
+    """What a program says, as far as a line with a text."""
+    assert process.stdout is not None
+    lines: list[str] = []
+    end = time.monotonic() + LONGEST
+    while not lines or what not in lines[-1]:
+        lines.append(process.stdout.readline())
+        assert lines[-1], lines
+        assert time.monotonic() < end
+    return lines
