@@ -13,7 +13,6 @@ Kind = Literal[
     "choices",
     "string",
     "number",
-    "integer",
     "check",
     "button",
     "table",
@@ -39,7 +38,6 @@ class Input:
         prompt: Of a selection: the text beside the cursor.
         rows: Of a text: how many lines are shown; of a table: the most rows shown at once.
         value: What it is at first.
-        read_only: Whether a string is shown only.
         collapsed: Whether a group shows its name alone at first.
     """
 
@@ -55,7 +53,6 @@ class Input:
     prompt: str = ""
     rows: int = 1
     value: str | float | bool = ""
-    read_only: bool = False
     collapsed: bool = False
 
 

@@ -124,14 +124,13 @@ class Inputs:
             for option in options:
                 items.add(option, option in checked)
 
-    def picked(self, name: str) -> list[tuple[Any, Any]]:
-        """What the user has picked, as entities and places; the selection is cleared."""
+    def picked(self, name: str) -> list[Any]:
+        """The entities that the user has picked; the selection is cleared."""
         item = self._by_id[name]
-        picks = [item.selection(i) for i in range(item.selectionCount)]
-        pairs = [(pick.entity, pick.point) for pick in picks]
-        if pairs:
+        entities = [item.selection(i).entity for i in range(item.selectionCount)]
+        if entities:
             item.clearSelection()
-        return pairs
+        return entities
 
     def fill(self, name: str, rows: Sequence[Sequence[Cell]], selected: int | None = None) -> None:
         """The rows of a table; the same row stays selected if `selected` is None."""
@@ -293,20 +292,9 @@ def _choices(inputs: Any, item: Input) -> Any:
     return inputs.addDropDownCommandInput(item.id, item.label, style)
 
 
-def _string(inputs: Any, item: Input) -> Any:
-    made = inputs.addStringValueInput(item.id, item.label, str(item.value))
-    made.isReadOnly = item.read_only
-    return made
-
-
 def _number(inputs: Any, item: Input) -> Any:
     value = float(item.value or 0.0)
     return inputs.addFloatSpinnerCommandInput(item.id, item.label, "", 0.0, _LARGEST, 1.0, value)
-
-
-def _integer(inputs: Any, item: Input) -> Any:
-    value = int(item.value or 0)
-    return inputs.addIntegerSpinnerCommandInput(item.id, item.label, 0, 10**6, 1, value)
 
 
 def _check(inputs: Any, item: Input) -> Any:
@@ -331,9 +319,8 @@ _MAKERS: dict[str, Callable[[Any, Input], Any]] = {
     "selection": _selection,
     "dropdown": _dropdown,
     "choices": _choices,
-    "string": _string,
+    "string": lambda inputs, item: inputs.addStringValueInput(item.id, item.label, str(item.value)),
     "number": _number,
-    "integer": _integer,
     "check": _check,
     "button": lambda inputs, item: inputs.addBoolValueInput(item.id, item.label, False, "", False),
     "text": _text,

@@ -41,6 +41,9 @@ NAMED_COLORS = {
 COLORS = tuple(NAMED_COLORS.values())
 """Colours that muscles get in turn."""
 
+SAME = 1e-7
+"""How far apart two points may be to be the same, in [m]."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointRow(PointUse):
@@ -259,14 +262,10 @@ class MuscleTable:
 
     # A table of a file
 
-    def merged(self, new: MuscleTable, tolerance: float = 1e-7) -> MuscleTable:
+    def merged(self, new: MuscleTable) -> MuscleTable:
         """The table with what was read from a file in the place of what has the same names.
 
         A point in the place of an earlier one of the same name and link is that point.
-
-        Args:
-            new: The table of the file.
-            tolerance: How far apart two points may be to be the same, in [m].
         """
         table = self
         for row in new.rows:
@@ -274,11 +273,11 @@ class MuscleTable:
         of = {row.name: self.points_of(row.name) for row in table.rows}
         for row in new.rows:
             free = list(of[row.name])
-            of[row.name] = tuple(_adopted(p, free, tolerance) for p in new.points_of(row.name))
+            of[row.name] = tuple(_adopted(p, free) for p in new.points_of(row.name))
         others = {(point.role, point.name): [point] for point in self.others}
         for point in new.others:
             key = point.role, point.name
-            others[key] = [_adopted(point, others.get(key, []), tolerance)]
+            others[key] = [_adopted(point, others.get(key, []))]
         return replace(
             table,
             points=tuple(p for row in table.rows for p in of[row.name]),
@@ -365,10 +364,10 @@ def free_name(names: Sequence[str], rows: Sequence[MuscleSnapshot | PointUse | S
     return next(name for name in names if name not in taken)
 
 
-def _adopted(new: PointRow, free: list[PointRow], tolerance: float) -> PointRow:
+def _adopted(new: PointRow, free: list[PointRow]) -> PointRow:
     """The new point as one of the old ones, which is taken out of `free`, if there is one."""
     apart = {i: math.dist(old.position, new.position) for i, old in enumerate(free)}
-    near = [i for i, old in enumerate(free) if old.link == new.link and apart[i] <= tolerance]
+    near = [i for i, old in enumerate(free) if old.link == new.link and apart[i] <= SAME]
     if not near:
         return new
     nearest = min(near, key=lambda i: (abs(free[i].number - new.number), apart[i]))

@@ -119,7 +119,7 @@ class DefineMuscles(Window):
 
     def _picked(self, name: str, take: Callable[[Any], None]) -> None:
         """Takes each thing that was picked; one that is refused does not keep out the others."""
-        for entity, _ in self.inputs.picked(name):
+        for entity in self.inputs.picked(name):
             try:
                 take(entity)
             except CardsflowError as error:

@@ -137,7 +137,7 @@ class Export(Window):
     def _picked(self) -> None:
         """Components that are picked again are taken out."""
         paths = list(self.settings.components)
-        for entity, _ in self.inputs.picked("components"):
+        for entity in self.inputs.picked("components"):
             path = entity.fullPathName
             paths = [p for p in paths if p != path] if path in paths else [*paths, path]
         self.settings = replace(self.settings, components=tuple(paths))
