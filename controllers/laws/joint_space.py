@@ -36,6 +36,9 @@ from .joint_laws import JOINT_LAWS
 if TYPE_CHECKING:
     import qpsolvers
 
+_State = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+"""q, qd, q_d, qd_d and qdd_d of `JointSpaceController.solve`."""
+
 
 class JointSpaceController:
     """Computed-torque control of joint positions through muscle forces.
@@ -169,7 +172,7 @@ class JointSpaceController:
             tau, shape (n,), in [N·m] or [N].
         """
         self._write_robot(q)
-        self._write_law(q, qd, q_d, qd_d, qdd_d, w_e, correction)
+        self._write_law((q, qd, q_d, qd_d, qdd_d), w_e, correction)
         return self._law.required_torque()
 
     def error(self, q: FloatArray, q_d: FloatArray) -> FloatArray:
@@ -187,7 +190,7 @@ class JointSpaceController:
         w_e: FloatArray | None = None,
     ) -> qpsolvers.Problem:
         """Eq. (3) as a QP, apart from its solution. Arguments as in `required_torque`."""
-        self._write(q, qd, q_d, qd_d, qdd_d, w_e, None)
+        self._write((q, qd, q_d, qd_d, qdd_d), w_e, None)
         return self._law.build()
 
     def solve(
@@ -210,26 +213,17 @@ class JointSpaceController:
         names = self.dynamics.coordinate_names
         check_sizes(names, q=q, qd=qd, q_d=q_d, qd_d=qd_d, qdd_d=qdd_d)
         check_sizes(names, w_e=w_e, correction=correction)
-        self._write(q, qd, q_d, qd_d, qdd_d, w_e, correction)
+        self._write((q, qd, q_d, qd_d, qdd_d), w_e, correction)
         return self.distribution.solve_law(self._law)
 
-    def _write(
-        self,
-        q: FloatArray,
-        qd: FloatArray,
-        q_d: FloatArray,
-        qd_d: FloatArray,
-        qdd_d: FloatArray,
-        w_e: FloatArray | None,
-        correction: FloatArray | None,
-    ) -> None:
+    def _write(self, state: _State, w_e: FloatArray | None, correction: FloatArray | None) -> None:
         """All that the law in C takes, or the torque of a formula in Python."""
         if type(self).required_torque is JointSpaceController.required_torque:
-            self._write_law(q, qd, q_d, qd_d, qdd_d, w_e, correction)
+            self._write_law(state, w_e, correction)
         else:
-            tau = self.required_torque(q, qd, q_d, qd_d, qdd_d, w_e=w_e, correction=correction)
+            tau = self.required_torque(*state, w_e=w_e, correction=correction)
             self._law.write(law=law_in_c.GIVEN, tau=tau)
-        self._write_robot(q)
+        self._write_robot(state[0])
 
     def _write_robot(self, q: FloatArray) -> None:
         robot = self.dynamics
@@ -237,15 +231,9 @@ class JointSpaceController:
         self._law.write(M=robot.mass_matrix(q), L=L, passive=self._passive)
 
     def _write_law(
-        self,
-        q: FloatArray,
-        qd: FloatArray,
-        q_d: FloatArray,
-        qd_d: FloatArray,
-        qdd_d: FloatArray,
-        w_e: FloatArray | None,
-        correction: FloatArray | None,
+        self, state: _State, w_e: FloatArray | None, correction: FloatArray | None
     ) -> None:
+        q, qd, q_d, qd_d, qdd_d = state
         self._law.write(
             law=self._number,
             kp=self.kp,

@@ -15,6 +15,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, Robot, limits
 from addin_sdfusion.robot.transforms.lock import lock
 from cardsflow_fmu.utils.arrays import FloatArray
+from controllers import ApproachReference
 from controllers.analysis.drivable import (
     ACCELERATION,
     MARGIN,
@@ -276,14 +277,13 @@ def _margin_along(
 ) -> float:
     """The smallest margin of the forces along a quintic there, at some parts of its time."""
     rows, T = np.flatnonzero(~dynamics.dependent).tolist(), 0.5 * DURATION
+    motion = ApproachReference(start, start + step, T).evaluate(T * path)
     margins = []
-    for s in path:
-        q = start + step * (10.0 * s**3 - 15.0 * s**4 + 6.0 * s**5)
+    for desired, qdd in zip(motion.q, motion.qdd, strict=True):
         try:
-            q = dynamics.closed(q)
+            q = dynamics.closed(desired)
         except InputError:
             return -np.inf
-        qdd = step * (60.0 * s - 180.0 * s**2 + 120.0 * s**3) / T**2
         margins.append(force_margin(pose_terms(robot, dynamics, q, qdd), rows)[0])
     return min(margins)
 

@@ -22,7 +22,7 @@ def followed(settings: dict[str, object], start: dict[str, object] | None = None
     experiment = Experiment.load(PLANAR_2R, {"reference": settings, **(start or {})})
     reference = SplineReference(experiment.reference.curve)  # type: ignore[arg-type]
     assert reference.duration == pytest.approx(T[-1])
-    return np.array([reference.evaluate(float(t)).q for t in T])
+    return reference.evaluate(T).q
 
 
 def write_csv(file: Path, header: str, rows: np.ndarray, delimiter: str = ",") -> Path:

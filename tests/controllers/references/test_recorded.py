@@ -20,11 +20,6 @@ def motion(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return q, qd, qdd
 
 
-def evaluated(reference: SplineReference, times: np.ndarray) -> tuple[np.ndarray, ...]:
-    rows = [reference.evaluate(float(t)) for t in times]
-    return tuple(np.array(each) for each in zip(*rows, strict=True))
-
-
 def jerk_integral(reference: SplineReference) -> float:
     """Of the squared third derivative, exactly, by Gauss's points within each piece."""
     nodes, weights = np.polynomial.legendre.leggauss(4)
@@ -50,7 +45,7 @@ def test_the_way_through_waypoints_has_the_least_jerk(
     q = np.array(points)
     trajectory = waypoint_trajectory(times, q)
     reference = SplineReference(trajectory)
-    found = evaluated(reference, times)
+    found = reference.evaluate(times)
     np.testing.assert_allclose(found[0], q, atol=1e-9)
     np.testing.assert_allclose(found[1][[0, -1]], 0.0, atol=1e-8)
     np.testing.assert_allclose(found[2][[0, -1]], 0.0, atol=1e-7)
@@ -73,7 +68,7 @@ def test_the_way_through_waypoints_has_the_least_jerk(
 def test_two_waypoints_are_the_minimum_jerk_motion_of_the_textbook() -> None:
     reference = SplineReference(waypoint_trajectory(np.array([0.0, 2.0]), np.array([[0.0], [1.0]])))
     s = np.linspace(0.0, 1.0, 21)
-    q, qd, qdd = evaluated(reference, 2.0 * s)
+    q, qd, qdd = reference.evaluate(2.0 * s)
     np.testing.assert_allclose(q[:, 0], 10 * s**3 - 15 * s**4 + 6 * s**5, atol=1e-12)
     np.testing.assert_allclose(qd[:, 0], (30 * s**2 - 60 * s**3 + 30 * s**4) / 2, atol=1e-12)
     np.testing.assert_allclose(qdd[:, 0], (60 * s - 180 * s**2 + 120 * s**3) / 4, atol=1e-12)
@@ -86,7 +81,7 @@ def test_positions_with_noise_give_velocities_and_accelerations(rate: int, noise
     t = np.arange(0.0, 8.0, 1.0 / rate)
     exact = motion(t)
     q = exact[0] + noise * np.random.default_rng(3).normal(size=exact[0].shape)
-    found = evaluated(SplineReference(recorded_trajectory(t, q)), t)
+    found = SplineReference(recorded_trajectory(t, q)).evaluate(t)
     inner = slice(len(t) // 10, -len(t) // 10)
     errors = [np.sqrt(np.mean((a - b)[inner] ** 2)) for a, b in zip(found, exact, strict=True)]
     assert errors[0] < 0.8 * noise
@@ -98,7 +93,7 @@ def test_positions_with_noise_give_velocities_and_accelerations(rate: int, noise
 def test_exact_positions_are_kept(rate: int, bounds: tuple[float, float]) -> None:
     t = np.arange(0.0, 8.0, 1.0 / rate)
     exact = motion(t)
-    found = evaluated(SplineReference(recorded_trajectory(t, exact[0])), t)
+    found = SplineReference(recorded_trajectory(t, exact[0])).evaluate(t)
     inner = slice(len(t) // 10, -len(t) // 10)
     np.testing.assert_allclose(found[0], exact[0], atol=bounds[0])
     np.testing.assert_allclose(found[2][inner], exact[2][inner], atol=bounds[1])
@@ -111,7 +106,7 @@ def test_samples_need_not_be_equally_far_apart() -> None:
     t = np.concatenate([[0.0], np.cumsum(rng.uniform(0.005, 0.02, 600))])
     exact = motion(t)
     q = exact[0] + 1e-4 * rng.normal(size=exact[0].shape)
-    found = evaluated(SplineReference(recorded_trajectory(t, q, noise=1e-4)), t)
+    found = SplineReference(recorded_trajectory(t, q, noise=1e-4)).evaluate(t)
     assert np.sqrt(np.mean((found[2] - exact[2])[60:-60] ** 2)) < 0.05
 
 
@@ -144,7 +139,7 @@ def test_what_is_no_motion_is_refused(times: list[float], q: np.ndarray, message
 
 def test_a_recording_without_motion_rests() -> None:
     t = np.linspace(0.0, 1.0, 50)
-    found = evaluated(SplineReference(recorded_trajectory(t, np.full((50, 1), 0.3))), t)
+    found = SplineReference(recorded_trajectory(t, np.full((50, 1), 0.3))).evaluate(t)
     np.testing.assert_allclose(found[0], 0.3)
     np.testing.assert_allclose(found[2], 0.0, atol=1e-6)
 
