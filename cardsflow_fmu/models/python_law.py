@@ -209,7 +209,7 @@ def law_dynamics(experiment: Experiment) -> CoreDynamics | DartDynamics:
 def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -> Law:
     """The law that an experiment asks for, as a controller of the package `controllers`."""
     settings = experiment.controller
-    own, tasks = settings.own_law, settings.tasks
+    own, tasks, arrays = settings.own_law, settings.tasks, settings.law_arrays()
     law: Callable[..., Law] = (
         CLASSES[settings.space] if own is None else own_law(own, settings.space)
     )
@@ -218,10 +218,10 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
             dynamics,
             settings.kp,
             settings.kd,
-            weights=settings.actuator_weights,
+            weights=arrays["H_f"],
             solver=settings.solver,
             **({"norm": settings.norm} if settings.norm != 2.0 else {}),
-            **({"pretension": settings.pretensions} if any(settings.pretension) else {}),
+            **({"pretension": arrays["f_p"]} if any(settings.pretension) else {}),
             **({"passive": settings.unfollowing} if any(settings.unfollowing) else {}),
             **({"law": settings.type} if own is None else {}),
         )
@@ -234,9 +234,9 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
         task_weights=tasks.task_weights,
         priorities=tasks.priorities,
         acceleration_weights=tasks.acceleration_weights,
-        force_weights=settings.actuator_weights,
-        force_rate_weights=settings.with_motors(tasks.force_rate_weights),
-        pretension=settings.pretensions,
+        force_weights=arrays["H_f"],
+        force_rate_weights=arrays["H_r"],
+        pretension=arrays["f_p"],
         limit_bandwidth=tasks.limit_bandwidth,
         solver=settings.solver,
     )

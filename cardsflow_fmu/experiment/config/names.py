@@ -40,14 +40,9 @@ class Names:
 
 @dataclass(frozen=True)
 class Symbol:
-    """The array in C that a setting is, in the metadata of its field."""
+    """The array in C that a setting is, if any, in the metadata of its field."""
 
-    name: str
-
-
-def symbols(symbol: str | None) -> list[Symbol]:
-    """The metadata of a symbol, if there is one."""
-    return [] if symbol is None else [Symbol(symbol)]
+    name: str | None
 
 
 def each(
@@ -78,8 +73,8 @@ def each(
         alias=alias,
         json_schema_extra={"default": None if default is ... else default},
     )
-    own.metadata.append(_Each(names, default, default if others is None else others, word))
-    own.metadata += symbols(symbol)
+    each_of = _Each(names, default, default if others is None else others, word)
+    own.metadata += [each_of, Symbol(symbol)]
     return own
 
 

@@ -30,7 +30,7 @@ from addin_sdfusion.robot import InputError, UnknownNameError
 
 from .file import LARGEST, TOO_LONG
 from .messages import SettingError, explained
-from .names import Names, Symbol, symbols
+from .names import Names, Symbol
 
 T = TypeVar("T", bound="Table")
 
@@ -138,7 +138,9 @@ class Table(BaseModel):
             if name in leave_out or value is None:
                 continue
             found |= value.arrays() if isinstance(value, Table) else {}
-            found |= {own.name: value for own in key.metadata if isinstance(own, Symbol)}
+            found |= {
+                own.name: value for own in key.metadata if isinstance(own, Symbol) and own.name
+            }
         return found
 
     def require_only(self, allowed: Iterable[str]) -> None:
@@ -220,7 +222,7 @@ def setting(
     """
     checked = default not in (None, "", math.inf)
     own = Field(default, description=meaning, alias=alias, title=kind, validate_default=checked)
-    own.metadata += symbols(symbol)
+    own.metadata.append(Symbol(symbol))
     return own
 
 

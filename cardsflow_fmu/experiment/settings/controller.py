@@ -7,7 +7,6 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
-from numpy.typing import ArrayLike
 from pydantic import (
     AfterValidator,
     Field,
@@ -246,32 +245,19 @@ class ControllerSettings(Table):
         """Which coordinates follow no reference: passive ones, and those that loops move."""
         return tuple(a or b for a, b in zip(self.passive, self.dependent, strict=True))
 
-    @property
-    def actuator_weights(self) -> tuple[float, ...]:
-        """Weights of the muscles' forces and, behind them, of the motors' torques."""
-        return (*self.weights, *self.motor_weights)
-
-    @property
-    def pretensions(self) -> tuple[float, ...]:
-        """Preferred forces of the muscles and, behind them, of the motors."""
-        return self.with_motors(self.pretension)
-
-    def with_motors(self, of_muscles: tuple[float, ...]) -> tuple[float, ...]:
-        """Numbers of muscles, and 0 of each motor behind them."""
-        return (*of_muscles, *(0.0 for _ in self.motor_weights))
-
-    def law_arrays(self) -> dict[str, ArrayLike]:
+    def law_arrays(self) -> dict[str, Any]:
         """The settings that are arrays of the law and of its loop in C, by their names there.
 
-        The others are 0; see `computed_torque.h` and `control_loop.h`.
+        Those of muscles have motors behind them. See `computed_torque.h` and `control_loop.h`.
         """
         arrays = self.arrays(_OF_TASKS if self.tasks is None else ())
         none = (0.0,) * len(self.motor_weights)
-        behind = {"H_f": self.motor_weights, "f_p": none, "H_r": none}  # those of motors
-        whole = {name: arrays[name] + behind[name] for name in behind.keys() & arrays.keys()}
+        for name, behind in {"H_f": self.motor_weights, "f_p": none, "H_r": none}.items():
+            if name in arrays:
+                arrays[name] += behind  # those of motors
         native = self.space == "joint" and self.own_law is None
         law = number_of(str(self.type)) if native else 0
-        return arrays | whole | {"law": law, "passive": self.unfollowing}
+        return arrays | {"law": law, "passive": self.unfollowing}
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
         """As of any table; without what only counts in operational space where it does not."""

@@ -102,10 +102,10 @@ static void apply_parameters(struct native_model *native)
 {
     const struct controller *c = native->own;
     const size_t r = c->r, a = c->a;
-    memcpy(c->in_law.kp, c->kp, r * sizeof(double));
-    memcpy(c->in_law.kd, c->kd, r * sizeof(double));
-    memcpy(c->in_law.f_min, c->f_min, a * sizeof(double));
-    memcpy(c->in_law.f_max, c->f_max, a * sizeof(double));
+    memcpy(c->in_loop.kp, c->kp, r * sizeof(double));
+    memcpy(c->in_loop.kd, c->kd, r * sizeof(double));
+    memcpy(c->in_loop.f_min, c->f_min, a * sizeof(double));
+    memcpy(c->in_loop.f_max, c->f_max, a * sizeof(double));
 }
 
 static int check_parameters(struct model *model)
@@ -174,8 +174,8 @@ static int initialize(struct model *model)
 
 static size_t count_at_bounds(const struct controller *c, size_t count_of_all)
 {
-    const double *forces = c->in_law.forces;
-    const double *f_min = c->in_law.f_min, *f_max = c->in_law.f_max;
+    const double *forces = c->in_loop.forces;
+    const double *f_min = c->in_loop.f_min, *f_max = c->in_loop.f_max;
     size_t count = 0;
     for (size_t i = 0; i < count_of_all; i++) {
         const double low = f_min[i], high = isfinite(f_max[i]) ? f_max[i] : DBL_MAX;
@@ -212,8 +212,8 @@ static void bound_by_muscles(const struct native_model *native, double period)
     for (size_t i = 0; i < robot->m; i++)
         for (size_t j = 0; muscles->passive_push[i] != 0 && j < robot->n; j++)
             robot->load[j] += robot->jacobian[i * robot->n + j] * muscles->passive_push[i];
-    memcpy(c->in_law.f_min, muscles->least, size);
-    memcpy(c->in_law.f_max, muscles->most, size);
+    memcpy(c->in_loop.f_min, muscles->least, size);
+    memcpy(c->in_loop.f_max, muscles->most, size);
     if (muscles->has_ticked[0] != 0) /* what they really pulled with is what the observer is to know */
         memcpy(c->in_loop.seen_forces, muscles->applied, size);
 }
@@ -281,13 +281,13 @@ static int step(struct model *model)
         native_muscles_update(&c->muscles, robot, c->q, c->qd, c->forces, period);
         write_commands(c);
     }
-    memcpy(c->slack, c->in_law.slack, c->r * sizeof(double));
+    memcpy(c->slack, c->in_loop.slack, c->r * sizeof(double));
     c->report[0] = (double)count_at_bounds(c, c->a);
     c->report[1] = monotonic_seconds() - begin;
     c->report[2] = status == COMPUTED_TORQUE_SOFT;
     c->report[3] = status == COMPUTED_TORQUE_NOT_CONVERGED;
     if (c->k)
-        c->report[4] = c->in_law.limits_dropped[0];
+        c->report[4] = c->in_loop.limits_dropped[0];
     return 0;
 }
 
@@ -298,7 +298,7 @@ static int get_state(struct model *model, void **bytes, size_t *size)
     const struct native_robot *robot = &native->robot;
     size_t sizes[6];
     const double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
-                                   computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory,
+                                   loop_array(c, "memory", &sizes[1]), c->muscles.memory,
                                    c->falling, robot->slips, c->slid};
     sizes[2] = native_muscles_memory(&c->muscles);
     sizes[3] = native_falling_memory(c);
@@ -314,7 +314,7 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     const struct native_robot *robot = &native->robot;
     size_t sizes[6];
     double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
-                             computed_torque_array(c->law, "memory", &sizes[1]), c->muscles.memory, c->falling,
+                             loop_array(c, "memory", &sizes[1]), c->muscles.memory, c->falling,
                              robot->slips, c->slid};
     sizes[2] = native_muscles_memory(&c->muscles);
     sizes[3] = native_falling_memory(c);
@@ -361,10 +361,7 @@ static int open_loop(struct native_model *native, struct controller *c)
     const size_t size = control_loop_size(n, a, k);
     void *memory = size ? malloc(size) : NULL;
     c->loop = memory ? control_loop_open(&asked, n, a, k, memory) : NULL;
-    if (!c->loop)
-        return 1;
-    c->law = control_loop_law(c->loop);
-    return 0;
+    return !c->loop;
 }
 
 static int open_slid(struct controller *c, const struct native_robot *robot)
@@ -414,6 +411,6 @@ double *native_controller_array(struct model *model, const char *name, size_t *l
     struct controller *c = controller_in(model);
     if (!c)
         return NULL;
-    double *found = computed_torque_array(c->law, name, length);
+    double *found = loop_array(c, name, length);
     return found ? found : core_array(native->robot.core, name, length);
 }

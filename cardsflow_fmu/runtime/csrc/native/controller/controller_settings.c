@@ -61,22 +61,19 @@ int native_controller_fill(struct controller *c, const struct native_model *nati
     const struct controller_settings *s = &c->settings;
     const struct native_robot *robot = &native->robot;
     size_t length;
-#define FIND_IN_LAW(name) c->in_law.name = law_array(c, #name);
-#define FIND_IN_LOOP(name) c->in_loop.name = loop_array(c, #name, &length);
-    LAW_ARRAYS(FIND_IN_LAW)
-    AROUND_LAW_ARRAYS(FIND_IN_LOOP)
-#undef FIND_IN_LAW
-#undef FIND_IN_LOOP
+#define FIND(name) c->in_loop.name = loop_array(c, #name, &length);
+    FOUND_ARRAYS(FIND)
+#undef FIND
     if (copy_arrays(c)) {
         text_set(error, DOES_NOT_FIT);
         return 1;
     }
     if (c->k) {
-        memcpy(law_array(c, "q_min"), robot->lower, robot->n * sizeof(double));
-        memcpy(law_array(c, "q_max"), robot->upper, robot->n * sizeof(double));
-        for (size_t j = 0; j < robot->n; j++)
-            if (s->dependent[j] != 0)
-                law_array(c, "q_min")[j] = -INFINITY, law_array(c, "q_max")[j] = INFINITY;
+        double *low = loop_array(c, "q_min", &length), *high = loop_array(c, "q_max", &length);
+        for (size_t j = 0; j < robot->n; j++) {
+            low[j] = s->dependent[j] != 0 ? -INFINITY : robot->lower[j];
+            high[j] = s->dependent[j] != 0 ? INFINITY : robot->upper[j];
+        }
     }
     return 0;
 }

@@ -8,10 +8,10 @@
 
 #include <stddef.h>
 
-/* Arrays of the law, and of the loop around it, that every tick needs: they are found once. */
-#define LAW_ARRAYS(ARRAY)                                                                                     \
+/* Arrays of the loop and of its law that every tick needs: they are found once. */
+#define FOUND_ARRAYS(ARRAY)                                                                                   \
+    ARRAY(acting) ARRAY(coming) ARRAY(seen_forces) ARRAY(gain)                                                \
     ARRAY(kp) ARRAY(kd) ARRAY(f_min) ARRAY(f_max) ARRAY(forces) ARRAY(slack) ARRAY(limits_dropped)
-#define AROUND_LAW_ARRAYS(ARRAY) ARRAY(acting) ARRAY(coming) ARRAY(seen_forces) ARRAY(gain)
 
 #define VALUES_MEMBER(name, length) double *name;
 #define ARRAY_MEMBER(name) double *name;
@@ -19,12 +19,8 @@ struct controller {
     struct controller_settings settings;
     CONTROLLER_GROUPS(VALUES_MEMBER) /* the values of each group */
     control_loop *loop;
-    computed_torque *law;
     struct {
-        LAW_ARRAYS(ARRAY_MEMBER)
-    } in_law;
-    struct {
-        AROUND_LAW_ARRAYS(ARRAY_MEMBER)
+        FOUND_ARRAYS(ARRAY_MEMBER)
     } in_loop;
     size_t r, k; /* rows of the reference; task coordinates that are followed, or 0 */
     size_t a;    /* actuators: muscles, and motors behind them */
@@ -36,12 +32,6 @@ struct controller {
 };
 #undef VALUES_MEMBER
 #undef ARRAY_MEMBER
-
-static inline double *law_array(const struct controller *c, const char *name)
-{
-    size_t length;
-    return computed_torque_array(c->law, name, &length);
-}
 
 static inline double *loop_array(const struct controller *c, const char *name, size_t *length)
 {
