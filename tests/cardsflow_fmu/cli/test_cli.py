@@ -22,6 +22,7 @@ import numpy as np
 import pytest
 from support.cases import few
 from support.command_line import CommandLine
+from support.observed import eventually
 from support.robots.robots import EXAMPLES, PLANAR_2R
 from support.small_studies import KP, write_study
 
@@ -275,11 +276,8 @@ def interrupted(
         stderr=subprocess.PIPE,
         start_new_session=True,
     ) as process:
-        begin = time.monotonic()
-        while not any(folder.glob(pattern)):
-            assert process.poll() is None, process.stderr and process.stderr.read()
-            assert time.monotonic() - begin < 300.0
-            time.sleep(0.01)
+        assert eventually(lambda: any(folder.glob(pattern)) or process.poll() is not None)
+        assert process.poll() is None, process.stderr and process.stderr.read()
         time.sleep(0.1)
         process.send_signal(sign)
         _, err = process.communicate(timeout=300)

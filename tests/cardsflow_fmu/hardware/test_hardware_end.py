@@ -14,7 +14,7 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from support.cases import few
 from support.fmu.fmu_host import Host, load, refused
-from support.fmu.worker_host import eventually
+from support.observed import eventually
 from support.robots.robots import PLANAR_2R
 
 from cardsflow_fmu import Experiment

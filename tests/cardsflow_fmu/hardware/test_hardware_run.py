@@ -12,7 +12,7 @@ import threading
 import time
 import tomllib
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from support.command_line import CommandLine
 from support.experiments import resource_bytes, write_resources
+from support.observed import eventually
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
@@ -446,14 +447,6 @@ def served() -> Iterator[DeviceServer]:
             thread.join()
 
 
-def wait_for(condition: Callable[[], bool]) -> None:
-    """Wait until a condition holds."""
-    begin = time.monotonic()
-    while not condition():
-        assert time.monotonic() - begin < 300.0
-        time.sleep(0.002)
-
-
 @pytest.mark.cases(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("host", ["in-process", "worker"])
@@ -514,10 +507,10 @@ def test_every_end_of_a_run_leads_to_the_safe_state(
     with subprocess.Popen(
         command, env=environment_, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     ) as process:
-        wait_for(lambda: device.counters["setpoints"] > 100 or process.poll() is not None)
+        assert eventually(lambda: device.counters["setpoints"] > 100 or process.poll() is not None)
         assert device.counters["setpoints"] > 100
         process.send_signal(signal_)
-        wait_for(lambda: device.state == "safe")
+        assert eventually(lambda: device.state == "safe")
         error = process.stderr.read()
     if signal_ == signal.SIGKILL:
         return

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.fmu.worker_host import eventually
 from support.hardware.hardware_fuzz import bad_frames, with_checksum
+from support.observed import eventually
 from support.robots.bent import bent
 from support.robots.robots import EXAMPLES, PLANAR_2R
 

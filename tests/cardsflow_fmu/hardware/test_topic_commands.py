@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from support.observed import eventually
 from support.robots.robots import PLANAR_2R
 from support.ros.bus import Bus, BusNode
 
@@ -104,13 +105,6 @@ def serving(bus: Bus, topics: DeviceTopics = TOPICS) -> Iterator[Served]:
         thread.join()
 
 
-def until(condition: Callable[[], object]) -> None:
-    end = time.monotonic() + LONGEST
-    while not condition():
-        assert time.monotonic() < end, "in vain"
-        time.sleep(0.005)
-
-
 def send(node: BusNode, forces: np.ndarray = FORCES, names: tuple[str, ...] = NAMES) -> None:
     node.publish(COMMANDS, JointState(time.time_ns(), "", names, effort=forces).values)
 
@@ -122,7 +116,7 @@ def commanding(node: BusNode, condition: Callable[[], object]) -> None:
         send(node)
         return condition()
 
-    until(sent)
+    assert eventually(sent)
 
 
 @pytest.mark.slow
@@ -131,8 +125,8 @@ def test_commands_are_followed_and_ramped_down_where_they_stay_away(bus: Bus) ->
     with serving(bus) as served:
         reader = TopicReader(served.topics.needed, 10.0)
         commanding(node, lambda: served.robot.given and (served.robot.given[-1] == FORCES).all())
-        until(lambda: served.has_said(f"none came for {TIMEOUT:g} s"))
-        until(lambda: served.device.state == "safe" and served.commands.status == SAFE)
+        assert eventually(lambda: served.has_said(f"none came for {TIMEOUT:g} s"))
+        assert eventually(lambda: served.device.state == "safe" and served.commands.status == SAFE)
         falls = np.array(served.robot.given)
         given = len(falls)
         least = np.array([muscle.f_min for muscle in ROBOT.muscles])
@@ -151,7 +145,7 @@ def test_commands_are_followed_and_ramped_down_where_they_stay_away(bus: Bus) ->
         values = message and reader.read(message, time.monotonic())
         return bool(values) and served.topics.state(values).shape == (SETTINGS.states(2, 4),)
 
-    until(is_measured)
+    assert eventually(is_measured)
 
 
 def test_nothing_moves_by_what_does_not_count(bus: Bus) -> None:
@@ -162,7 +156,7 @@ def test_nothing_moves_by_what_does_not_count(bus: Bus) -> None:
             send(node, FORCES[:3], NAMES[:3])
             send(node, FORCES, ("no", "such", "muscles", "here"))
             time.sleep(0.01)
-        until(lambda: served.commands.counters.get("names", 0) >= 6)
+        assert eventually(lambda: served.commands.counters.get("names", 0) >= 6)
         assert served.robot.given == []
         assert served.device.state == "idle"
     for what in ("not finite", "other names"):
@@ -181,9 +175,9 @@ def test_while_several_nodes_command_no_message_counts(bus: Bus) -> None:
             send(second, 2 * FORCES)
             return served.commands.counters.get("several", 0) > 6
 
-        until(both)
+        assert eventually(both)
         assert served.has_said("several nodes publish")
-        until(lambda: served.device.state == "safe")
+        assert eventually(lambda: served.device.state == "safe")
     assert max(row[0] for row in served.robot.given) <= FORCES[0]
 
 
@@ -198,7 +192,7 @@ def test_a_forward_command_controller_commands_by_order(bus: Bus) -> None:
             node.publish(topics.commands_topic, {"data": FORCES})
             return served.robot.given and (served.robot.given[-1] == FORCES).all()
 
-        until(sent)
+        assert eventually(sent)
         assert served.has_said("numbers for some names only")
         message = states.receive(time.monotonic() + LONGEST)
     assert message is not None
@@ -236,14 +230,14 @@ def test_a_link_drives_a_device_and_is_told_of_its_end(
         for k in range(20):
             came = link.exchange(2e-3 * k, FORCES, time.monotonic() + LONGEST)
             assert came.state is not None
-        until(lambda: (served.robot.given[-1] == FORCES).all())
+        assert eventually(lambda: (served.robot.given[-1] == FORCES).all())
         served.device.go_safe()
 
         def is_told() -> bool:
             came = link.exchange(1.0, FORCES, time.monotonic() + LONGEST)
             return came.device_flags != 0
 
-        until(is_told)
+        assert eventually(is_told)
         link.close()
 
 

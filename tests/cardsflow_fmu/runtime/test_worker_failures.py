@@ -15,11 +15,11 @@ from stubborn_model import CRASH, EXIT, HOLD, SLEEP, WELL
 from support.fmu.fmu_host import STEP, environment, refused
 from support.fmu.worker_host import (
     children,
-    eventually,
     is_running,
     opened_stubborn,
     sums,
 )
+from support.observed import eventually
 
 pytestmark = [
     pytest.mark.native,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -50,13 +49,3 @@ def children(process: int | str = "self") -> list[int]:
     for task in Path(f"/proc/{process}/task").iterdir():
         found += map(int, (task / "children").read_text("utf-8").split())
     return found
-
-
-def eventually(holds: Callable[[], bool], seconds: float = 100.0) -> bool:
-    """Whether something comes true within some seconds."""
-    end = time.monotonic() + seconds
-    while not holds():
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.01)
-    return True

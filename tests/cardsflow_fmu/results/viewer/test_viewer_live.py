@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from support.browser import Page, opened_browser
 from support.command_line import CommandLine
+from support.observed import eventually
 from support.recorded import waving
 from support.robots.robots import EXAMPLES, PLANAR_2R, planar_2r
 
@@ -161,24 +162,17 @@ def test_sliders_move_the_robot_and_its_table(opened: Any, monkeypatch: pytest.M
     shown = threading.Thread(target=live.pose, args=(opened, planar_2r(), {}, over.is_set))
     shown.start()
     try:
-        wait_until(lambda: tables and "<table>" in tables[-1].content)
+        assert eventually(lambda: tables and "<table>" in tables[-1].content)
         before = tables[-1].content
         rods = opened.scene.get_handle_by_name("/0/links/rod_100")
         at = rods.batched_wxyzs.copy()
         sliders[1].value = 1.0
-        wait_until(lambda: tables[-1].content != before)
+        assert eventually(lambda: tables[-1].content != before)
         assert len(sliders) == 2
         assert not np.array_equal(rods.batched_wxyzs, at)
     finally:
         over.set()
         shown.join(10)
-
-
-def wait_until(condition: Any) -> None:
-    begin = time.perf_counter()
-    while not condition():
-        assert time.perf_counter() - begin < 300.0
-        time.sleep(0.02)
 
 
 @pytest.mark.slow
