@@ -27,6 +27,7 @@ from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
 from ..robot.formats.caspr.capabilities import caspr_losses
 from ..robot.formats.caspr.write import write_caspr
+from ..robot.formats.convert import FORMATS, Format, convert_to, format_of
 from ..robot.formats.opensim.write import write_osim
 from ..robot.formats.sdf.capabilities import sdf_losses
 from ..robot.formats.sdf.write import write_sdf
@@ -34,7 +35,6 @@ from ..robot.formats.writing.carried_meshes import CarriedMeshes
 from ..robot.model.pose import IDENTITY
 from ..robot.model.robot import Link, Robot
 from ..robot.model.rotations import inverse
-from ..robot.writers.convert import FORMATS, Format, convert_to, format_of
 from ..settings import ExportSettings
 from ..snapshot import DesignSnapshot
 from .changes import changes, contents

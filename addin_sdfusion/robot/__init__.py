@@ -102,13 +102,13 @@ def read_robot(path: str | Path, cable_set: str | None = None, *, repair: bool =
         repair: Whether to undo known defects of published files.
 
     Returns:
-        A robot without errors; `addin_sdfusion.robot.readers.read` also gives the warnings.
+        A robot without errors; `addin_sdfusion.robot.formats.read.read` also gives the warnings.
 
     Raises:
         RobotError: The files hold a robot that cannot be used.
         InputError: The files cannot be read.
         UnknownNameError: There is no such cable set.
     """
-    from .readers import read_robot as read  # lxml is not there inside Fusion
+    from .formats.read import read_robot as read  # lxml is not there inside Fusion
 
     return read(path, cable_set, repair=repair)

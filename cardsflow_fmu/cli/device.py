@@ -220,7 +220,7 @@ def _emulated(
             experiment, motor_lag=own.motor_lag, sensors=own.sensors
         )
         return emulated, settings, Shown.of(experiment)
-    from addin_sdfusion.robot.readers import read
+    from addin_sdfusion.robot.formats.read import read
     from cardsflow_fmu.experiment.carried_files import mesh_roots
 
     if options.set:

@@ -30,7 +30,7 @@ from .common import (
 from .results import convert_recording
 
 if TYPE_CHECKING:
-    from addin_sdfusion.robot.readers import Reading
+    from addin_sdfusion.robot.formats.read import Reading
     from cardsflow_fmu.experiment.experiment import Experiment
 
 _FORMATS = "sdf, gazebo, caspr, cardsflow, urdf, mjcf or osim"
@@ -155,7 +155,7 @@ def _add_repair(parser: argparse.ArgumentParser) -> None:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from addin_sdfusion.robot.readers import read
+    from addin_sdfusion.robot.formats.read import read
 
     experiment = _experiment(options.robot)
     if experiment is None:
@@ -196,7 +196,7 @@ def _check(options: argparse.Namespace) -> int:
 
 def _experiment(path: Path) -> Experiment | None:
     """The experiment of an experiment.toml, or of a folder that holds one and no robot."""
-    from addin_sdfusion.robot.readers import holds_robot
+    from addin_sdfusion.robot.formats.read import holds_robot
     from cardsflow_fmu.experiment.experiment import Experiment
 
     inside = (path / "experiment.toml").is_file() and not holds_robot(path)
@@ -239,9 +239,9 @@ def _losses(options: argparse.Namespace, reading: Reading) -> list[Finding]:
     """What a format cannot hold of the robot and its trajectories, if one is given."""
     if options.format is None:
         return []
+    from addin_sdfusion.robot.formats.convert import format_of, losses_in
+    from addin_sdfusion.robot.formats.read import read_trajectories
     from addin_sdfusion.robot.formats.writing.carried_meshes import CarriedMeshes
-    from addin_sdfusion.robot.readers import read_trajectories
-    from addin_sdfusion.robot.writers.convert import format_of, losses_in
 
     robot, file = reading.require(), reading.files[0]
     trajectories, findings = read_trajectories(file)
@@ -269,8 +269,8 @@ def _info(options: argparse.Namespace) -> int:
 
 
 def _convert(options: argparse.Namespace) -> int:
-    from addin_sdfusion.robot.readers import read, read_trajectories
-    from addin_sdfusion.robot.writers.convert import convert
+    from addin_sdfusion.robot.formats.convert import convert
+    from addin_sdfusion.robot.formats.read import read, read_trajectories
     from cardsflow_fmu.utils.folder_lock import made_folder
 
     if Path(options.to).suffix:
@@ -317,7 +317,7 @@ def _size(options: argparse.Namespace) -> int:
 
 def _activations(options: argparse.Namespace) -> int:
     from addin_sdfusion.robot.files import write_files
-    from addin_sdfusion.robot.readers import read
+    from addin_sdfusion.robot.formats.read import read
     from cardsflow_fmu.results.analysis.activations import (
         activation_files,
         activation_summary,

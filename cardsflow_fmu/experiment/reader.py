@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, Robot
-from addin_sdfusion.robot.readers import holds_robot
+from addin_sdfusion.robot.formats.read import holds_robot
 from cardsflow_fmu.cosim.signals.estimation import estimation_wiring
 from cardsflow_fmu.cosim.signals.ports import load_signals
 from cardsflow_fmu.cosim.signals.world import wrench_signals

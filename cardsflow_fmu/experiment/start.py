@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import Robot, UnknownNameError
+from addin_sdfusion.robot.formats.read import read_trajectory, trajectories_file
 from addin_sdfusion.robot.model.trajectory import Space, Trajectory
-from addin_sdfusion.robot.readers import read_trajectory, trajectories_file
 from cardsflow_fmu.experiment.config.names import Names
 from cardsflow_fmu.experiment.config.table import Context
 from sim_dart.dynamics.core import CoreDynamics

@@ -9,7 +9,7 @@ from pathlib import Path
 from addin_sdfusion.robot import Finding, InputError, Robot
 from addin_sdfusion.robot.checks.not_simulated import NOT_SIMULATED
 from addin_sdfusion.robot.files import file_error, is_folder
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.template import experiment_text
 

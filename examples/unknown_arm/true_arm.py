@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from addin_sdfusion.robot import Robot, read_robot
+from addin_sdfusion.robot.formats.convert import convert
 from addin_sdfusion.robot.model.robot import Inertia
-from addin_sdfusion.robot.writers.convert import convert
 from sim_dart.calibration.inertia import inertia_of, pseudo_inertia, thickened
 
 EXAMPLES = Path(__file__).resolve().parent.parent

@@ -13,7 +13,7 @@ from support.designs.exported import Export, export, findings_of, press_export, 
 
 from addin_sdfusion.building.build_robot import link_of
 from addin_sdfusion.robot.errors import RobotError
-from addin_sdfusion.robot.readers import read_robot
+from addin_sdfusion.robot.formats.read import read_robot
 
 
 def positions(made: Export) -> dict[str, Any]:

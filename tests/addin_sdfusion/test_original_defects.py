@@ -23,7 +23,7 @@ from support.designs.exported import (
 import addin_sdfusion
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.errors import RobotError
-from addin_sdfusion.robot.readers import read_robot
+from addin_sdfusion.robot.formats.read import read_robot
 from sim_dart import DartDynamics
 
 ADDIN = Path(addin_sdfusion.__file__).parent

@@ -20,7 +20,7 @@ from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.exporting.convex_hull import convex_hull
 from addin_sdfusion.exporting.export import export_built
 from addin_sdfusion.robot import CardsflowError
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.settings import ExportSettings
 from controllers.qp.solver import BoxSolver
 

@@ -11,7 +11,7 @@ from fmpy.validation import validate_fmu
 from support.robots.robots import EXAMPLES
 from support.ways import WAYS
 
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu import Experiment, Result, build, run
 from cardsflow_fmu.results.summary_text import describe_summary
 from cardsflow_fmu.simulation.run import simulate

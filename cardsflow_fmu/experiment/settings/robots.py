@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, Pose, Robot, UnknownNameError
-from addin_sdfusion.robot.readers import ABSOLUTE, Reading, read
+from addin_sdfusion.robot.formats.read import ABSOLUTE, Reading, read
 from addin_sdfusion.robot.transforms.combine import Member, combine
 from cardsflow_fmu.cosim.signals.port import identifier
 from cardsflow_fmu.cosim.signals.ports import coordinate_signals, muscle_signals, task_signals

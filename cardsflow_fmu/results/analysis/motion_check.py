@@ -22,7 +22,7 @@ from addin_sdfusion.robot import (
     limits,
 )
 from addin_sdfusion.robot.files import read_file
-from addin_sdfusion.robot.readers import (
+from addin_sdfusion.robot.formats.read import (
     Reading,
     read_trajectory,
     trajectories_file,

@@ -12,9 +12,9 @@ import numpy as np
 
 from addin_sdfusion.robot import Finding, InputError
 from addin_sdfusion.robot.files import write_files
+from addin_sdfusion.robot.formats.convert import convert
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.json_text import json_text
-from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.writers.convert import convert
 from cardsflow_fmu.experiment.settings.estimator import CALIBRATION_FILE
 from cardsflow_fmu.utils.folder_lock import new_folder
 from sim_dart.calibration.calibrate import Calibration, Errors, calibrate

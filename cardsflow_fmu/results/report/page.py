@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import Coordinate
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.json_text import json_text
-from addin_sdfusion.robot.readers import read
 from cardsflow_fmu.cosim.signals.ports import force_unit
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.results.analysis.info import robot_info

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from addin_sdfusion.robot import Finding, InputError
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu.experiment.carried_files import left_out
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import is_run, opened_run

@@ -10,9 +10,9 @@ from addin_sdfusion.muscles.csv_writer import csv_text
 from addin_sdfusion.muscles.table import COLORS, MuscleTable, PointRow
 from addin_sdfusion.robot import CardsflowError, Robot
 from addin_sdfusion.robot.files import write_files
+from addin_sdfusion.robot.formats.convert import convert
+from addin_sdfusion.robot.formats.read import read_trajectories
 from addin_sdfusion.robot.json_text import json_text
-from addin_sdfusion.robot.readers import read_trajectories
-from addin_sdfusion.robot.writers.convert import convert
 from addin_sdfusion.snapshot import MuscleSnapshot
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.writer import experiment_data

@@ -13,7 +13,7 @@ from fake_fusion.driver import Refused
 from support.designs.exported import failing
 from support.observed import files_of
 
-from addin_sdfusion.robot.readers import read_robot
+from addin_sdfusion.robot.formats.read import read_robot
 
 CHECK, EXPORT = "cardsflowCheck", "cardsflowExport"
 

@@ -15,7 +15,7 @@ from support.designs.exported import initial_poses, press_export, snapshot_of
 
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.exporting.export import export_robot
-from addin_sdfusion.robot.readers import read_robot
+from addin_sdfusion.robot.formats.read import read_robot
 
 DEFINE, CHECK = "cardsflowDefineMuscles", "cardsflowCheck"
 MUSCLES = '[{"name": "calf", "f_min": 3, "f_max": 77, "color": "#123456"}]'

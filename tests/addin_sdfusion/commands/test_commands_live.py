@@ -13,7 +13,7 @@ from fake_fusion.maths import translation
 from fake_fusion.model.data import DesignData
 from support.designs.exported import initial_poses, press_export
 
-from addin_sdfusion.robot.readers import read_robot
+from addin_sdfusion.robot.formats.read import read_robot
 
 DEFINE, CHECK, EXPORT = "cardsflowDefineMuscles", "cardsflowCheck", "cardsflowExport"
 

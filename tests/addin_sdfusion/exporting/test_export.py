@@ -34,7 +34,7 @@ from addin_sdfusion.robot import (
     sdf_losses,
 )
 from addin_sdfusion.robot.formats.caspr.read_trajectories import read_trajectory, trajectory_names
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.settings import ExportSettings
 
 ALL = ExportSettings()

@@ -12,7 +12,7 @@ import pytest
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.exporting.export import export_robot
 from addin_sdfusion.robot import Link, Robot
-from addin_sdfusion.robot.readers import read_robot
+from addin_sdfusion.robot.formats.read import read_robot
 from addin_sdfusion.settings import JointSettings, LinkSettings
 from addin_sdfusion.snapshot import DesignSnapshot
 from addin_sdfusion.snapshot_file import read_snapshot

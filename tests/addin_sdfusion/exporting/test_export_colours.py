@@ -8,8 +8,8 @@ import fake_fusion
 import pytest
 from fake_fusion import Builder, designs
 
+from addin_sdfusion.robot.formats.read import read_robot
 from addin_sdfusion.robot.formats.urdf.write import write_urdf
-from addin_sdfusion.robot.readers import read_robot
 from cardsflow_fmu.results.viewer.scene.meshes import link_meshes
 
 with fake_fusion.modules():

@@ -16,7 +16,7 @@ from support.designs.live_assembly import Drawn, live_data
 
 from addin_sdfusion.building.build_robot import build_robot
 from addin_sdfusion.exporting.export import export_robot
-from addin_sdfusion.robot.readers import read_robot
+from addin_sdfusion.robot.formats.read import read_robot
 from addin_sdfusion.settings import ExportSettings
 
 with fake_fusion.modules():

@@ -20,7 +20,7 @@ from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import write_sdf
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.cosim.signals.ports import muscle_signals
 from cardsflow_fmu.hardware.device.device import Device

@@ -13,8 +13,8 @@ from support.command_line import CommandLine
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import Motion, TaskFrame, TaskSet, read_robot, write_caspr, write_sdf
-from addin_sdfusion.robot.readers import read_trajectories
-from addin_sdfusion.robot.writers.convert import FORMATS
+from addin_sdfusion.robot.formats.convert import FORMATS
+from addin_sdfusion.robot.formats.read import read_trajectories
 
 PLANAR_2R = Path(__file__).parents[3] / "examples/planar_2r/robot"
 EVERY_KIND = """<trajectories>

@@ -15,7 +15,7 @@ from support.hardware.hardware_devices import served
 from support.robots.recorded_arm import damped_arm
 from support.robots.robots import EXAMPLES
 
-from addin_sdfusion.robot.writers.convert import convert
+from addin_sdfusion.robot.formats.convert import convert
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
 

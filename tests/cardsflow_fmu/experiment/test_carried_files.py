@@ -17,8 +17,8 @@ from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import InputError, write_sdf
 from addin_sdfusion.robot.formats.mjcf.write import write_mjcf
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.mesh_files import OUTSIDE
-from addin_sdfusion.robot.readers import read
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.carried_files import require_closed, robot_files, robot_folder
 from cardsflow_fmu.experiment.writer import experiment_resources

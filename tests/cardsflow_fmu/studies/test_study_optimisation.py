@@ -19,7 +19,7 @@ from addin_sdfusion.muscles.csv_reader import read_csv
 from addin_sdfusion.muscles.csv_writer import csv_text
 from addin_sdfusion.muscles.table import MuscleTable
 from addin_sdfusion.robot import read_robot
-from addin_sdfusion.robot.readers import read_trajectories
+from addin_sdfusion.robot.formats.read import read_trajectories
 from addin_sdfusion.snapshot import MuscleSnapshot
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.run import simulate

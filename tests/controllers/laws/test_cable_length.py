@@ -8,7 +8,7 @@ from support.cases import few
 from support.robots.robots import PLANAR_2R, planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
-from addin_sdfusion.robot.readers import read_trajectory
+from addin_sdfusion.robot.formats.read import read_trajectory
 from controllers import SplineReference
 from controllers.laws.cable_length import CableLengthController
 from controllers.laws.cable_velocity import CableVelocityController

@@ -12,7 +12,7 @@ from scipy.interpolate import BPoly, PPoly
 from support.robots.robots import PLANAR_2R
 
 from addin_sdfusion.robot import InputError, Trajectory, TrajectoryPoint
-from addin_sdfusion.robot.readers import read_trajectory
+from addin_sdfusion.robot.formats.read import read_trajectory
 from controllers import SplineReference
 
 numbers = st.floats(-3.0, 3.0)

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from addin_sdfusion.robot import Coordinate, Robot
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 from sim_dart.core.arrays import FloatArray
 from sim_dart.dynamics.core import CoreDynamics
 

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from support.robots.muscle_bench import Bench
 
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.model.tension_laws import law_parameters
-from addin_sdfusion.robot.readers import read
 
 pytestmark = pytest.mark.native
 

@@ -17,8 +17,8 @@ from support.observed import files_of
 from addin_sdfusion.building.build_robot import check_design
 from addin_sdfusion.exporting.export import export_robot
 from addin_sdfusion.robot import Finding, Robot
+from addin_sdfusion.robot.formats.read import read_robot
 from addin_sdfusion.robot.model.robot import WORLD
-from addin_sdfusion.robot.readers import read_robot
 from addin_sdfusion.snapshot import DesignSnapshot
 from sim_dart.core.frames import inverse, transform
 

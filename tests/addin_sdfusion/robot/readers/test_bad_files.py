@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from addin_sdfusion.robot import InputError, RobotError, read_robot, write_sdf
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 
 EXAMPLE = Path(__file__).parents[4] / "examples/planar_2r/robot"
 BOMB = "".join(

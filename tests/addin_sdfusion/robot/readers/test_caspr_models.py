@@ -7,8 +7,8 @@ from collections import Counter
 import pytest
 
 from addin_sdfusion.robot import caspr_losses, read_robot
-from addin_sdfusion.robot.readers import read, read_trajectories, trajectory_names
-from addin_sdfusion.robot.writers.convert import convert
+from addin_sdfusion.robot.formats.convert import convert
+from addin_sdfusion.robot.formats.read import read, read_trajectories, trajectory_names
 
 VSD = {"cable-model-not-simulated": 6}
 

@@ -10,8 +10,8 @@ import pytest
 from support.oracles.moving_links import Matrix, MovingLinks
 
 from addin_sdfusion.robot import Pose
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.model.rotations import rotation
-from addin_sdfusion.robot.readers import read
 
 pytestmark = pytest.mark.interop
 

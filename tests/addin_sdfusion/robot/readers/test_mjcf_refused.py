@@ -16,8 +16,8 @@ from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.finding import Finding
 from addin_sdfusion.robot.formats.mjcf import compiled
 from addin_sdfusion.robot.formats.mjcf.document import Document
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.formats.reading.xml import Notes
-from addin_sdfusion.robot.readers import read
 
 BODY = '<body name="b">\n<joint name="j"/><geom size=".1"/></body>'
 MESH = '<body name="b"><joint/><geom type="mesh" mesh="m"/></body>'

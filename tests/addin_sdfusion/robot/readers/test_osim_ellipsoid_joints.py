@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from support.oracles.moving_links import MovingLinks
 
-from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.writers.convert import convert
+from addin_sdfusion.robot.formats.convert import convert
+from addin_sdfusion.robot.formats.read import read
 from sim_dart.core.arrays import FloatArray
 
 SPHERE, SPHEROID, ELLIPSOID = "0.07 0.07 0.07", "0.05 0.08 0.08", "0.05 0.08 0.11"

@@ -10,7 +10,7 @@ import pytest
 from support.oracles.opensim_model import opensim
 
 from addin_sdfusion.robot import Vector3
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 from sim_dart import MusclePaths
 
 pytestmark = [pytest.mark.interop, pytest.mark.native]

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from addin_sdfusion.robot import CardsflowError, Robot, read_robot
-from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.writers.convert import convert
+from addin_sdfusion.robot.formats.convert import convert
+from addin_sdfusion.robot.formats.read import read
 
 CASPR = ("BMArm", "Example_2R_planar_XZ", "Example_planar_XY", "Example_spatial")
 CASPR += ("Example_spherical", "RoboyLeftArm", "RoboyUpperBody")

@@ -31,7 +31,7 @@ from addin_sdfusion.robot import (
     write_caspr,
     write_sdf,
 )
-from addin_sdfusion.robot.readers import read, read_trajectory, trajectory_names
+from addin_sdfusion.robot.formats.read import read, read_trajectory, trajectory_names
 
 MENDED_OSIM = OSIM.replace("Force::", "Force_")
 MUTATIONS = int(os.environ.get("CARDSFLOW_MUTATIONS", "100"))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from addin_sdfusion.robot import WORLD, UnknownNameError, read_robot, revolute
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 
 EXAMPLE = Path(__file__).parents[4] / "examples/planar_2r/robot"
 

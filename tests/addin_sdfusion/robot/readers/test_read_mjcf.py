@@ -13,8 +13,8 @@ from support.mjcf_files import BESIDE
 from support.models_of_others import INCLUDED, MJCF, OPTIONS
 
 from addin_sdfusion.robot import Robot
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.model.tension_laws import law_parameters
-from addin_sdfusion.robot.readers import read
 
 
 def files(folder: Path) -> Path:

@@ -6,8 +6,8 @@ from itertools import pairwise
 import pytest
 
 from addin_sdfusion.robot import IDENTITY, WORLD, UnknownNameError, read_robot
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.model.rotations import apply, compose, inverse, rotate, rotation
-from addin_sdfusion.robot.readers import read
 
 LINK = (
     '<link name="{name}">{pose}<inertial><mass>1</mass><inertia>'

@@ -15,8 +15,8 @@ from support.robots.random_robots import robots
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError, Robot, read_robot
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.formats.urdf.write import write_urdf
-from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.transforms.simplify import joint_frames
 from sim_dart import DartDynamics
 

@@ -19,9 +19,9 @@ from addin_sdfusion.robot import (
     read_robot,
     write_sdf,
 )
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.formats.sdf.write_joints import KINDS
 from addin_sdfusion.robot.model.loop import AXES, LoopType
-from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.transforms.combine import Member, combine
 
 AXIS = ((0.0, 0.6, 0.8), (1.0, 0.0, 0.0))

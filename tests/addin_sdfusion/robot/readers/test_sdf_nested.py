@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from addin_sdfusion.robot import Robot, RobotError, read_robot
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 from sim_dart import CoreDynamics
 
 INERTIAL = """<inertial><pose>0 0.01 0.02 0 0 0</pose><mass>{mass}</mass>

@@ -7,9 +7,9 @@ import math
 import pytest
 
 from addin_sdfusion.robot import CableModel, RobotError, Wrap, WrapSurface, read_robot
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.model.pose import Pose
 from addin_sdfusion.robot.model.rotations import compose, inverse, rotate, rotation
-from addin_sdfusion.robot.readers import read
 
 INERTIAL = (
     "<inertial>{pose}<mass>1</mass><inertia><ixx>0.3</ixx><iyy>0.4</iyy><izz>0.5</izz></inertia>"

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from addin_sdfusion.robot import InputError, TrajectoryPoint, UnknownNameError
-from addin_sdfusion.robot.readers import read_trajectories, read_trajectory, trajectory_names
+from addin_sdfusion.robot.formats.read import read_trajectories, read_trajectory, trajectory_names
 
 EXAMPLE = Path(__file__).parents[4] / "examples/planar_2r/robot/planar_2r_trajectories.xml"
 STILL = (0.0, 0.0)

@@ -11,8 +11,8 @@ from support.robots.random_robots import inertias, vectors
 
 from addin_sdfusion.robot import Inertia, Link, Pose, Robot, Subject, read_robot
 from addin_sdfusion.robot.checks.masses import density_matrix, positive_semidefinite
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.model.rotations import point_inertia
-from addin_sdfusion.robot.readers import read
 from addin_sdfusion.robot.transforms.repair import about_com, diagnose, repair
 
 PUBLISHED = {

@@ -11,7 +11,7 @@ import trimesh
 from support.robots.one_link import one_link
 
 from addin_sdfusion.robot import Mesh, Pose, write_sdf
-from addin_sdfusion.robot.readers import read
+from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu.cli.main import main
 
 BOX = trimesh.creation.box((0.1, 0.2, 0.3))

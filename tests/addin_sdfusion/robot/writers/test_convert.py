@@ -12,9 +12,9 @@ from support.robots.random_robots import random_robot
 from support.robots.robots import planar_2r
 
 from addin_sdfusion.robot import InputError, Motion, RobotError, UnknownNameError, read_robot
+from addin_sdfusion.robot.formats.convert import FORMATS, convert, losses_in
 from addin_sdfusion.robot.formats.opensim.capabilities import osim_losses
-from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.writers.convert import FORMATS, convert, losses_in
+from addin_sdfusion.robot.formats.read import read
 from sim_dart import DartDynamics
 
 

@@ -29,10 +29,10 @@ from addin_sdfusion.robot import (
     ViaPoint,
     read_robot,
 )
+from addin_sdfusion.robot.formats.convert import FORMATS, convert
 from addin_sdfusion.robot.formats.mjcf.capabilities import mjcf_losses
+from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.formats.sdf.write_joints import sdf_joints
-from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.writers.convert import FORMATS, convert
 from sim_dart import DartDynamics
 from sim_dart.core.arrays import FloatArray
 

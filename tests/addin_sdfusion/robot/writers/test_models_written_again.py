@@ -24,8 +24,8 @@ from addin_sdfusion.robot import (
     read_robot,
     write_sdf,
 )
-from addin_sdfusion.robot.readers import read
-from addin_sdfusion.robot.writers.convert import convert
+from addin_sdfusion.robot.formats.convert import convert
+from addin_sdfusion.robot.formats.read import read
 from sim_dart import CoreDynamics
 
 FOLDERS = {"osim": "opensim/*.osim", "mjcf": "mjcf/*.xml"}

@@ -13,8 +13,8 @@ from support.cases import LONG, few
 from support.robots.every_field import Variant, robot_of_every_field, variants
 
 from addin_sdfusion.robot import CableSet, Finding, Robot, RobotError, TaskSet, check
+from addin_sdfusion.robot.formats.convert import FORMATS, convert
 from addin_sdfusion.robot.formats.writing import wrap_ends
-from addin_sdfusion.robot.writers.convert import FORMATS, convert
 
 WITHOUT_MEANING = {"Robot.links order", "Robot.wrap_surfaces order", "Robot.cable_sets order",
                    "Robot.task_sets order", "Coordinate.unit"}  # fmt: skip

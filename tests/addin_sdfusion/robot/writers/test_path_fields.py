@@ -27,7 +27,7 @@ from addin_sdfusion.robot import (
     read_robot,
     write_sdf,
 )
-from addin_sdfusion.robot.writers.convert import convert
+from addin_sdfusion.robot.formats.convert import convert
 
 SURFACES = [
     WrapSurface("barrel", "link_0", "cylinder", 0.1, Pose((0.1, 0.0, 0.0), (0.1, 0.2, 0.3)), 0.5),

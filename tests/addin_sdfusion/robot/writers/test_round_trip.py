@@ -20,7 +20,7 @@ from addin_sdfusion.robot import (
     write_caspr,
     write_sdf,
 )
-from addin_sdfusion.robot.readers import read_trajectory, trajectory_names
+from addin_sdfusion.robot.formats.read import read_trajectory, trajectory_names
 
 EXAMPLE = Path(__file__).parents[4] / "examples/planar_2r/robot"
 

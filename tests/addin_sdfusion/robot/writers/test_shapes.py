@@ -10,8 +10,8 @@ import pytest
 from support.robots.random_robots import random_robot
 
 from addin_sdfusion.robot import Pose, Robot, Shape, check, read_robot
+from addin_sdfusion.robot.formats.convert import convert
 from addin_sdfusion.robot.transforms.simplify import joint_frames
-from addin_sdfusion.robot.writers.convert import convert
 
 SHAPES = (
     Shape("box", (0.1, 0.2, 0.3), Pose((0.1, -0.2, 0.3), (0.4, -0.5, 0.6))),

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from addin_sdfusion.robot.formats.read import read_robot
 from addin_sdfusion.robot.model.robot import WORLD, Inertia, Robot
-from addin_sdfusion.robot.readers import read_robot
 
 from ..build import Builder, Path
 from ..maths import inverse, rotation, translation

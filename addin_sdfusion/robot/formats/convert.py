@@ -13,27 +13,27 @@ from ..checks.check import require_valid
 from ..errors import InputError, UnknownNameError
 from ..finding import Finding, Subject, errors_first
 from ..finding_builders import all_task_frames, warning
-from ..formats.capability import require_writable
-from ..formats.cardsflow.capabilities import cardsflow_losses
-from ..formats.cardsflow.write import write_cardsflow_xml
-from ..formats.caspr.capabilities import caspr_losses
-from ..formats.caspr.trajectory_losses import trajectory_losses
-from ..formats.caspr.write import write_caspr
-from ..formats.mjcf.capabilities import mjcf_losses
-from ..formats.mjcf.write import write_mjcf
-from ..formats.mjcf.write_meshes import opens_mesh
-from ..formats.opensim.capabilities import osim_losses
-from ..formats.opensim.write import write_osim
-from ..formats.sdf.capabilities import sdf_losses
-from ..formats.sdf.write import write_sdf
-from ..formats.urdf.capabilities import urdf_losses
-from ..formats.urdf.write import write_urdf
-from ..formats.writing.carried_meshes import CarriedMeshes
-from ..formats.writing.file_names import name_losses
 from ..model.robot import WORLD, Robot
 from ..model.trajectory import Trajectory
 from ..transforms.joint_chains import Names
 from ..transforms.simplify import align_frames, merge_fixed_joints
+from .capability import require_writable
+from .cardsflow.capabilities import cardsflow_losses
+from .cardsflow.write import write_cardsflow_xml
+from .caspr.capabilities import caspr_losses
+from .caspr.trajectory_losses import trajectory_losses
+from .caspr.write import write_caspr
+from .mjcf.capabilities import mjcf_losses
+from .mjcf.write import write_mjcf
+from .mjcf.write_meshes import opens_mesh
+from .opensim.capabilities import osim_losses
+from .opensim.write import write_osim
+from .sdf.capabilities import sdf_losses
+from .sdf.write import write_sdf
+from .urdf.capabilities import urdf_losses
+from .urdf.write import write_urdf
+from .writing.carried_meshes import CarriedMeshes
+from .writing.file_names import name_losses
 
 _ROBOTS = ("_bodies.xml", ".sdf", ".urdf", ".osim")
 """Ends of names by which a folder is known to hold a robot."""

@@ -8,8 +8,8 @@ from typing import Literal
 
 from ..errors import InputError
 from ..files import is_folder, read_file
-from ..formats.caspr.read import BODIES
 from ..limits import XML
+from .caspr.read import BODIES
 
 Kind = Literal["sdf", "caspr", "urdf", "mjcf", "osim"]
 

@@ -12,21 +12,21 @@ from ..checks.check import check
 from ..errors import InputError, RobotError
 from ..finding import Finding, Subject, errors_first
 from ..finding_builders import warning
-from ..formats.caspr.read import read_caspr
-from ..formats.caspr.read_trajectories import (
+from ..mesh_files import lies_in
+from ..model.robot import Robot
+from .caspr.read import read_caspr
+from .caspr.read_trajectories import (
     read_trajectories,
     read_trajectory,
     trajectories_file,
     trajectory_names,
 )
-from ..formats.mjcf.read import read_mjcf
-from ..formats.opensim.read import read_osim
-from ..formats.reading.xml import ABSOLUTE, Notes, shortened
-from ..formats.sdf.read import read_sdf
-from ..formats.urdf.read import read_urdf
-from ..mesh_files import lies_in
-from ..model.robot import Robot
 from .kinds import WHAT, Kind, holds_robot, kind_of, robot_file
+from .mjcf.read import read_mjcf
+from .opensim.read import read_osim
+from .reading.xml import ABSOLUTE, Notes, shortened
+from .sdf.read import read_sdf
+from .urdf.read import read_urdf
 
 __all__ = [
     "ABSOLUTE",

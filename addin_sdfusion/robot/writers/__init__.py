@@ -1,1 +1,0 @@
-"""Writers of robot files, a module or a folder a format."""
