@@ -35,7 +35,7 @@ _X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
 class FlowerSettings(Table):
-    """A rose curve r = radius * cos(petals * phi) about a centre; see `controllers.Flower`."""
+    """A rose curve r = radius * cos(petals * phi) about a centre; see `FlowerReference`."""
 
     centre: Vector3 = setting("in m")
     axes: Annotated[tuple[Vector3, ...], Listed] = setting(

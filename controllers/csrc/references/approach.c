@@ -1,6 +1,8 @@
 /* A straight line of minimum jerk from rest to rest: y = a + (b - a) s(t/T). */
 #include "reference.h"
 
+#include "../../../sim_dart/csrc/math/quintic_step.h"
+
 void quintic(real t, real T, real s[3])
 {
     const real u = t / T;
@@ -8,9 +10,9 @@ void quintic(real t, real T, real s[3])
     s[1] = s[2] = 0;
     if (t <= 0 || t >= T)
         return;
-    s[0] = u * u * u * (10 + u * (6 * u - 15));
-    s[1] = 30 * u * u * (1 - u) * (1 - u) / T;
-    s[2] = 60 * u * (1 - u) * (1 - 2 * u) / (T * T);
+    s[0] = quintic_step(u);
+    s[1] = quintic_step_rate(u) / T;
+    s[2] = quintic_step_curvature(u) / (T * T);
 }
 
 void approach_at(const reference_part *part, real t, real *rows)

@@ -4,6 +4,7 @@
 #define CARDSFLOW_LIMIT_FORCES_H
 
 #include "../blob/state.h"
+#include "../math/quintic_step.h"
 
 typedef struct {
     real beyond;             /* e */
@@ -19,7 +20,7 @@ static inline limit_force limit_force_at(const core *c, int32_t l)
     if (!over && !under) return f;
     const real e = x - (over ? n[1] : n[0]), k = over ? n[3] : n[2], t = n[5], y = (over ? e : -e) / t;
     const int is_whole = value_of(y) >= 1;
-    const real s = is_whole ? 1 : y * y * y * (10 + y * (6 * y - 15));
+    const real s = is_whole ? 1 : quintic_step(y);
     f.beyond = e, f.stiffness = k * s, f.damping = n[4] * s;
     f.energy = is_whole ? k * (t * t * (5.0 / 14 - 0.5) + 0.5 * e * e)
                         : k * t * t * y * y * y * y * y * (2 + y * (y * 6 / 7 - 2.5));

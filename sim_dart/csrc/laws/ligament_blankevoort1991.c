@@ -4,6 +4,7 @@
 
    Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24: Articular contact in a
    three-dimensional model of the knee.                                                                */
+#include "../math/quintic_step.h"
 #include "law.h"
 
 enum {
@@ -23,11 +24,10 @@ static void ligament_prepare(const void *parameters, real *k)
     k[LIGAMENT_DAMPING] = p->damping_coefficient, k[LIGAMENT_SLACK_LENGTH] = p->slack_length;
 }
 
-/* From 0 to 1 with two derivatives. */
 static real onset(real strain)
 {
     const real x = strain / FULL_DAMPING;
-    return value_of(x) < 1 ? x * x * x * (10 + x * (6 * x - 15)) : 1;
+    return value_of(x) < 1 ? quintic_step(x) : 1;
 }
 
 static real ligament_tension(const real *k, const real *x, real l, real v, real u)

@@ -8,6 +8,7 @@
 
 #include "../../kinematics/tree.h"
 #include "../../math/elementary.h"
+#include "../../math/quintic_step.h"
 #include "route_wraps.h"
 #include "../span.h"
 
@@ -62,13 +63,6 @@ static void add_own_motion(const core *c, const route *r, int32_t point, const r
 
 /* ------------------------------------------------------------------------------ points in use */
 
-/* From 0 to 1 with two derivatives. */
-static real risen(real x, real *slope)
-{
-    *slope = 30 * x * x * (1 - x) * (1 - x);
-    return x * x * x * (10 + x * (6 * x - 15));
-}
-
 static real condition_share(const core *c, int32_t k, real *slope)
 {
     const blob_view *blob = &c->blob;
@@ -77,9 +71,9 @@ static real condition_share(const core *c, int32_t k, real *slope)
     *slope = 0;
     if (value_of(out) <= 0) return 1;
     if (value_of(out) >= value_of(width)) return 0;
-    const real share = risen(1 - out / width, slope);
-    *slope *= (value_of(below) > 0 ? 1 : -1) / width;
-    return share;
+    const real x = 1 - out / width;
+    *slope = quintic_step_rate(x) * ((value_of(below) > 0 ? 1 : -1) / width);
+    return quintic_step(x);
 }
 
 static void find_shares(core *c, const route *r, progress *at)
