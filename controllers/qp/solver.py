@@ -74,7 +74,7 @@ def solve(problem: qpsolvers.Problem, solver: str) -> FloatArray | None:
 
 
 def _attempt(problem: qpsolvers.Problem, solver: str) -> qpsolvers.Solution | None:
-    """The back end's solution, unchecked, if it has a finite x."""
+    """The back end's solution, unchecked, if it has an x."""
     import qpsolvers
 
     try:
@@ -83,7 +83,7 @@ def _attempt(problem: qpsolvers.Problem, solver: str) -> qpsolvers.Solution | No
             solution = qpsolvers.solve_problem(problem, solver, **_OPTIONS.get(solver, {}))
     except Exception:
         return None
-    return solution if solution.x is not None and np.isfinite(solution.x).all() else None
+    return None if solution.x is None else solution
 
 
 class BoxSolver:
