@@ -89,13 +89,7 @@ class Frames:
         """The absolute path that a socket means; one of a name alone may be anywhere."""
         if words.startswith("/"):
             return words
-        parts = owner.split("/")
-        for word in words.split("/"):
-            if word == "..":
-                parts = parts[:-1]
-            elif word != ".":
-                parts.append(word)
-        path = "/".join(parts)
+        path = _joined(words, owner)
         if self._place(path) is not None:
             return path
         name = last_name(words)
@@ -131,13 +125,7 @@ class Frames:
         """As `_path`, but no frame is its own parent."""
         if words.startswith("/"):
             return words
-        parts = own.split("/")
-        for word in words.split("/"):
-            if word == "..":
-                parts = parts[:-1]
-            elif word != ".":
-                parts.append(word)
-        path = "/".join(parts)
+        path = _joined(words, own)
         if path in self._offsets or path == GROUND or path.startswith("/bodyset/"):
             return path
         name = last_name(words)
@@ -178,3 +166,14 @@ def pose_of(T: Transform, node: Node | None = None, angles: str = "orientation")
         if sum(1 for angle in xyz if angle) <= 1 and all(abs(angle) < 1.5 for angle in xyz):
             return Pose(T.p, xyz)
     return T.pose()
+
+
+def _joined(words: str, owner: str) -> str:
+    """The absolute path of a path that is relative to an owner's."""
+    parts = owner.split("/")
+    for word in words.split("/"):
+        if word == "..":
+            parts = parts[:-1]
+        elif word != ".":
+            parts.append(word)
+    return "/".join(parts)
