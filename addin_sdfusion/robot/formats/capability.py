@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal, NamedTuple
 
 from ..errors import RobotError
@@ -97,16 +98,18 @@ def implied(*features: Feature) -> Row:
     return Row(features, "left out")
 
 
-def left_out(
+def _row(
+    fate: Fate,
     feature: Feature | str,
     code: str = "",
     message: str = "",
     find: Finder | None = None,
     only: str = "",
 ) -> Row:
-    """A row for a feature that is not written; the rest of the robot is.
+    """A row for a feature that is not simply kept.
 
     Args:
+        fate: What becomes of it.
         feature: One of several formats, or the name of one that this format alone knows.
         code: Of the finding; the feature's if empty.
         message: Of the finding; the feature's if empty.
@@ -116,25 +119,15 @@ def left_out(
     if isinstance(feature, str):
         feature = Feature(feature, find or (lambda robot: ()))
     code, message = code or feature.code, message or feature.message
-    return Row((feature,), "left out", code, message, find or feature.find, only)
+    return Row((feature,), fate, code, message, find or feature.find, only)
 
 
-def changed(
-    feature: Feature | str, code: str, message: str, find: Finder | None = None, only: str = ""
-) -> Row:
-    """A row, as `left_out`, for what is written but comes out otherwise in other programs."""
-    return replace(left_out(feature, code, message, find, only), fate="changed")
-
-
-def refused(
-    feature: Feature | str,
-    code: str = "",
-    message: str = "",
-    find: Finder | None = None,
-    only: str = "",
-) -> Row:
-    """A row, as `left_out`, for what makes that a robot is not written at all."""
-    return replace(left_out(feature, code, message, find, only), fate="refused")
+left_out = partial(_row, "left out")
+"""A row, as `_row`, for a feature that is not written; the rest of the robot is."""
+changed = partial(_row, "changed")
+"""A row, as `_row`, for what is written but comes out otherwise in other programs."""
+refused = partial(_row, "refused")
+"""A row, as `_row`, for what makes that a robot is not written at all."""
 
 
 def changed_together(features: Sequence[Feature], code: str, message: str) -> Row:

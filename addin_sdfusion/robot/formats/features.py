@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Container, Iterable, Iterator
+from collections.abc import Callable, Collection, Container, Iterable, Iterator
 from typing import Any
 
 from ..finding import Subject
@@ -12,7 +12,7 @@ from ..model.joint import Coordinate, Joint
 from ..model.muscle import Muscle, ViaPoint, Wrap, WrapSurface
 from ..model.pose import IDENTITY
 from ..model.robot import GRAVITY, MARKERS, Link, Robot
-from .capability import Feature, Finder, Found, left_out, refused
+from .capability import Feature, Finder, Found, Row, left_out, refused
 
 UNNAMED = ("", "cardsflow", MARKERS)
 """Names of sets that files without them are read with."""
@@ -94,7 +94,7 @@ def of_wraps(has: Callable[[Wrap], Any]) -> Finder:
     return find
 
 
-def other_laws(held: Container[str]) -> Finder:
+def other_laws(held: Collection[str]) -> Finder:
     """The muscles with another tension law than a command of the tension, or those held."""
     return of_muscles(
         lambda m: m.model.kind != "ideal" and m.model.kind not in held and {"kind": m.model.kind}
@@ -160,7 +160,7 @@ LINK_ENDS = Feature(
 INITIAL_VALUES = Feature("initial values", of_coordinates(lambda c: c.initial))
 LIMITS = Feature(
     "limits of coordinates",
-    of_coordinates(lambda c: math.isfinite(c.lower) or math.isfinite(c.upper)),
+    of_coordinates(lambda c: is_limited(c)),
 )
 DAMPING = Feature("damping", of_coordinates(lambda c: c.damping))
 SPRINGS = Feature("springs", of_coordinates(lambda c: c.stiffness))
@@ -185,8 +185,8 @@ BOUNDS_WITHOUT_MOTOR = Feature(
     "motor-bounds-left-out",
     "{format} has bounds of a motor only with one, and it has none; left out",
 )
-OF_LINKS_AND_JOINTS = tuple(v for v in list(globals().values()) if isinstance(v, Feature))[1:]
-"""Those above, but for the links themselves."""
+OF_LINKS_AND_JOINTS = tuple(v for v in list(globals().values()) if isinstance(v, Feature))
+"""Those above."""
 
 MUSCLES = Feature("muscles", of_robot(lambda robot: robot.cable_sets))
 TENSION_LAWS = Feature(
@@ -292,8 +292,50 @@ TERMS_LEFT_OUT = (
 )
 """The rows of a format without: of a muscle that has nothing else nothing would be left."""
 
+NOT_IN_OTHER_SIMULATORS = tuple(
+    left_out(feature)
+    for feature in (
+        IDEAL_PARAMETERS,
+        PULLEYS,
+        CABLE_FRICTION,
+        TASK_AXES,
+        LINK_ENDS,
+        CABLE_SETS,
+        TASK_SETS,
+        SET_NAMES,
+    )
+)
+"""The rows of what MuJoCo and OpenSim both do not have."""
+
+
+def laws_but(held: Collection[str]) -> Row:
+    """The row of a format that has these tension laws only, besides a command of the tension."""
+    return left_out(TENSION_LAWS, find=other_laws(held), only="but " + ", ".join(held))
+
+
+def loops_but(held: Container[str]) -> Row:
+    """The row of a format whose loops are closed by balls and fixed joints only, as held."""
+    return left_out(
+        LOOPS,
+        find=of_robot(lambda robot: other_loops(robot, held)),
+        only="but balls and fixed ones",
+    )
+
+
 CATALOGUE = tuple(value for value in list(globals().values()) if isinstance(value, Feature))
 """All of them."""
+OF_MUSCLES_AND_TASKS = CATALOGUE[len(OF_LINKS_AND_JOINTS) :]
+"""Those of muscles, wrap surfaces and operational spaces."""
+
+
+def is_limited(coordinate: Coordinate) -> bool:
+    """Whether it has a limit on one side at least."""
+    return math.isfinite(coordinate.lower) or math.isfinite(coordinate.upper)
+
+
+def has_limits(robot: Robot) -> bool:
+    """Whether one of its free coordinates has a limit."""
+    return any(map(is_limited, robot.coordinates))
 
 
 def order(joint: Joint) -> Words:

@@ -57,7 +57,7 @@ CARDSFLOW = Capabilities(
             "cardsflow.xml holds muscles and end effectors; links and joints are in model.sdf",
             of_robot(lambda robot: True),
         ),
-        implied(*features.OF_LINKS_AND_JOINTS, features.GRAVITIES),
+        implied(*features.OF_LINKS_AND_JOINTS[1:]),
         left_out(features.CABLE_SETS),
         left_out(features.TASK_SETS),
         left_out(features.SET_NAMES),

@@ -110,10 +110,6 @@ def _is_soft(robot: Robot) -> bool:
     return any(c.coupling or c.locked for c in robot.all_coordinates)
 
 
-def _has_stops(robot: Robot) -> bool:
-    return any(math.isfinite(limit) for c in robot.coordinates for limit in (c.lower, c.upper))
-
-
 def _other_order(robot: Robot) -> Words:
     order = [mover.coordinate for mover in coordinate_order(robot) if mover.is_home]
     names = ", ".join(coordinate.name for coordinate in order)
@@ -224,11 +220,7 @@ MJCF = Capabilities(
             of_robot(_is_soft),
             only="others",
         ),
-        left_out(
-            features.LOOPS,
-            find=of_robot(lambda robot: features.other_loops(robot, EQUALITIES)),
-            only="but balls and fixed ones",
-        ),
+        features.loops_but(EQUALITIES),
         changed(
             features.LOOPS,
             "soft-loops",
@@ -267,7 +259,7 @@ MJCF = Capabilities(
             "soft-stops",
             "MuJoCo's stops give way: a joint that meets one with v rad/s or m/s passes it by up "
             f"to v · {STEP:g} s, and comes back with up to 3 % of v; at rest it is 1e-7 past it",
-            of_robot(_has_stops),
+            of_robot(features.has_limits),
         ),
         changed(
             features.FRICTION,
@@ -347,17 +339,8 @@ MJCF = Capabilities(
             "the collisions of its {count} shapes are off, as in this simulation",
             of_links(_shapes),
         ),
-        left_out(
-            features.TENSION_LAWS, find=features.other_laws(LAWS), only="but " + ", ".join(LAWS)
-        ),
-        left_out(features.IDEAL_PARAMETERS),
-        left_out(features.PULLEYS),
-        left_out(features.CABLE_FRICTION),
-        left_out(features.TASK_AXES),
-        left_out(features.LINK_ENDS),
-        left_out(features.CABLE_SETS),
-        left_out(features.TASK_SETS),
-        left_out(features.SET_NAMES),
+        features.laws_but(LAWS),
+        *features.NOT_IN_OTHER_SIMULATORS,
         left_out(features.JOINT_NAMES),
     ),
 )

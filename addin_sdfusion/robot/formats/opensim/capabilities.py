@@ -143,11 +143,7 @@ OPENSIM = Capabilities(
             of_coordinates(_has_equal_limits),
             only="equal ones",
         ),
-        left_out(
-            features.LOOPS,
-            find=of_robot(lambda robot: features.other_loops(robot, CONSTRAINTS)),
-            only="but balls and fixed ones",
-        ),
+        features.loops_but(CONSTRAINTS),
         left_out(features.ARMATURES),
         changed(
             "links without mass",
@@ -159,11 +155,7 @@ OPENSIM = Capabilities(
             features.LIMITS,
             "limits-are-ranges",
             "limits are ranges in OpenSim and stop nothing in a simulation",
-            of_robot(
-                lambda robot: any(
-                    math.isfinite(c.lower) or math.isfinite(c.upper) for c in robot.coordinates
-                )
-            ),
+            of_robot(features.has_limits),
         ),
         left_out(features.FRICTION),
         left_out(features.BOUNDS_WITHOUT_MOTOR),
@@ -251,14 +243,8 @@ OPENSIM = Capabilities(
             "collisions-left-out",
             "OpenSim gets the meshes to be seen only; what collides is left out",
         ),
-        left_out(
-            features.TENSION_LAWS,
-            find=features.other_laws(CLASSES),
-            only="but " + ", ".join(CLASSES),
-        ),
-        left_out(features.IDEAL_PARAMETERS),
-        left_out(features.PULLEYS),
-        left_out(features.CABLE_FRICTION),
+        features.laws_but(CLASSES),
+        *features.NOT_IN_OTHER_SIMULATORS,
         left_out(
             "bounds of the force of OpenSim's own muscles",
             "force-limits-left-out",
@@ -280,11 +266,6 @@ OPENSIM = Capabilities(
             of_muscles(passed_over_damping),
             only="hill_degroote2016 with damping and an elastic tendon",
         ),
-        left_out(features.TASK_AXES),
-        left_out(features.LINK_ENDS),
-        left_out(features.CABLE_SETS),
-        left_out(features.TASK_SETS),
-        left_out(features.SET_NAMES),
         left_out(features.JOINT_NAMES, find=of_robot(_other_names), only="in chains"),
     ),
 )

@@ -86,12 +86,7 @@ SDF = Capabilities(
         kept(features.GRAVITIES, features.MESHES, features.MESH_NAMES, features.COLLISIONS),
         kept(features.LINK_ENDS, features.INITIAL_VALUES, features.LIMITS, features.DAMPING),
         kept(features.SPRINGS, features.FRICTION, features.MOTORS, features.MOTOR_BOUNDS),
-        kept(features.BOUNDS_WITHOUT_MOTOR, features.WRAPS),
-        kept(features.MUSCLES, features.TENSION_LAWS, features.IDEAL_PARAMETERS, features.PULLEYS),
-        kept(features.CABLE_FRICTION, features.CONDITIONS, features.MOVING_POINTS),
-        kept(features.BRANCHES, features.TERMS, features.WRAP_SURFACES, features.ELLIPSOIDS),
-        kept(features.OPENSIM_WRAPS, features.MUJOCO_WRAPS, features.CABLE_SETS),
-        kept(features.TASK_SETS, features.SET_NAMES, features.TASK_FRAMES, features.TASK_AXES),
+        kept(features.BOUNDS_WITHOUT_MOTOR, *features.OF_MUSCLES_AND_TASKS),
         refused(
             "links, joints and frames of one name",
             "sdf-name-clash",

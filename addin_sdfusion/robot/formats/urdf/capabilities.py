@@ -47,11 +47,6 @@ def followed(single: SingleJoint) -> tuple[str, Function | None]:
     return "", None
 
 
-def is_limited(coordinate: Coordinate) -> bool:
-    """Whether it has a limit on one side at least."""
-    return math.isfinite(coordinate.lower) or math.isfinite(coordinate.upper)
-
-
 def _is_limited_once(c: Coordinate) -> bool:
     return c.is_free and math.isfinite(c.lower) != math.isfinite(c.upper)
 
@@ -116,12 +111,8 @@ URDF = Capabilities(
     (
         kept(features.LINKS, features.MESHES, features.MESH_NAMES, features.COLLISIONS),
         kept(features.FIXED_JOINTS, features.JOINT_NAMES, features.LIMITS, features.DAMPING),
-        kept(features.FRICTION, features.MOTORS, features.TENSION_LAWS, features.IDEAL_PARAMETERS),
-        kept(features.BOUNDS_WITHOUT_MOTOR),
-        kept(features.PULLEYS, features.CABLE_FRICTION, features.CONDITIONS),
-        kept(features.MOVING_POINTS, features.BRANCHES, features.TERMS, features.WRAPS),
-        kept(features.ELLIPSOIDS, features.OPENSIM_WRAPS, features.MUJOCO_WRAPS),
-        kept(features.CABLE_SETS, features.TASK_SETS, features.SET_NAMES, features.TASK_AXES),
+        kept(features.FRICTION, features.MOTORS, features.BOUNDS_WITHOUT_MOTOR),
+        kept(*(feature for feature in features.OF_MUSCLES_AND_TASKS if feature not in BESIDE)),
         changed(
             features.DRIVEN_JOINTS,
             "motion-for-coordinate",

@@ -26,11 +26,12 @@ from ...model.robot import WORLD, Inertia, Link, Mesh, Robot, Shape
 from ...model.rotations import normalized
 from ...transforms.joint_chains import SingleJoint, single_joints
 from ...transforms.simplify import joint_frames
+from ..features import is_limited
 from ..sdf.plugin import plugin_content
 from ..sdf.write_joints import needs_words
 from ..writing.file_names import file_name
 from ..writing.xml_text import document, element, numbers
-from .capabilities import BESIDE, NO_LIMIT, followed, is_limited
+from .capabilities import BESIDE, NO_LIMIT, followed
 
 
 def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> list[Path]:

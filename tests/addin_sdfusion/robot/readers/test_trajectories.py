@@ -72,35 +72,6 @@ def test_an_unknown_name_is_answered_with_the_nearest_one():
 TWO = (point("0"), point("1", 1))
 
 
-@pytest.mark.parametrize(
-    ("element", "line", "message"),
-    [
-        (linear(point("0 0"), point("1", 1)), 4, "has 1 numbers, not 2"),
-        (linear(point("0"), point("nan", 1)), 4, "not a finite number"),
-        (linear(point("0"), point("1e999", 1)), 4, "not a finite number"),
-        (linear(point("0"), point("", 1)), 4, "has 0 numbers, not 1"),
-        (linear(point("0"), point("1", 0)), 4, "does not come after"),
-        (linear(point("0"), point("1", -1)), 4, "does not come after"),
-        (linear(*TWO, point("2", 1), definition="absolute"), 5, "does not come after"),
-        (linear(point("0"), point("1")), 4, "no 'time'"),
-        (linear(point("0"), "<point time='1'/>"), 4, "no <q>"),
-        (linear(point("0")), 2, "needs two points"),
-        (linear(*TWO, definition="sometimes"), 2, "neither 'relative' nor 'absolute'"),
-        (linear(*TWO, step="0"), 2, "time_step is not above zero"),
-        (linear(*TWO, step="x"), 2, "not a finite number"),
-        (linear(*TWO, tag="cubic"), 3, "no <q_dot>"),
-        (linear(*TWO, tag="odd"), 2, "<odd_spline_trajectory> is not supported"),
-        (linear(*TWO) + "\n" + linear(*TWO), 6, "a second trajectory 't'"),
-    ],
-)
-def test_a_broken_trajectory_is_refused_with_file_and_line(tmp_path, element, line, message):
-    file = file_with(tmp_path, element)
-    with pytest.raises(InputError, match=message) as caught:
-        read_trajectory(file, "t")
-    assert (caught.value.file, caught.value.line) == (file, line)
-    assert "\n" not in str(caught.value)
-
-
 def average(*points):
     tag = "cubic_spline_average_velocity_trajectory"
     return linear(*points).replace("linear_spline_trajectory", tag)
@@ -217,6 +188,22 @@ def test_samples_are_looked_for_beside_the_trajectories_only(tmp_path, name):
 @pytest.mark.parametrize(
     ("element", "line", "message"),
     [
+        (linear(point("0 0"), point("1", 1)), 4, "has 1 numbers, not 2"),
+        (linear(point("0"), point("nan", 1)), 4, "not a finite number"),
+        (linear(point("0"), point("1e999", 1)), 4, "not a finite number"),
+        (linear(point("0"), point("", 1)), 4, "has 0 numbers, not 1"),
+        (linear(point("0"), point("1", 0)), 4, "does not come after"),
+        (linear(point("0"), point("1", -1)), 4, "does not come after"),
+        (linear(*TWO, point("2", 1), definition="absolute"), 5, "does not come after"),
+        (linear(point("0"), point("1")), 4, "no 'time'"),
+        (linear(point("0"), "<point time='1'/>"), 4, "no <q>"),
+        (linear(point("0")), 2, "needs two points"),
+        (linear(*TWO, definition="sometimes"), 2, "neither 'relative' nor 'absolute'"),
+        (linear(*TWO, step="0"), 2, "time_step is not above zero"),
+        (linear(*TWO, step="x"), 2, "not a finite number"),
+        (linear(*TWO, tag="cubic"), 3, "no <q_dot>"),
+        (linear(*TWO, tag="odd"), 2, "<odd_spline_trajectory> is not supported"),
+        (linear(*TWO) + "\n" + linear(*TWO), 6, "a second trajectory 't'"),
         (average(point("0"), point("1", 1, rates("0"))), 3, "no <q_dot>"),
         (average(*[point("0", 1, rates("0"))] * 2, point("0", 0, rates("0"))), 5, "not come after"),
         (
@@ -231,11 +218,12 @@ def test_samples_are_looked_for_beside_the_trajectories_only(tmp_path, name):
         ("<file_trajectory id='t'/>", 2, "filename"),
     ],
 )
-def test_means_blends_and_files_are_checked_too(tmp_path, element, line, message):
+def test_a_broken_trajectory_is_refused_with_file_and_line(tmp_path, element, line, message):
     file = file_with(tmp_path, element)
     with pytest.raises(InputError, match=message) as caught:
         read_trajectory(file, "t")
     assert (caught.value.file, caught.value.line) == (file, line)
+    assert "\n" not in str(caught.value)
 
 
 def test_a_file_of_another_kind_is_refused(tmp_path):

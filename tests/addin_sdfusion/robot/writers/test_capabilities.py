@@ -22,14 +22,18 @@ from addin_sdfusion.robot import (
     CoordinateTerm,
     Inertia,
     Joint,
+    LimitForce,
     Link,
+    LoopJoint,
     Mesh,
     Motion,
     Muscle,
     PiecewiseLinear,
+    PointCondition,
     PointMotion,
     Polynomial,
     Robot,
+    Shape,
     TaskFrame,
     TaskSet,
     Term,
@@ -46,6 +50,7 @@ from addin_sdfusion.robot.formats.mjcf.capabilities import MJCF, mesh_rows
 from addin_sdfusion.robot.formats.opensim.capabilities import OPENSIM
 from addin_sdfusion.robot.formats.sdf.capabilities import SDF
 from addin_sdfusion.robot.formats.urdf.capabilities import URDF, URDF_ALONE
+from addin_sdfusion.robot.model.robot import MARKERS
 
 FORMATS = (SDF, URDF, CASPR, CARDSFLOW, OPENSIM, MJCF)
 
@@ -177,6 +182,74 @@ def examples() -> tuple[Robot, ...]:
     )
 
 
+BARE, CABLE = one_link(), with_muscle()
+BALL = WrapSurface("ball", WORLD, "sphere", 0.5)
+ROUND = cable((-1.0, 0.1, 0.0), (1.0, 0.1, 0.0))
+STRAIGHT_PAST = one_link(muscles=[ROUND], surfaces=[BALL])
+WRAPPED = one_link(muscles=[replace(ROUND, wraps=(Wrap("ball", 0),))], surfaces=[BALL])
+SPRING = CableModel("linear_spring", (("K", 1.0),))
+MOVES = (PointMotion(X, "q", LINE, -1.0, 1.0),)
+
+
+def with_link(**fields: object) -> Robot:
+    return replace(BARE, links=(replace(BARE.links[0], **fields),))
+
+
+def with_point(**fields: object) -> Robot:
+    return with_muscle(via_points=(ViaPoint(WORLD, STRAIGHT[0]), ViaPoint("a", X, **fields)))
+
+
+def with_rule(rule: str) -> Robot:
+    wraps = (Wrap("ball", 0, rule=rule),)
+    return one_link(muscles=[replace(ROUND, wraps=wraps)], surfaces=[BALL])
+
+
+def with_tasks(*frames: TaskFrame, more: tuple[TaskSet, ...] = ()) -> Robot:
+    return replace(BARE, task_sets=(TaskSet(MARKERS, frames), *more), task_set=MARKERS)
+
+
+TIP = TaskFrame("tip", "a", X)
+ALONE = {
+    "COLLISIONS": (BARE, with_link(shapes=(Shape("sphere", (0.1,)),))),
+    "MESHES": (BARE, with_link(meshes=(Mesh("visual", "a.stl"),))),
+    "LINK_ENDS": (BARE, with_link(end=X)),
+    "GRAVITIES": (BARE, replace(BARE, gravity=(0.0, 0.0, -1.0))),
+    "INITIAL_VALUES": (BARE, one_link(initial=0.1)),
+    "LIMITS": (BARE, one_link(lower=-1.0, upper=1.0)),
+    "DAMPING": (BARE, one_link(damping=0.1)),
+    "SPRINGS": (BARE, one_link(stiffness=1.0)),
+    "FRICTION": (BARE, one_link(friction=0.1)),
+    "ARMATURES": (BARE, one_link(armature=0.1)),
+    "LIMIT_FORCES": (BARE, one_link(limit_force=LimitForce(-1.0, 1.0, 2.0, 2.0))),
+    "MOTORS": (BARE, one_link(actuated=True)),
+    "MOTOR_BOUNDS": (
+        one_link(actuated=True),
+        one_link(actuated=True, tau_min=-1.0, tau_max=2.0),
+    ),
+    "LOOPS": (BARE, replace(BARE, loops=(LoopJoint("loop", WORLD, "a", "universal", (X, Y)),))),
+    "TENSION_LAWS": (CABLE, with_muscle(model=SPRING)),
+    "IDEAL_PARAMETERS": (CABLE, with_muscle(model=CableModel("ideal", (("colour", 1.0),)))),
+    "CABLE_FRICTION": (CABLE, with_muscle(friction=0.1)),
+    "CONDITIONS": (with_point(), with_point(when=PointCondition("q", -1.0, 1.0))),
+    "MOVING_POINTS": (with_point(), with_point(moves=MOVES)),
+    "TERMS": (CABLE, with_muscle(terms=(CoordinateTerm("q", 0.1),))),
+    "WRAP_SURFACES": (one_link(muscles=[ROUND]), STRAIGHT_PAST),
+    "WRAPS": (STRAIGHT_PAST, WRAPPED),
+    "OPENSIM_WRAPS": (WRAPPED, with_rule("opensim")),
+    "MUJOCO_WRAPS": (WRAPPED, with_rule("mujoco")),
+    "CABLE_SETS": (BARE, replace(BARE, cable_sets=(*BARE.cable_sets, CableSet("b", ())))),
+    "TASK_FRAMES": (BARE, with_tasks(TIP)),
+    "TASK_SETS": (with_tasks(TIP), with_tasks(TIP, more=(TaskSet("b", (TIP,)),))),
+}
+"""Features by their names in `features`: a robot without it, and one that differs by it alone."""
+ALSO = {
+    "WRAPS": ["points that may come to be inside of wrap surfaces"],
+    "OPENSIM_WRAPS": [features.WRAPS.name, features.WRAP_SURFACES.name],
+    "MUJOCO_WRAPS": [features.WRAPS.name, features.WRAP_SURFACES.name],
+}
+"""What a robot with the feature has with it."""
+
+
 def rows() -> list[tuple[Capabilities, Row]]:
     tables = (*FORMATS, replace(MJCF, rows=mesh_rows({"here.stl": "here.stl"})), URDF_ALONE)
     return [(table, row) for table in tables for row in table.rows if row.code]
@@ -206,6 +279,24 @@ def test_a_row_speaks_of_robots_with_the_feature_and_of_no_others(
         assert finding.message.startswith(finding.subject.kind.replace("_", " "))
         assert "\n" not in finding.message
         assert "{" not in finding.message
+
+
+@pytest.mark.parametrize("name", ALONE)
+@pytest.mark.parametrize("table", FORMATS, ids=[table.title for table in FORMATS])
+def test_a_feature_alone_yields_the_findings_of_its_rows_alone(
+    table: Capabilities, name: str
+) -> None:
+    feature, (without, having) = getattr(features, name), ALONE[name]
+    names = {feature.name, *ALSO.get(name, ())}
+    own = [row for row in table.rows if names & {known.name for known in row.features}]
+    before, after = set(table.losses(without)), set(table.losses(having))
+    said = {f for row in own for f in row.findings(having, table.title)} - before
+    assert after - before == said
+    its = [row for row in own if feature in row.features]
+    if any(row.code and not row.only for row in its):
+        assert said
+    if all(row.fate == "kept" for row in own):
+        assert not said
 
 
 @pytest.mark.parametrize("table", FORMATS, ids=[table.title for table in FORMATS])
