@@ -18,8 +18,9 @@ from .laws.operational_space import (
     OperationalSpaceSolution,
     Posture,
 )
-from .references.flower import ApproachReference, FlowerReference, Reference, SequenceReference
-from .references.splines import JointReference, SplineReference
+from .references.flower import ApproachReference, FlowerReference, SequenceReference
+from .references.reference import JointReference, Reference
+from .references.splines import SplineReference
 
 if TYPE_CHECKING:
     from .analysis.gains import (

@@ -11,14 +11,13 @@ from cardsflow_fmu.cosim.signals.dependencies import Dependencies, reference_dep
 from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.cosim.signals.ports import reference_groups
 from cardsflow_fmu.experiment.experiment import Experiment
-from controllers import SplineReference
-from controllers.references.flower import (
+from controllers import (
     ApproachReference,
     FlowerReference,
     Reference,
     SequenceReference,
+    SplineReference,
 )
-from controllers.references.splines import PartReference
 
 from .c_model import CModel
 from .native.fields import Counts, Fields, encode
@@ -68,12 +67,10 @@ def make_reference(experiment: Experiment) -> Reference:
 def _fields(experiment: Experiment) -> tuple[Counts, Fields]:
     """The parts of the reference, and the external forces; see `encode`."""
     reference = make_reference(experiment)
-    followed = reference.parts if isinstance(reference, SequenceReference) else [reference]
-    parts = [one.part for one in followed if isinstance(one, PartReference)]
-    begins = [0.0, *np.cumsum([part.duration for part in parts])[:-1]]
+    parts = reference.parts
     data = np.concatenate([part.data for part in parts])
     fields: Fields = {
-        "part_begin": begins,
+        "part_begin": reference.begins,
         "part_duration": [part.duration for part in parts],
         "part_kind": [part.kind for part in parts],
         "part_segments": [part.segments for part in parts],

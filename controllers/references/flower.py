@@ -14,33 +14,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
-from controllers.arrays import FloatArray
 from controllers.validation import finite_vector, float_array, is_finite, require_positive
 
-from .part import APPROACH, ROSE, ReferencePart
-from .splines import JointReference, PartReference
+from .reference import APPROACH, ROSE, Reference, ReferencePart
 
 _GAP = 1e-6  # the largest gap between two references in a sequence, in [m] or [rad]
 _SHORTEST, _LONGEST = 1e-100, 1e100  # durations in [s] whose squares are numbers
 
 
-class Reference(Protocol):
-    """A motion in time, defined for every t; its points are (y, yd, ydd) or (q, qd, qdd)."""
-
-    @property
-    def duration(self) -> float: ...  # noqa: D102
-
-    def evaluate(self, t: float | FloatArray) -> JointReference:
-        """The reference at one or several times in [s]; at rest before 0 and after its end."""
-
-
-class FlowerReference(PartReference):
+class FlowerReference(Reference):
     """A rose in a plane of the operational space, at rest before and after.
 
     Args:
@@ -58,8 +45,6 @@ class FlowerReference(PartReference):
         duration: T, in [s].
     """
 
-    name = "flower"
-
     def __init__(
         self,
         centre: ArrayLike,
@@ -68,8 +53,7 @@ class FlowerReference(PartReference):
         duration: float,
         petals: int = 5,
     ) -> None:
-        c = finite_vector("centre", centre, np.size(centre))
-        e = float_array("axes", axes)
+        c, e = finite_vector("centre", centre, np.size(centre)), float_array("axes", axes)
         if e.shape != (2, len(c)):
             raise InputError(f"axes must be 2 vectors as long as the centre, not {axes!r}")
         if not np.allclose(e @ e.T, np.eye(2), rtol=0.0, atol=1e-9):
@@ -77,13 +61,13 @@ class FlowerReference(PartReference):
         if not is_finite(petals) or petals != int(petals) or petals < 1:
             raise InputError(f"petals must be a whole number from 1 on, not {petals!r}")
         require_positive(radius=radius)
-        self.duration = _checked_duration(duration)
-        last = math.pi * (1 if petals % 2 else 2)
-        data: list[ArrayLike] = [c, e, [radius, petals, last]]
-        self.part = ReferencePart(ROSE, len(c), self.duration, data)
+        phi_end = math.pi * (1 if petals % 2 else 2)
+        data = np.concatenate([c, *e, [radius, petals, phi_end]])
+        part = ReferencePart(ROSE, len(c), _checked_duration(duration), 0, 0, data)
+        super().__init__("flower", [part])
 
 
-class ApproachReference(PartReference):
+class ApproachReference(Reference):
     """A straight line from rest to rest, of minimum jerk: y = a + (b - a) s(t/T).
 
     Args:
@@ -99,18 +83,17 @@ class ApproachReference(PartReference):
         duration: T, in [s].
     """
 
-    name = "approach"
-
     def __init__(self, start: ArrayLike, end: ArrayLike, duration: float) -> None:
         a = finite_vector("start", start, np.size(start))
         b = finite_vector("end", end, np.size(end))
         if a.shape != b.shape:
             raise InputError(f"start {start!r} and end {end!r} must be equally long")
-        self.duration = _checked_duration(duration)
-        self.part = ReferencePart(APPROACH, len(a), self.duration, [a, b - a])
+        data = np.concatenate([a, b - a])
+        part = ReferencePart(APPROACH, len(a), _checked_duration(duration), 0, 0, data)
+        super().__init__("approach", [part])
 
 
-class SequenceReference:
+class SequenceReference(Reference):
     """References one after another, each with its own time from 0 on.
 
     Args:
@@ -122,42 +105,19 @@ class SequenceReference:
     Attributes:
         name: The parts' names, joined by a comma.
         duration: The sum of the parts' durations, in [s].
-        parts: The references.
-        begins: When each part begins, in [s].
     """
 
     def __init__(self, parts: Sequence[Reference]) -> None:
         if not parts:
             raise InputError("a sequence needs at least one reference")
-        self.parts = tuple(parts)
-        for number, (before, after) in enumerate(pairwise(self.parts), 1):
+        for number, (before, after) in enumerate(pairwise(parts), 1):
             end, begin = before.evaluate(before.duration).q, after.evaluate(0.0).q
             if end.shape != begin.shape or np.abs(end - begin).max() > _GAP:
                 raise InputError(
                     f"part {number} of the sequence ends at {end}, the next begins at {begin}"
                 )
-        self._rows = len(self.parts[0].evaluate(0.0).q)
-        ends = np.cumsum([part.duration for part in self.parts])
-        self.begins = [0.0, *ends[:-1].tolist()]
-        self.duration = float(ends[-1])
-        self.name = ", ".join(getattr(part, "name", "unnamed") for part in self.parts)
-
-    def evaluate(self, t: float | FloatArray) -> JointReference:
-        """The part at a time, or at several times; each part has its own time from 0 on.
-
-        Args:
-            t: Time, in [s]: a number, or an array of shape (k,).
-
-        Returns:
-            Positions, velocities and accelerations, shape (r,) each, or (k, r).
-        """
-        times = np.array(t, dtype=float, ndmin=1)
-        chosen = np.maximum(np.searchsorted(self.begins, times, side="right") - 1, 0)
-        rows = np.empty((3, len(times), self._rows))
-        for k in np.unique(chosen).tolist():
-            here = chosen == k
-            rows[:, here] = self.parts[k].evaluate(times[here] - self.begins[k])
-        return JointReference(*(rows[:, 0] if np.ndim(t) == 0 else rows))
+        name = ", ".join(part.name for part in parts)
+        super().__init__(name, [part for each in parts for part in each.parts])
 
 
 def _checked_duration(duration: float) -> float:

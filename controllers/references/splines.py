@@ -5,55 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from controllers.arrays import FloatArray
 
-from .part import SPLINES, ReferencePart
+from .reference import SPLINES, Reference, ReferencePart
 
 
-class JointReference(NamedTuple):
-    """A point of a reference, or its points at k times.
-
-    Attributes:
-        q: Positions, shape (n,) or (k, n), in [rad] or [m].
-        qd: Velocities, shape (n,) or (k, n), in [rad/s] or [m/s].
-        qdd: Accelerations, shape (n,) or (k, n), in [rad/s²] or [m/s²].
-    """
-
-    q: FloatArray
-    qd: FloatArray
-    qdd: FloatArray
-
-
-class PartReference:
-    """A reference of one part, which csrc/references evaluates.
-
-    Attributes:
-        part: The part.
-    """
-
-    part: ReferencePart
-
-    def evaluate(self, t: float | FloatArray) -> JointReference:
-        """The reference at a time, or at several; at rest before 0 and after its duration.
-
-        Args:
-            t: Time, in [s]: a number, or an array of shape (k,).
-
-        Returns:
-            Positions, velocities and accelerations, shape (n,) each, or (k, n).
-        """
-        rows = self.part.at(np.array(t, dtype=float, ndmin=1))
-        return JointReference(*(rows[0] if np.ndim(t) == 0 else rows.transpose(1, 0, 2)))
-
-
-class SplineReference(PartReference):
+class SplineReference(Reference):
     """A piecewise polynomial through the points of a trajectory, every coordinate for itself.
 
     A linear spline matches their positions, a cubic one (Hermite) their velocities as well, a
@@ -81,8 +43,6 @@ class SplineReference(PartReference):
     @np.errstate(all="ignore")  # what overflows is refused at the end
     def __init__(self, trajectory: Trajectory) -> None:
         points = trajectory.points
-        self.name = trajectory.name
-        self.duration = points[-1].time
         if trajectory.spline == "samples":
             self.times, coefficients = _through_samples(points)
         elif trajectory.spline == "parabolic_blend":
@@ -92,14 +52,15 @@ class SplineReference(PartReference):
         if not np.isfinite(coefficients).all():
             segment = int((~np.isfinite(coefficients)).any(axis=(1, 2, 3)).argmax())
             raise InputError(
-                f"trajectory {self.name!r} cannot be followed from {self.times[segment]:.6g} s on: "
+                f"trajectory {trajectory.name!r} cannot be followed from "
+                f"{self.times[segment]:.6g} s on: "
                 "its points there are too far apart for the time between them"
             )
         self.coefficients = coefficients
-        ends = points[0].q, points[-1].q
-        data: list[ArrayLike] = [self.times, coefficients, *ends]
-        segments, powers = coefficients.shape[:2]
-        self.part = ReferencePart(SPLINES, len(ends[0]), self.duration, data, segments, powers)
+        data = np.concatenate([self.times, coefficients.ravel(), points[0].q, points[-1].q])
+        segments, powers, _, n = coefficients.shape
+        part = ReferencePart(SPLINES, n, points[-1].time, segments, powers, data)
+        super().__init__(trajectory.name, [part])
 
 
 def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:

@@ -11,15 +11,19 @@ uint64_t reference_part_length(const reference_part *part)
     return part->kind == REFERENCE_ROSE ? 3 * r + 3 : 2 * r;
 }
 
-void reference_part_at(const reference_part *part, real t, real *rows)
+static void part_at(const reference_part *part, real t, real *rows)
 {
     static void (*const evaluate[REFERENCE_KINDS])(const reference_part *, real, real *) = {
         [REFERENCE_SPLINES] = splines_at, [REFERENCE_ROSE] = rose_at, [REFERENCE_APPROACH] = approach_at};
     evaluate[part->kind](part, t, rows);
 }
 
-void reference_evaluate(const reference_part *part, size_t count, const real *times, real *rows)
+void reference_evaluate(const reference_part *parts, const real *begins, size_t part_count, size_t time_count,
+                        const real *times, real *rows)
 {
-    for (size_t k = 0; k < count; k++)
-        reference_part_at(part, times[k], rows + k * 3 * part->r);
+    for (size_t k = 0; k < time_count; k++) {
+        size_t i = 0;
+        while (i + 1 < part_count && times[k] >= begins[i + 1]) i++;
+        part_at(parts + i, times[k] - begins[i], rows + k * 3 * parts->r);
+    }
 }

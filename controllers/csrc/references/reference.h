@@ -23,11 +23,10 @@ typedef struct {
 /* The number of elements of `data`; 0 if the part is invalid. */
 uint64_t reference_part_length(const reference_part *part);
 
-/* The reference at time t in [s]: positions, velocities and accelerations, 3 x r. */
-void reference_part_at(const reference_part *part, real t, real *rows);
-
-/* The reference at several times: `rows` is times x 3 x r. */
-DUAL_NEWTON_API void reference_evaluate(const reference_part *part, size_t count, const real *times, real *rows);
+/* Parts one after another, part i from begins[i] on, at some times in [s]: positions, velocities and
+   accelerations, `rows` is times x 3 x r. */
+DUAL_NEWTON_API void reference_evaluate(const reference_part *parts, const real *begins, size_t part_count,
+                                        size_t time_count, const real *times, real *rows);
 
 /* For the files of this folder */
 

@@ -5,7 +5,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 struct reference {
     struct reference_settings settings;
@@ -17,11 +16,8 @@ struct reference {
 static void go(struct reference *c, double time)
 {
     const struct reference_settings *s = &c->settings;
-    size_t part = 0;
     c->time = time;
-    while (part + 1 < s->of.parts.count && time >= s->part_begin[part + 1])
-        part++;
-    reference_part_at(&c->parts[part], time - s->part_begin[part], c->reference);
+    reference_evaluate(c->parts, s->part_begin, s->of.parts.count, 1, &time, c->reference);
     for (size_t i = 0; i < s->of.loads.count; i++)
         c->loads[i] = time >= s->load_begin[0] && time < s->load_end[0] ? s->load_forces[i] : 0;
 }
