@@ -50,7 +50,7 @@ def _other_names(robot: Robot) -> list[str]:
     return [
         joint.name
         for joint in robot.joints
-        if not is_one_joint(joint) and joint.name not in [c.name for c in joint.coordinates]
+        if joint.name not in [c.name for c in joint.coordinates] and not is_one_joint(joint)
     ]
 
 
@@ -104,7 +104,7 @@ OPENSIM = Capabilities(
             "driven-joint",
             "OpenSim has joints of three translations, then three rotations at most, each by one "
             "function, or linear ones; in a chain of single ones each coordinate has one motion",
-            of_joints(lambda joint: not is_one_joint(joint) and not is_chain(joint)),
+            of_joints(lambda joint: not is_chain(joint) and not is_one_joint(joint)),
             only="in chains",
         ),
         changed(

@@ -68,7 +68,7 @@ def is_one_joint(joint: Joint) -> bool:
 def turns_thrice(joint: Joint) -> bool:
     """Whether three rotations of one joint of OpenSim's follow one coordinate."""
     turned = Counter(m.coordinate for m in joint.motions if m.kind == "rotation" and not m.is_fixed)
-    return is_one_joint(joint) and max(turned.values(), default=0) >= 3
+    return max(turned.values(), default=0) >= 3 and is_one_joint(joint)
 
 
 def is_chain(joint: Joint) -> bool:
