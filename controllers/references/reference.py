@@ -14,7 +14,7 @@ from controllers.arrays import FloatArray
 from controllers.qp import dual_newton
 
 SPLINES, ROSE, APPROACH = range(3)
-"""Kinds of parts: `reference_kind` of csrc/references/reference.h."""
+"""Kinds of parts: `reference_kind` of csrc/references/references.h."""
 
 _P, _SIZE = ctypes.c_void_p, ctypes.c_size_t
 
@@ -41,7 +41,7 @@ class ReferencePart(NamedTuple):
         r: Number of rows: coordinates, or task coordinates.
         duration: In [s].
         segments, powers: Of splines, else 0.
-        data: The numbers of the part, in the order of csrc/references/reference.h.
+        data: The numbers of the part, in the order of csrc/references/references.h.
     """
 
     kind: int
@@ -53,7 +53,7 @@ class ReferencePart(NamedTuple):
 
 
 class _Part(ctypes.Structure):
-    """`reference_part` of csrc/references/reference.h."""
+    """`reference_part` of csrc/references/references.h."""
 
     _fields_ = (
         ("kind", _SIZE),

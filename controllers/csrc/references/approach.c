@@ -1,5 +1,5 @@
 /* A straight line of minimum jerk from rest to rest: y = a + (b - a) s(t/T). */
-#include "reference.h"
+#include "references.h"
 
 #include "../../../sim_dart/csrc/math/quintic_step.h"
 

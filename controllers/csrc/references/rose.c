@@ -1,7 +1,7 @@
 /* A rose curve (the flower), drawn once from rest to rest:
 
      y = c + R cos(k phi) u,    u = cos(phi) e1 + sin(phi) e2,    phi = phi_end s(t/T)                 */
-#include "reference.h"
+#include "references.h"
 
 #include "../../../sim_dart/csrc/math/elementary.h"
 

@@ -1,5 +1,5 @@
 /* Piecewise polynomials of time: positions, velocities and accelerations have a polynomial each. */
-#include "reference.h"
+#include "references.h"
 
 #include <string.h>
 

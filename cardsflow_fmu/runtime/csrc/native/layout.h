@@ -112,7 +112,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
 
 /*     part_begin, part_duration    of each part of the reference, in [s]
  *     part_kind, part_segments, part_powers, data   of each part: reference_part in
- *                       controllers/csrc/references/reference.h
+ *                       controllers/csrc/references/references.h
  *     load_forces       that act from load_begin to load_end, in [s] */
 #define REFERENCE_GROUPS(GROUP) GROUP(reference, 3 * r) GROUP(loads, ANY)
 #define REFERENCE_COUNTS(COUNT) COUNT(parts) COUNT(numbers) COUNT(models)

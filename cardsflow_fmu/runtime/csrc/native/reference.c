@@ -1,7 +1,7 @@
 /* The reference as a native model: desired positions, velocities and accelerations out, and loads. */
 #include "reference.h"
 
-#include "../../../../controllers/csrc/references/reference.h"
+#include "../../../../controllers/csrc/references/references.h"
 
 #include <math.h>
 #include <stdlib.h>

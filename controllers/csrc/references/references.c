@@ -1,5 +1,5 @@
 /* References of any kind: their size, and their evaluation at one time or at many. */
-#include "reference.h"
+#include "references.h"
 
 uint64_t reference_part_length(const reference_part *part)
 {
