@@ -10,6 +10,7 @@ import importlib
 import inspect
 import re
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ import latex2mathml.converter
 from docutils import nodes
 from sphinx.application import Sphinx
 
-ROOT = Path(__file__).parents[1]
+DOCS = Path(__file__).resolve().parent
+ROOT = DOCS.parent
 sys.path.insert(0, str(ROOT))
 
 from cardsflow_fmu.version import __version__  # noqa: E402
@@ -52,7 +54,14 @@ def whole_page(app: Sphinx, name: str, source: list[str]) -> None:
         pages = dict.fromkeys(re.findall(r"\]\(([\w/]+)\.(?:md|rst)\)", text))
         text += "\n".join(("\n```{toctree}", ":hidden:", *pages, "```\n"))
     text = re.sub(r"^\.\. names:: (\w[\w.]*)$", public_names, text, flags=re.MULTILINE)
-    source[0] = text.replace("](../", "](path:../")
+    source[0] = re.sub(r"\]\((\.\./[^)\s]*)\)", partial(link_out_of_docs, name), text)
+
+
+def link_out_of_docs(page: str, match: re.Match[str]) -> str:
+    """Mark a link to a file outside `docs`, which Sphinx then copies to the pages."""
+    target = match[1]
+    file = (DOCS / page).parent / target.partition("#")[0]
+    return match[0] if DOCS in file.resolve().parents else f"](path:{target})"
 
 
 def public_names(match: re.Match[str]) -> str:

@@ -12,6 +12,7 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -140,10 +141,11 @@ def ports_page() -> str:
         _ports("reference.fmu", experiments, ReferenceModel.table),
         _ports("sensors.fmu", [estimated], SensorsModel.table),
         _ports("estimator.fmu", [estimated], EstimatorModel.table),
-        "Both are there where an experiment has an [estimator](estimation.md); the controller then "
-        "takes `w_hat.<joint>` and `valid` besides, and `q`, `qd` from `q_hat`, `qd_hat`. With "
-        "hardware its outputs of the same names are the readings. `q.<joint>` is there for "
-        "coordinates with an encoder, `<link>` for links with an inertial unit.",
+        "Both exist if the experiment has an [estimator](../how_to/estimation.md). The controller "
+        "then has the inputs `w_hat.<joint>` and `valid` in addition, and its `q`, `qd` come from "
+        "`q_hat`, `qd_hat`. With hardware, the outputs of `hardware.fmu` of the same names are the "
+        "measurements. `q.<joint>` exists for coordinates with an encoder, `<link>` stands for "
+        "links with an IMU (inertial measurement unit).",
         _ports("hardware.fmu", experiments[:2], _hardware),
         "Beside these it has all ports of `plant.fmu`: it takes the plant's place.",
     ]
@@ -306,11 +308,11 @@ def control_laws() -> str:
     return table(["type", "follows", "unit of kp", "law"], rows)
 
 
-def settings_page(name: str, schema: Mapping[str, Any]) -> str:
+def settings_page(page: str, schema: Mapping[str, Any]) -> str:
     """A page with its tables of settings, each behind a comment that says which.
 
     Args:
-        name: Of the page.
+        page: Path of the page below `docs`.
         schema: The JSON Schema that holds them.
     """
 
@@ -320,7 +322,7 @@ def settings_page(name: str, schema: Mapping[str, Any]) -> str:
             form = _inside(form, part)
         return f"{found['begin']}\n{_settings(form)}\n{found['end']}"
 
-    text = (ROOT / "docs" / name).read_text(encoding="utf-8")
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     laws = r"(?<=<!-- control laws -->\n).*?(?=<!-- end of control laws -->)"
     text = re.sub(laws, lambda _: control_laws() + "\n", text, flags=re.DOTALL)
     pattern = r"(?P<begin><!-- settings: (?P<path>\S+) -->)\n.*?(?P<end><!-- end of settings -->)"
@@ -432,7 +434,7 @@ def security_page() -> str:
         )
         for what, size, others in LIMITS
     ]
-    text = (ROOT / "docs/security.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/explanation/security.md").read_text(encoding="utf-8")
     begin, end = "<!-- limits -->", "<!-- end of limits -->"
     made = f"{begin}\n{table(['file', 'at most', 'in it'], rows)}\n{end}"
     return re.sub(f"{begin}.*{end}", made, text, flags=re.DOTALL)
@@ -448,7 +450,7 @@ def robots_page() -> str:
         for feature in features.CATALOGUE
     ]
     heads = ["feature", *(capabilities.title for capabilities in FORMATS)]
-    text = (ROOT / "docs/robots.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/reference/robots.md").read_text(encoding="utf-8")
     begin, end = "<!-- features -->", "<!-- end of features -->"
     made = f"{begin}\n{table(heads, rows)}\n{end}"
     return re.sub(f"{begin}.*{end}", lambda _: made, text, flags=re.DOTALL)
@@ -467,16 +469,20 @@ def _fates(capabilities: Capabilities, feature: Feature) -> str:
     return ", ".join(words)
 
 
-PAGES = {
-    "commands.md": commands_page,
-    "ports.md": ports_page,
-    "laws.md": laws_page,
-    "experiments.md": lambda: settings_page("experiments.md", schema("experiment")),
-    "studies.md": lambda: settings_page("studies.md", schema("study")),
-    "security.md": security_page,
-    "robots.md": robots_page,
-    "snapshot.md": lambda: settings_page("snapshot.md", schema("snapshot")),
+SETTINGS_PAGES = {
+    "reference/experiments.md": "experiment",
+    "reference/snapshot.md": "snapshot",
+    "how_to/studies.md": "study",
 }
+"""Pages with tables of settings, and the kind of their schema."""
+
+PAGES = {
+    "reference/commands.md": commands_page,
+    "reference/ports.md": ports_page,
+    "reference/laws.md": laws_page,
+    "explanation/security.md": security_page,
+    "reference/robots.md": robots_page,
+} | {page: partial(settings_page, page, schema(kind)) for page, kind in SETTINGS_PAGES.items()}
 
 if __name__ == "__main__":
     for file, page in PAGES.items():

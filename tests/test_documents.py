@@ -188,11 +188,16 @@ def test_notes_to_tests_are_understood_and_few_blocks_are_not_run() -> None:
     assert len(not_run) <= MOST_NOT_RUN, "\n".join(map(str, not_run))
 
 
-MADE = ("commands", "ports", "laws", "experiments", "studies", "security", "snapshot")
+GENERATED = (
+    *(f"reference/{name}.md" for name in ("commands", "ports", "laws", "experiments", "robots")),
+    "reference/snapshot.md",
+    "how_to/studies.md",
+    "explanation/security.md",
+)
 
 
-@pytest.mark.parametrize("name", MADE)
-def test_tables_are_those_of_the_code(name: str) -> None:
+@pytest.mark.parametrize("page", GENERATED)
+def test_generated_tables_match_the_code(page: str) -> None:
     """If this fails: python docs/make_tables.py."""
     spec = importlib.util.spec_from_file_location("make_tables", ROOT / "docs/make_tables.py")
     assert spec is not None
@@ -200,7 +205,6 @@ def test_tables_are_those_of_the_code(name: str) -> None:
     module = importlib.util.module_from_spec(spec)
     sys.modules["make_tables"] = module
     spec.loader.exec_module(module)
-    page = f"{name}.md"
     assert (ROOT / "docs" / page).read_text(encoding="utf-8") == module.PAGES[page]()
 
 
@@ -222,8 +226,11 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_pages_are_made_and_load_nothing_from_elsewhere(pages: Path) -> None:
-    made = sorted(pages.glob("*.html"))
-    assert {file.stem for file in (ROOT / "docs").glob("*.md")} <= {page.stem for page in made}
+    made = sorted(pages.rglob("*.html"))
+    sources = {file.relative_to(ROOT / "docs") for file in documents.pages()}
+    assert {file.with_suffix("") for file in sources} <= {
+        page.relative_to(pages).with_suffix("") for page in made
+    }
     loads = re.compile(
         r"<(?:script|img|iframe|source)[^>]+src=\"(?:https?:)?//|@import|url\(\W?http"
         r"|<link[^>]+rel=\"(?:stylesheet|preload)\"[^>]+href=\"(?:https?:)?//"
@@ -237,10 +244,10 @@ def test_pages_are_read_without_a_network(pages: Path, tmp_path: Path) -> None:
     from support.browser import opened_browser
 
     with opened_browser(tmp_path) as page:
-        for name in ("index", "equations", "api"):
+        for name in ("index", "explanation/equations", "reference/api"):
             page.open((pages / f"{name}.html").as_uri(), offline=True)
             page.wait_for("document.readyState === 'complete' && document.querySelector('h1')")
-        page.open((pages / "equations.html").as_uri(), offline=True)
+        page.open((pages / "explanation/equations.html").as_uri(), offline=True)
         page.wait_for("document.readyState === 'complete' && document.querySelector('math')")
         formula = page.evaluate("document.querySelector('math').getBoundingClientRect().width")
         assert formula > 20
@@ -249,8 +256,9 @@ def test_pages_are_read_without_a_network(pages: Path, tmp_path: Path) -> None:
 
 
 def test_the_robot_of_the_words_is_one(tmp_path: Path) -> None:
-    """The SDF and the cardsflow.xml of docs/robots.md, side by side."""
-    texts = [block.text for block in blocks(ROOT / "docs/robots.md") if block.language == "xml"]
+    """The SDF and the cardsflow.xml of docs/reference/robots.md, side by side."""
+    page = ROOT / "docs/reference/robots.md"
+    texts = [block.text for block in blocks(page) if block.language == "xml"]
     for name, text in zip(("model.sdf", "cardsflow.xml"), texts, strict=True):
         (tmp_path / name).write_text(text, encoding="utf-8")
     robot = read_robot(tmp_path)

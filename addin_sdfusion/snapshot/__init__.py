@@ -2,7 +2,8 @@
 
 SI units. Positions and directions are given in the design's root frame, at the
 design's pose. An occurrence is named by its full path, such as `arm:1+hand:1`; the root component
-has the empty path. `snapshot_file` writes and reads it; `docs/snapshot.md` describes the file.
+has the empty path. `snapshot_file` writes and reads it;
+`docs/reference/snapshot.md` describes the file.
 """
 
 from .design import DesignIntent, DesignSnapshot, SourceSnapshot

@@ -67,7 +67,7 @@ def read_design(
     if suffix != ".json":
         what = (
             "is no design that can be read: neither .json, .py, .step nor .stp; how other CAD "
-            "systems get here is in docs/snapshot.md"
+            "systems get here is in docs/reference/snapshot.md"
         )
         raise InputError(what, file=file)
     snapshot = read_snapshot(file)

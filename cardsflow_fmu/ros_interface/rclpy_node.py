@@ -223,7 +223,7 @@ def _rclpy() -> Any:
         raise InputError(
             f"topics of ROS 2 need rclpy: {what}; source the setup.bash of a distribution and run "
             "cardsflow with that distribution's Python, or install the wheels ros-jazzy-rclpy and "
-            "ros-jazzy-rmw-fastrtps-cpp for Python 3.11; see docs/ros.md",
+            "ros-jazzy-rmw-fastrtps-cpp for Python 3.11; see docs/how_to/ros.md",
             key=SCHEME,
         ) from None
 

@@ -34,7 +34,9 @@ class JointLaw(NamedTuple):
 
 
 JOINT_LAWS = (
-    JointLaw("joint_space", "computed torque, [eq. (3)](equations.md#joint-space-eq-3)"),
+    JointLaw(
+        "joint_space", "computed torque, [eq. (3)](../explanation/equations.md#joint-space-eq-3)"
+    ),
     JointLaw(
         "force_position",
         "computed torque without the reference's acceleration",

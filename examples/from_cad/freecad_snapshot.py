@@ -36,7 +36,7 @@ for part in document.findObjects("App::Part"):
         mass = {"mass": m, "com": [x, y, z], "moments": moments, "principal": principal}
         bodies.append({"name": body.Label, "occurrence": path, "mass": mass})
 
-# To be filled in from what your assembly has; their keys are in docs/snapshot.md.
+# To be filled in from what your assembly has; their keys are in docs/reference/snapshot.md.
 joints, points, muscles = [], [], []
 
 design = {

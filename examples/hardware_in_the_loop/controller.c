@@ -1,4 +1,4 @@
-/* A controller that speaks docs/hardware_protocol.md: the other side of device.c, without any Python.
+/* A controller that speaks docs/reference/hardware_protocol.md: the other side of device.c, without any Python.
  *
  * A computed-torque law ticks: the state comes by UDP, the forces go back. make_controller.py writes robot.h
  * and the reference of an experiment:

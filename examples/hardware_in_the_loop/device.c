@@ -1,4 +1,4 @@
-/* A device that speaks docs/hardware_protocol.md: what firmware has to do, by BSD sockets.
+/* A device that speaks docs/reference/hardware_protocol.md: what firmware has to do, by BSD sockets.
  *
  *     cc -std=c99 -O2 -o device device.c -lm
  *     ./device 127.0.0.1 5005 SIGNATURE [KEY_FILE]

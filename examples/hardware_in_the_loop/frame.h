@@ -1,4 +1,4 @@
-/* The frame of docs/hardware_protocol.md in portable C99: pack, unpack, checksum, authentication.
+/* The frame of docs/reference/hardware_protocol.md in portable C99: pack, unpack, checksum, authentication.
  *
  * Define MOST_VALUES before: frames with more values are refused. */
 #ifndef FRAME_H

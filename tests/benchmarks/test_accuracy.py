@@ -1,6 +1,6 @@
 """Accuracy, measured: `pytest tests/benchmarks/test_accuracy.py -s`.
 
-Each figure is the largest difference that was found; docs/accuracy.md quotes them.
+Each figure is the largest difference that was found; docs/explanation/accuracy.md quotes them.
 """
 
 from __future__ import annotations

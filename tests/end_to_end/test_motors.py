@@ -358,7 +358,7 @@ def test_hardware_needs_the_bounds_of_motors() -> None:
 
 
 def test_devices_without_motors_have_the_signature_that_they_had() -> None:
-    """Of the text of docs/hardware_protocol.md, put together by hand."""
+    """Of the text of docs/reference/hardware_protocol.md, put together by hand."""
     experiment = Experiment.load(PLANAR_2R)
     names = [c.name for c in experiment.robot.coordinates]
     commands = [[f"f.cable_{k}", "N"] for k in (1, 2, 3, 4)]

@@ -50,9 +50,15 @@ class Block:
         return self.note.removeprefix(what).strip() if self.note.startswith(what) else None
 
 
+def pages() -> list[Path]:
+    """Return the Markdown pages of `docs`."""
+    built = ROOT / "docs/_build"
+    return sorted(file for file in (ROOT / "docs").rglob("*.md") if built not in file.parents)
+
+
 def documents() -> list[Path]:
-    """The words that are for users."""
-    return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    """Return the README and all pages of `docs`."""
+    return [ROOT / "README.md", *pages()]
 
 
 def all_words() -> list[Path]:

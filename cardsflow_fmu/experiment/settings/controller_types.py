@@ -39,8 +39,8 @@ TYPES = {
     for law in JOINT_LAWS
 } | {
     "operational_space": ControlType(
-        "computed torque, [eq. (4)](equations.md#operational-space-eq-4), with posture, joint "
-        "limits, weights, priorities",
+        "computed torque, [eq. (4)](../explanation/equations.md#operational-space-eq-4), with "
+        "posture, joint limits, weights, priorities",
         "operational",
         force_weight=FORCE_WEIGHT,
     ),

@@ -1,6 +1,6 @@
 """The frame between a simulation and a device: packing, unpacking, checksum, authentication.
 
-Little-endian; docs/hardware_protocol.md describes it for firmware.
+Little-endian; docs/reference/hardware_protocol.md describes it for firmware.
 
     0   u32  magic, b"CFHW"          24  u64  sender's monotonic clock, in [ns]
     4   u8   version, 1              32  u64  that of the frame answered, 0 if none

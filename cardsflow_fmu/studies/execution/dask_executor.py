@@ -73,7 +73,7 @@ def dask_warning(address: str) -> str | None:
         return None
     return (
         f"{address} is not encrypted: whoever reaches scheduler or workers can run code as their "
-        "users; give them certificates and use tls://, as docs/studies.md tells"
+        "users; give them certificates and use tls://, as docs/how_to/studies.md tells"
     )
 
 

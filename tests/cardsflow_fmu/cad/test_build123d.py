@@ -198,7 +198,7 @@ def test_points_faces_and_nested_parts_are_where_they_are_drawn() -> None:
 
 
 def test_the_program_in_the_docs_is_a_robot(tmp_path: Path) -> None:
-    (block,) = (x for x in blocks(ROOT / "docs/cad.md") if x.language == "python")
+    (block,) = (x for x in blocks(ROOT / "docs/how_to/cad.md") if x.language == "python")
     (tmp_path / "arm.py").write_text(block.text)
     design = read_design(tmp_path / "arm.py")
     made = build_robot(design)

@@ -204,7 +204,7 @@ def test_the_schema_is_that_of_what_is_written(capsys: pytest.CaptureFixture[str
 @pytest.mark.slow
 def test_the_example_in_the_docs_is_a_robot(tmp_path: Path) -> None:
     """The pendulum: its muscles pull it to both sides, its hinge has what the file says."""
-    (block,) = (b for b in blocks(ROOT / "docs/snapshot.md") if b.language == "json")
+    (block,) = (b for b in blocks(ROOT / "docs/reference/snapshot.md") if b.language == "json")
     (tmp_path / "pendulum.json").write_text(block.text)
     made = import_cad(tmp_path / "pendulum.json", tmp_path / "robot")
     assert not any(finding.is_error for finding in made.findings)

@@ -34,7 +34,7 @@ from cardsflow_fmu.hardware.protocol.frame import (
 from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake
 from cardsflow_fmu.hardware.protocol.signature import port_signature
 
-PROTOCOL = Path(__file__).parents[3] / "docs/hardware_protocol.md"
+PROTOCOL = Path(__file__).parents[3] / "docs/reference/hardware_protocol.md"
 KEY = b"0123456789abcdef"
 U32, U64 = st.integers(0, 2**32 - 1), st.integers(0, 2**64 - 1)
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
