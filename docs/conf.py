@@ -54,14 +54,16 @@ def whole_page(app: Sphinx, name: str, source: list[str]) -> None:
         pages = dict.fromkeys(re.findall(r"\]\(([\w/]+)\.(?:md|rst)\)", text))
         text += "\n".join(("\n```{toctree}", ":hidden:", *pages, "```\n"))
     text = re.sub(r"^\.\. names:: (\w[\w.]*)$", public_names, text, flags=re.MULTILINE)
-    source[0] = re.sub(r"\]\((\.\./[^)\s]*)\)", partial(link_out_of_docs, name), text)
+    source[0] = re.sub(r"(!\[[^\]]*)?\]\((\.\./[^)\s]*)\)", partial(link_out_of_docs, name), text)
 
 
 def link_out_of_docs(page: str, match: re.Match[str]) -> str:
     """Mark a link to a file outside `docs`, which Sphinx then copies to the pages."""
-    target = match[1]
+    image, target = match.groups()
     file = (DOCS / page).parent / target.partition("#")[0]
-    return match[0] if DOCS in file.resolve().parents else f"](path:{target})"
+    if image or DOCS in file.resolve().parents:
+        return match[0]
+    return f"](path:{target})"
 
 
 def public_names(match: re.Match[str]) -> str:
