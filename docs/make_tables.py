@@ -107,7 +107,7 @@ EXAMPLES = {
 
 ESTIMATED: dict[str, Any] = {
     "robot.joints.joint_2.motor": True,
-    "estimator": {"encoder_noise": {"joint_1": 1e-3}, "units": [{"link": "link_2"}]},
+    "estimator": {"encoder_noise": {"joint_1": 1e-3}, "imus": [{"link": "link_2"}]},
 }
 """The same of an estimator."""
 

@@ -136,7 +136,7 @@ class SceneObject:
         pose: Of its frame in the world, at the start.
         mass: In [kg]; 0 for a fixed body.
         velocity: Of its frame's origin at the start, world axes, in [m/s].
-        spin: Angular velocity at the start, world axes, in [rad/s].
+        angular_velocity: Angular velocity at the start, world axes, in [rad/s].
         friction: Coefficient of Coulomb friction; the scene's when None.
         restitution: The scene's when None.
     """
@@ -146,7 +146,7 @@ class SceneObject:
     pose: Pose = IDENTITY
     mass: float = 0.0
     velocity: Vector3 = (0.0, 0.0, 0.0)
-    spin: Vector3 = (0.0, 0.0, 0.0)
+    angular_velocity: Vector3 = (0.0, 0.0, 0.0)
     friction: float | None = None
     restitution: float | None = None
 
@@ -155,12 +155,12 @@ class SceneObject:
         for what, values in (
             ("position", self.pose.position),
             ("velocity", self.velocity),
-            ("spin", self.spin),
+            ("angular_velocity", self.angular_velocity),
         ):
             _near(what, values)
         if not (math.isfinite(self.mass) and self.mass >= 0.0):
             raise InputError(f"mass must be 0 or a positive number in kg, not {self.mass!r}")
-        if not self.mass and any((*self.velocity, *self.spin)):
+        if not self.mass and any((*self.velocity, *self.angular_velocity)):
             raise InputError("a fixed body (mass 0) has no velocity; give it a mass")
         _check_surface(self.friction, self.restitution)
 

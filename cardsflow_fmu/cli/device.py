@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
 
-_AS_GIVEN = ("noise", "differences", "loss", "duplicate", "reorder", "corrupt", "seed")
+_AS_GIVEN = ("noise", "differentiate_positions", "loss", "duplicate", "reorder", "corrupt", "seed")
 _MILLISECONDS = ("motor_lag", "delay", "jitter")
 """Options that are settings of an emulator."""
 
@@ -97,6 +97,7 @@ def _add_imperfections(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--differences",
+        dest="differentiate_positions",
         action="store_true",
         default=None,
         help="velocities are differences of positions",
@@ -248,7 +249,7 @@ def _imperfections(options: argparse.Namespace, own: EmulatorSettings) -> Emulat
     if counts is not None:
         if not counts > 0:
             raise InputError(f"must be above 0 counts, not {counts!r}", key="--encoder")
-        given |= {"joint_counts": counts, "length_counts": counts, "differences": True}
+        given |= {"joint_counts": counts, "length_counts": counts, "differentiate_positions": True}
     return type(own)(**{**own.data(), **given})
 
 

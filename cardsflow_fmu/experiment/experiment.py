@@ -116,7 +116,7 @@ class Experiment:
     @property
     def feeding(self) -> EstimatorTable | None:
         """The estimator that the controller gets its state from; None where it gets the truth."""
-        return self.estimator if self.estimator is not None and self.estimator.feeds else None
+        return self.estimator if self.estimator is not None and self.estimator.feedback else None
 
     @property
     def roots(self) -> tuple[Path, ...]:

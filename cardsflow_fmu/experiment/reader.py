@@ -23,6 +23,7 @@ from sim_dart.scene import Scene
 
 from .carried_files import mesh_roots, named_files, require_carried, require_closed, require_own
 from .loops import closing_dynamics, with_dependent, with_resting_points
+from .renamed_settings import reject_renamed, rename_old_keys
 from .settings.controller import read_controller
 from .settings.controller_types import control_type
 from .settings.estimator import EstimatorTable, read_estimator
@@ -64,6 +65,7 @@ def read_experiment(
     data = read_settings(file)
     for key, value in settings.items():
         set_value(data, key, value, file)
+    reject_renamed(data, file)
     named = named_files(settings, file.parent) if names_files else ()
     return experiment_settings(data, file, named)
 
@@ -76,18 +78,11 @@ def read_carried_experiment(file: Path) -> dict[str, Any]:
     """
     data = read_settings(file)
     require_closed(data, file)
-    _rename_scheme(data)
+    rename_old_keys(data)
     found = experiment_settings(data, file)
     for own in (found["robot_files"], *(part.files for part in found.get("parts", ()))):
         require_carried(own, file.parent)
     return found
-
-
-def _rename_scheme(data: Any) -> None:
-    """Name the coupling scheme as experiments do; older FMUs carry it as `coupling`."""
-    run = data.get("run")
-    if isinstance(run, dict) and "coupling" in run:
-        run["scheme"] = run.pop("coupling")
 
 
 def _require_experiment(path: Path, file: Path) -> None:
@@ -198,7 +193,7 @@ def _estimator(
 def _require_estimate(estimator: EstimatorTable | None, context: Context) -> None:
     """Refuse hardware without joint encoders whose controller would need them."""
     key = "hardware.has_positions"
-    if estimator is None or not estimator.feeds:
+    if estimator is None or not estimator.feedback:
         raise context.error(key, "without positions of joints the controller needs an [estimator]")
     if estimator.encoded:
         what = "encoders of estimator.encoder_noise are among what is not measured"
@@ -213,7 +208,7 @@ def _estimation(
         estimation_wiring(
             robot,
             estimator.encoded,
-            feeds=estimator.feeds,
+            feeds=estimator.feedback,
             has_hardware=hardware.use,
             has_tensions=hardware.has_tensions,
         )

@@ -93,7 +93,7 @@ def _object(own: ObjectSettings) -> SceneObject:
         Pose(own.position, own.rpy),
         own.mass,
         own.velocity,
-        own.spin,
+        own.angular_velocity,
         own.friction,
         own.restitution,
     )

@@ -67,11 +67,11 @@ class EstimatorModel(CModel):
         estimator = make_estimator(experiment)
         fields: Fields = places(experiment) | {
             "imu_frame": unit_places(robot, settings.inertial_units).frames,
-            "exact": settings.exact,
+            "exact": settings.exact_transition,
             "delay": settings.delay(experiment.run.step),
         }
         fields |= {name: estimator.array(name, -1) for name in _ARRAYS.split()}
         n, m = len(robot.coordinates), len(robot.muscles)
-        counts = {"units": len(settings.units), "muscles": m, "numbers": 3 * n + 2}
+        counts = {"units": len(settings.imus), "muscles": m, "numbers": 3 * n + 2}
         blob = compile_blob(estimated_robot(robot))
         return encode("estimator", blob, cls.groups(experiment), counts, fields)

@@ -40,7 +40,7 @@ class SensorsModel(CModel):
         settings, robot = estimator_settings(experiment), experiment.plant_robot
         sensors = settings.sensor_settings(robot, experiment.run.step)
         units = unit_places(robot, settings.inertial_units)
-        n, m, i = len(robot.coordinates), len(robot.muscles), len(settings.units)
+        n, m, i = len(robot.coordinates), len(robot.muscles), len(settings.imus)
         fields: Fields = places(experiment) | {
             "imu_frame": units.frames,
             "imu_rotation": units.rotations,

@@ -40,7 +40,7 @@ def estimation(
             "status": STATUSES[int(columns["status"][-1])],
             "innovation": float(columns["innovation"].mean()),
             **({} if is_known else {"fitted": True}),
-            "feeds": experiment.estimator.feeds,
+            "feeds": experiment.estimator.feedback,
             "observability": dict(observed),
             "per_signal": {
                 hat: _errors(columns[q] - columns[hat], columns[sd], c.unit)

@@ -167,10 +167,10 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
     if experiment.hardware.motors.command != "force" or experiment.hardware.scale != 1.0:
         raise InputError("controller.c commands forces, in SI units")
     estimator = experiment.estimator
-    if estimator is not None and (estimator.units or estimator.delay(experiment.run.step)):
+    if estimator is not None and (estimator.imus or estimator.delay(experiment.run.step)):
         raise InputError("controller.c has no inertial units, and takes readings as of now")
-    if estimator is not None and estimator.believed.exact:
-        raise InputError("controller.c has no derivatives: make estimator.exact = false")
+    if estimator is not None and estimator.believed.exact_transition:
+        raise InputError("controller.c has no derivatives: set estimator.exact_transition = false")
     times = np.arange(experiment.run.steps) * experiment.run.step
     ticks = np.stack(make_reference(experiment).evaluate(times), axis=1)
     folder.mkdir(parents=True, exist_ok=True)

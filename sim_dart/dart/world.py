@@ -338,7 +338,7 @@ def _place(dart: Any, item: SceneObject) -> None:
     joint = dart.getJoint(0)
     dart.resetAccelerations()
     dart.setPositions(joint.convertToPositions(T))
-    joint.setAngularVelocity(np.array(item.spin))
+    joint.setAngularVelocity(np.array(item.angular_velocity))
     joint.setLinearVelocity(np.array(item.velocity))
 
 

@@ -99,7 +99,7 @@ class PoseEstimator:
         self._handle = ctypes.c_void_p(
             c.estimator_open(self._core.handle, i, self._frames.ctypes.data, address)
         )
-        if self.settings.exact:
+        if self.settings.exact_transition:
             self._use_exact_transition()
         if start is None:
             start = [coordinate.initial for coordinate in robot.coordinates]
@@ -196,7 +196,7 @@ class PoseEstimator:
         m = len(self.lengths)
         found, pulls = vector("lengths", lengths, m), vector("tensions", tensions, m)
         offset, compliance = self.array("offset", m), self.array("compliance", m)
-        taut = pulls > self.settings.slack
+        taut = pulls > self.settings.min_tension
         offset[taut] = (found - self.path_lengths(q) + compliance * pulls)[taut]
         return offset.copy()
 
@@ -207,7 +207,7 @@ class PoseEstimator:
     def _use_exact_transition(self) -> None:
         size = self._c.core_transition_size(self._core.handle)
         if not size:
-            raise CardsflowError("this C core has no derivatives: choose `exact = false`")
+            raise CardsflowError("this C core has no derivatives; set exact_transition = false")
         self._transition = np.empty(-(-size // 8))
         handle = self._c.core_transition_open(self._core.handle, self._transition.ctypes.data)
         function = ctypes.cast(self._c.core_transition_fill, ctypes.c_void_p)

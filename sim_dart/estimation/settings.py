@@ -39,21 +39,22 @@ class EstimatorSettings:
         accelerometer_noise: In [m/s²].
         offset: b of l_m = l - c f + b, in [m].
         compliance: c, in [m/N]; None for what the robot's elastic cables have.
-        slack: A muscle with less tension is left out, in [N].
+        min_tension: A muscle with less tension is left out, in [N].
         gate: A reading farther from what is expected, in standard deviations, is left out.
         acceleration_noise: Density of white noise on accelerations, in [rad/s²/√Hz].
         load_drift: Density of white noise on the unknown loads' rate, in [N·m/√s]; 0 where the
             model is exact.
         gyroscope_drift, accelerometer_drift: The same of biases, in [rad/s/√s] and [m/s²/√s].
-        exact: Whether the transition matrix is the step's exact derivative; else [I hI; 0 I].
-        search: Whether the first pose is searched, from the first measurements alone.
-        starts: Poses that the search begins from.
+        exact_transition: Use the exact derivative of the step as transition matrix; otherwise
+            [I hI; 0 I].
+        find_start: Whether the first pose is searched, from the first measurements alone.
+        start_candidates: Poses that the search begins from.
         start_sd: Of the pose at the start where it is known, in [rad] or [m].
         start_speed_sd: Of the velocities, in [rad/s] or [m/s].
         start_load_sd: Of the unknown loads, in [N·m] or [N].
         gyroscope_bias_sd, accelerometer_bias_sd: In [rad/s] and [m/s²].
-        largest_sd: Of a coordinate, beyond which an estimate is not valid, in [rad] or [m].
-        largest_innovation: Mean square of innovations over their variance, likewise.
+        max_sd: Of a coordinate, beyond which an estimate is not valid, in [rad] or [m].
+        max_innovation: Mean square of innovations over their variance, likewise.
         innovation_time: Over which that is averaged, in [s]; an estimate without any reading for
             so long is not valid.
     """
@@ -64,22 +65,22 @@ class EstimatorSettings:
     accelerometer_noise: ArrayLike = 0.2
     offset: ArrayLike = 0.0
     compliance: ArrayLike | None = None
-    slack: float = 1.0
+    min_tension: float = 1.0
     gate: float = 5.0
     acceleration_noise: ArrayLike = 0.01
     load_drift: ArrayLike = 0.05
     gyroscope_drift: float = 0.0
     accelerometer_drift: float = 0.0
-    exact: bool = True
-    search: bool = False
-    starts: int = 32
+    exact_transition: bool = True
+    find_start: bool = False
+    start_candidates: int = 32
     start_sd: ArrayLike = 1e-3
     start_speed_sd: ArrayLike = 1e-2
     start_load_sd: ArrayLike = 1.0
     gyroscope_bias_sd: float = 0.01
     accelerometer_bias_sd: float = 0.1
-    largest_sd: ArrayLike = 0.05
-    largest_innovation: float = 4.0
+    max_sd: ArrayLike = 0.05
+    max_innovation: float = 4.0
     innovation_time: float = 0.05
 
     def __post_init__(self) -> None:
@@ -96,7 +97,7 @@ class EstimatorSettings:
             signed = one.name == "offset"
             if np.isnan(numbers).any() or (not signed and (numbers < 0).any()):
                 raise InputError(f"{one.name} must not be negative or no number: {value!r}")
-        for name in ("gate", "innovation_time", "starts"):
+        for name in ("gate", "innovation_time", "start_candidates"):
             if not 0 < getattr(self, name) < math.inf:
                 raise InputError(f"{name} must be above 0 and finite, not {getattr(self, name)!r}")
 
@@ -104,9 +105,14 @@ class EstimatorSettings:
 def arrays(settings: EstimatorSettings) -> Mapping[str, ArrayLike]:
     """The settings by the names of the C library's arrays."""
     copied = (
-        "length_noise encoder_noise gyroscope_noise accelerometer_noise offset slack gate "
-        "acceleration_noise load_drift search starts largest_sd largest_innovation innovation_time"
+        "length_noise encoder_noise gyroscope_noise accelerometer_noise offset gate "
+        "acceleration_noise load_drift innovation_time"
     )
     return {name: getattr(settings, name) for name in copied.split()} | {
-        "bias_drift": (settings.gyroscope_drift, settings.accelerometer_drift)
+        "bias_drift": (settings.gyroscope_drift, settings.accelerometer_drift),
+        "slack": settings.min_tension,
+        "search": settings.find_start,
+        "starts": settings.start_candidates,
+        "largest_sd": settings.max_sd,
+        "largest_innovation": settings.max_innovation,
     }

@@ -41,7 +41,7 @@ def open_estimator(precision: Precision, like: PoseEstimator) -> Handle:
 def test_single_precision_estimates_as_well(tmp_path: Path) -> None:
     """The arm swings, pulled by all its muscles: errors are those of double precision."""
     arm = read_robot(EXAMPLES / "roboy_left_arm" / "robot")
-    settings = EstimatorSettings(exact=False, acceleration_noise=0.5, load_drift=0.5)
+    settings = EstimatorSettings(exact_transition=False, acceleration_noise=0.5, load_drift=0.5)
     double = PoseEstimator(arm, settings, START)
     precision = Precision(tmp_path, single=True)
     precision.library.estimator_size.restype = precision.library.core_size.restype

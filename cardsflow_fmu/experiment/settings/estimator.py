@@ -39,7 +39,7 @@ _ORIGIN = (0.0, 0.0, 0.0)
 _AS_BELIEVED = "as the estimator believes when left out"
 
 
-class UnitSettings(Table):
+class ImuSettings(Table):
     """A gyroscope and an accelerometer on a link."""
 
     link: Text = setting("the link that it is on")
@@ -78,7 +78,7 @@ class EstimatorTable(Table):
     """The estimator, what it believes of its sensors, and what happens when it is lost."""
 
     use: bool = setting("whether runs have it", True)
-    feeds: bool = setting("whether the controller gets the estimate; else it only watches", True)
+    feedback: bool = setting("whether the controller gets the estimate; else it only watches", True)
     ramp_down: FromZero = setting("of commands to f_min when the estimate is lost, in s", 0.5)
     ramp_in: FromZero = setting("from f_min when it is back, in s", 0.2)
     length_noise: tuple[FromZero, ...] = each(
@@ -95,7 +95,7 @@ class EstimatorTable(Table):
         0.0,
         word=CALIBRATED,
     )
-    slack: FromZero = setting("muscles with less tension are left out, in N", 1.0)
+    min_tension: FromZero = setting("muscles with less tension are left out, in N", 1.0)
     gate: Positive = setting("readings that are farther off are left out, in deviations", 5.0)
     acceleration_noise: tuple[FromZero, ...] = each(
         "coordinate", "density of noise on accelerations, in rad/s²/√Hz or m/s²/√Hz", 0.01
@@ -107,11 +107,13 @@ class EstimatorTable(Table):
     )
     gyroscope_drift: FromZero = setting("density of the biases' rate, in rad/s/√s", 0.0)
     accelerometer_drift: FromZero = setting("density of the biases' rate, in m/s²/√s", 0.0)
-    exact: bool = setting("exact transition matrix; else [I hI; 0 I], which is quicker", True)
-    search: bool = setting(
+    exact_transition: bool = setting(
+        "exact transition matrix; false for [I hI; 0 I], which is faster", True
+    )
+    find_start: bool = setting(
         "whether the first pose is searched; else it is that of the start", False
     )
-    starts: Annotated[int, Field(ge=1, le=10000), AS_WHOLE] = setting(
+    start_candidates: Annotated[int, Field(ge=1, le=10000), AS_WHOLE] = setting(
         "poses that the search begins from", 32
     )
     start_sd: tuple[FromZero, ...] = each(
@@ -121,27 +123,27 @@ class EstimatorTable(Table):
     start_load_sd: tuple[FromZero, ...] = each("coordinate", "of unknown loads, in N·m or N", 1.0)
     gyroscope_bias_sd: FromZero = setting("of a bias, in rad/s", 0.01)
     accelerometer_bias_sd: FromZero = setting("of a bias, in m/s²", 0.1)
-    largest_sd: tuple[Positive, ...] = each(
+    max_sd: tuple[Positive, ...] = each(
         "coordinate", "a valid estimate's largest standard deviation, in rad or m", 0.05
     )
-    largest_innovation: Positive = setting("a valid estimate's largest mean square", 4.0)
+    max_innovation: Positive = setting("a valid estimate's largest mean square", 4.0)
     innovation_time: Positive = setting(
         "over which that is averaged, in s; without any reading for so long it is not valid", 0.05
     )
-    units: Annotated[tuple[UnitSettings, ...], Listed] = setting(
-        "inertial units: [[estimator.units]]", ()
+    imus: Annotated[tuple[ImuSettings, ...], Listed] = setting(
+        "inertial units: [[estimator.imus]]", ()
     )
     sensors: SensorsTable = setting("how good simulated sensors are", {})
 
     @property
     def inertial_units(self) -> tuple[InertialUnit, ...]:
         """The units, where they are."""
-        return tuple(InertialUnit(unit.link, Pose(unit.position, unit.rpy)) for unit in self.units)
+        return tuple(InertialUnit(unit.link, Pose(unit.position, unit.rpy)) for unit in self.imus)
 
     @property
     def links(self) -> tuple[str, ...]:
         """The link of each unit."""
-        return tuple(unit.link for unit in self.units)
+        return tuple(unit.link for unit in self.imus)
 
     @property
     def encoded(self) -> list[int]:
@@ -180,9 +182,9 @@ class EstimatorTable(Table):
         force = self.accelerometer_noise
         if own.accelerometer_noise is not None:
             force = own.accelerometer_noise
-        none, biases = np.zeros(n), [u.gyroscope_bias for u in self.units]
-        biases += [u.accelerometer_bias for u in self.units]
-        units = 3 * len(self.units)
+        none, biases = np.zeros(n), [u.gyroscope_bias for u in self.imus]
+        biases += [u.accelerometer_bias for u in self.imus]
+        units = 3 * len(self.imus)
         row = np.concatenate
         noise = (
             *(lengths, own.tension_noise, none, encoders or self.encoder_noise),
@@ -228,9 +230,9 @@ def read_estimator(
             what = f"muscle {muscle.name!r} sags, and lengths tell the estimator of straight paths"
             raise context.error("estimator", what)
     links = [link.name for link in robot.links]
-    for k, unit in enumerate(settings.units):
-        context.require(f"estimator.units[{k}].link", "link", unit.link, links)
-    with context.at("estimator.units"):
+    for k, unit in enumerate(settings.imus):
+        context.require(f"estimator.imus[{k}].link", "link", unit.link, links)
+    with context.at("estimator.imus"):
         signal_names("gyroscope", settings.links)
     with context.at("estimator.sensors.delay"):
         if settings.sensors.delay:

@@ -108,7 +108,7 @@ class SensorSettings(Table):
         "standard deviation of readings: positions and lengths, in rad or m, and velocities", 0.0
     )
     length_offset: tuple[float, ...] = each("muscle", "of a length, in m", 0.0)
-    differences: bool = setting("whether velocities are differences of positions", False)
+    differentiate_positions: bool = setting("compute velocities from position differences", False)
     seed: _Seed = setting("of noise and faults", 0)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
@@ -171,7 +171,7 @@ class SafetySettings(Table):
     torque_rate: tuple[Positive, ...] = each(
         "motor", "largest change of a torque, in N·m/s or N/s", None, others=math.inf
     )
-    tension_max: tuple[Positive, ...] = each(
+    max_tension: tuple[Positive, ...] = each(
         "muscle", "tension that ends a run, in N", None, others=math.inf
     )
     position_margin: tuple[FromZero, ...] = each(
@@ -236,9 +236,9 @@ def read_hardware(data: Mapping[str, Any], context: Context, step: float) -> Har
         if settings.motors.command != "force":
             what = f"motors that take a {settings.motors.command} need the joints' velocities"
             raise context.error("hardware.has_positions", what)
-    if settings.tension_max and not settings.has_tensions:
+    if settings.max_tension and not settings.has_tensions:
         what = "limits what has_tensions = false says is not measured"
-        raise context.error("hardware.tension_max", what)
+        raise context.error("hardware.max_tension", what)
     return settings
 
 
@@ -252,7 +252,7 @@ def hardware_data(settings: HardwareSettings, robot: Robot) -> dict[str, Any]:
         if not data[key]:
             del data[key]
     muscles, motors = ([part.name for part in parts] for parts in (robot.muscles, robot.motors))
-    for key, names in (("force_rate", muscles), ("torque_rate", motors), ("tension_max", muscles)):
+    for key, names in (("force_rate", muscles), ("torque_rate", motors), ("max_tension", muscles)):
         limits = zip(names, getattr(settings, key), strict=False)
         # no number is infinity in JSON
         data[key] = {name: limit for name, limit in limits if math.isfinite(limit)}

@@ -105,7 +105,7 @@ class ObjectSettings(_Placed):
     name: Text = setting("its name")
     mass: FromZero = setting("in kg; without one it is fixed", 0.0)
     velocity: Vector3 = setting("at the start, in m/s", _ORIGIN)
-    spin: Vector3 = setting("at the start, in rad/s", _ORIGIN)
+    angular_velocity: Vector3 = setting("at the start, in rad/s", _ORIGIN)
 
 
 class LinkShapeSettings(_Placed):

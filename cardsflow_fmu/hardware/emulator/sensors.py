@@ -42,7 +42,7 @@ class Sensors:
         """
         self._random = np.random.default_rng(self._settings.seed)
         self._read(q, qd, lengths)
-        if self._settings.differences:
+        if self._settings.differentiate_positions:
             self.qd = np.zeros(len(q))
 
     def read(self, q: FloatArray, qd: FloatArray, lengths: FloatArray, dt: float) -> None:
@@ -56,7 +56,7 @@ class Sensors:
         """
         before = self.q
         self._read(q, qd, lengths)
-        if self._settings.differences:
+        if self._settings.differentiate_positions:
             self.qd = (self.q - before) / dt
 
     def _read(self, q: FloatArray, qd: FloatArray, lengths: FloatArray) -> None:

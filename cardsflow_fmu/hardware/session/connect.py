@@ -148,7 +148,7 @@ def _fitted_pose(experiment: Experiment) -> FittedPose:
     if estimator is None:
         what = "without positions of joints the experiment needs an [estimator]"
         raise InputError(what, file=experiment.file, key="hardware.has_positions")
-    return FittedPose(experiment.robot, q, np.array(estimator.offset), estimator.slack)
+    return FittedPose(experiment.robot, q, np.array(estimator.offset), estimator.min_tension)
 
 
 def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Handshake:

@@ -61,7 +61,7 @@ class Guard:
         rates = [_array(settings.force_rate, m, np.inf)]
         rates.append(_array(settings.torque_rate, len(motors), np.inf))
         self._rates = np.concatenate(rates)
-        self._tension_max = _array(settings.tension_max, m, np.inf)
+        self._max_tension = _array(settings.max_tension, m, np.inf)
         self._tolerance = _array(settings.start_tolerance, n, np.inf)
         margin = _array(settings.position_margin, n, 0.0)
         self._lower = np.array([c.lower for c in robot.coordinates]) - margin
@@ -148,11 +148,11 @@ class Guard:
         """
         if (q < self._lower).any() or (q > self._upper).any():
             self._trip_by_position(q)
-        if tensions.size and (tensions > self._tension_max).any():
-            k = int(np.argmax(tensions - self._tension_max))
+        if tensions.size and (tensions > self._max_tension).any():
+            k = int(np.argmax(tensions - self._max_tension))
             raise TripError(
                 f"muscle {self._muscles[k]!r} pulls with {tensions[k]:.4g} N, above its limit of "
-                f"{self._tension_max[k]:.4g} N"
+                f"{self._max_tension[k]:.4g} N"
             )
 
     def _trip_by_position(self, q: FloatArray) -> None:

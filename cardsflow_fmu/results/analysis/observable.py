@@ -43,7 +43,7 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
         },
         "open_poses": dict(zip(names, np.isinf(found.sd).sum(axis=0).tolist(), strict=True)),
         "critical": list(found.critical),
-        "inertial_units": len(settings.units),
+        "inertial_units": len(settings.imus),
     }
 
 

@@ -62,8 +62,8 @@ def test_an_arm_of_unknown_truth_is_calibrated_and_then_needs_no_encoders(
     found = json.loads((new / "calibration.json").read_text())["offsets"]
     assert max(abs(found[k] - b) for k, b in offsets.items()) < 5e-3
 
-    before = recorded(tmp_path / "cad", "before", search=True)["estimation"]
-    after = recorded(new, "after", search=True, offset="calibrated")["estimation"]
+    before = recorded(tmp_path / "cad", "before", find_start=True)["estimation"]
+    after = recorded(new, "after", find_start=True, offset="calibrated")["estimation"]
     assert before["valid_share"] < 0.1
     assert after["valid_share"] == 1.0
     for error in after["per_signal"].values():

@@ -58,7 +58,7 @@ def difference(a: Result, b: Result) -> float:
 @pytest.mark.native
 def test_both_loops_agree() -> None:
     """With all kinds of sensors; the estimate is good enough to be followed."""
-    experiment = roboy(0.3, units=UNITS, sensors=SENSORS, encoder_noise={"joint_1": 1e-3})
+    experiment = roboy(0.3, imus=UNITS, sensors=SENSORS, encoder_noise={"joint_1": 1e-3})
     native, direct = (simulate(experiment, **WAYS[how]) for how in ("native", "direct"))
     assert difference(native, direct) < 1e-9
     assert native["valid"].all()
@@ -73,7 +73,7 @@ def test_both_loops_agree() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("example", ["hill_arm", "planar_2r", "pneumatic_elbow"])
 def test_every_kind_of_muscle_and_motor_has_one(example: str) -> None:
-    settings: dict[str, object] = {"estimator": {"exact": False}, "run.duration": 0.2}
+    settings: dict[str, object] = {"estimator": {"exact_transition": False}, "run.duration": 0.2}
     if example == "planar_2r":
         settings |= {"robot.joints.joint_2.motor": True}
     experiment = Experiment.load(EXAMPLES / example, settings)
@@ -96,7 +96,7 @@ def falling(forces: np.ndarray, valid: np.ndarray, f_min: float, down: float) ->
 def test_commands_ramp_down_where_the_estimate_is_lost(through: str) -> None:
     """A length that sticks: it is noticed, and forces fall to f_min in a straight line."""
     stuck = {"stuck": {"motor0": 1.0, "motor1": 1.0, "motor2": 1.0}}
-    experiment = roboy(1.6, exact=False, sensors=stuck, ramp_down=0.1, gate=1000.0)
+    experiment = roboy(1.6, exact_transition=False, sensors=stuck, ramp_down=0.1, gate=1000.0)
     result = simulate(experiment, **WAYS[through])  # type: ignore[arg-type]
     ticks = slice(0, len(result.rows) - 1, 5)
     valid = result["valid"][ticks]
@@ -115,7 +115,9 @@ def test_commands_ramp_down_where_the_estimate_is_lost(through: str) -> None:
 @pytest.mark.slow
 def test_the_first_pose_is_found_by_the_first_reading() -> None:
     """Without knowing where the arm starts."""
-    result = simulate(roboy(0.2, exact=False, search=True, slack=0.5), coupling="direct")
+    result = simulate(
+        roboy(0.2, exact_transition=False, find_start=True, min_tension=0.5), coupling="direct"
+    )
     assert result["valid"].all()
     assert result["status"][0] == 1.0
     assert np.abs(result["q_hat.joint_1"][0] - result["q.joint_1"][0]) < 5e-3
@@ -124,7 +126,7 @@ def test_the_first_pose_is_found_by_the_first_reading() -> None:
 @pytest.mark.slow
 def test_an_estimator_may_only_watch() -> None:
     """The controller has the truth: the run is that without any estimator."""
-    watched = simulate(roboy(0.1, feeds=False), coupling="direct")
+    watched = simulate(roboy(0.1, feedback=False), coupling="direct")
     alone = simulate(
         Experiment.load(EXAMPLES / "roboy_left_arm", {"run.duration": 0.1}), coupling="direct"
     )
@@ -133,7 +135,7 @@ def test_an_estimator_may_only_watch() -> None:
 
 
 def test_it_reads_back_as_the_same(tmp_path: Path) -> None:
-    experiment = roboy(0.1, units=UNITS, sensors={"length_offset": {"motor1": 1e-3}})
+    experiment = roboy(0.1, imus=UNITS, sensors={"length_offset": {"motor1": 1e-3}})
     data = json.loads(json.dumps(experiment_data(experiment)))
     data["robot"]["path"] = str(experiment.robot_path.resolve())
     file = tmp_path / "experiment.json"
@@ -196,7 +198,7 @@ def test_hardware_without_joint_encoders_sends_lengths_and_tensions_alone(tmp_pa
     """The estimate stays near the pose that fits the lengths, of which no error is told."""
     settings = {"use": True, "mode": "lockstep", "link": "loopback:", "has_positions": False}
     settings["emulator"] = {"noise": 1e-4}
-    own = {"estimator": {"search": True}, "hardware": settings, "run.duration": 0.1}
+    own = {"estimator": {"find_start": True}, "hardware": settings, "run.duration": 0.1}
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm", own)
     result = run(experiment, tmp_path / "out", compute="python", coupling="direct")
     header = read_recording(tmp_path / "out" / RECORDING_FILE).header

@@ -171,7 +171,7 @@ BESIDE: dict[str, dict[str, Any]] = {
 }
 INSIDE: dict[str, dict[str, Any]] = {
     "disturbance": {"force": {"hand": [0.0, 0.0, 1.0]}},
-    "estimator.units[0]": {"link": "link_1"},
+    "estimator.imus[0]": {"link": "link_1"},
     "hardware.motors": {"command": "length", "stiffness": 5e3},
     "robots[0]": {"name": "arm", "path": "robot"},
     "muscles.name.model": {"kind": "hill_degroote2016"},

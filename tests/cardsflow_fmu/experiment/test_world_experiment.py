@@ -68,7 +68,7 @@ def test_every_key_is_read(tmp_path: Path) -> None:
             "ignore": [["link_1", "ball"]],
             "contacts": ["link_2", "ball"],
             "objects": [
-                BALL | {"velocity": [0, 0, 1], "spin": [0, 1, 0], "restitution": 0.5},
+                BALL | {"velocity": [0, 0, 1], "angular_velocity": [0, 1, 0], "restitution": 0.5},
                 {"name": "wall", "shape": "box", "size": [1, 1, 1], "position": [5, 0, 0]},
                 {"name": "rod", "shape": "capsule", "radius": 0.1, "length": 0.2},
                 {"name": "tin", "shape": "cylinder", "radius": 0.1, "length": 0.2},

@@ -288,7 +288,7 @@ def test_lengths_have_offsets() -> None:
 def test_velocities_may_be_differences_of_counts() -> None:
     """Off by at most one count over the step, besides half a step of acceleration."""
     counts = 1e5
-    readings, true = read(SensorSettings(joint_counts=counts, differences=True))
+    readings, true = read(SensorSettings(joint_counts=counts, differentiate_positions=True))
     q, qd = readings[:, :N], readings[:, N : 2 * N]
     np.testing.assert_allclose(qd[1:], np.diff(q, axis=0) / STEP, rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(qd[0], 0.0)

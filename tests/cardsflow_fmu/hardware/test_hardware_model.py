@@ -289,7 +289,7 @@ def test_far_from_the_start_is_refused(devices: list[Device]) -> None:
 
 @pytest.mark.slow
 def test_a_limit_that_is_passed_ends_the_run(devices: list[Device]) -> None:
-    model = started({"hardware.tension_max": {"cable_1": 40.0}})
+    model = started({"hardware.max_tension": {"cable_1": 40.0}})
     with pytest.raises(TripError, match="'cable_1' pulls with 41 N, above its limit of 40 N"):
         stepped(model, 1)
     assert devices[0].state == "safe"

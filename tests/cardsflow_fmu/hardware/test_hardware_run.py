@@ -137,7 +137,7 @@ def test_the_recording_of_a_killed_run_is_replaced(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_limit_ends_the_run_with_partial_results(tmp_path: Path, cardsflow: CommandLine) -> None:
     out = tmp_path / "out"
-    settings = words(LOCKSTEP | {"hardware.tension_max": 20.0})
+    settings = words(LOCKSTEP | {"hardware.max_tension": 20.0})
     code, text, err = cardsflow("run", PLANAR_2R, *settings, "-o", out)
     assert code == 1
     assert "'cable_1' pulls with 41.33 N, above its limit of 20 N" in err
@@ -370,7 +370,7 @@ has_lengths = false
 ramp_in = 0.3
 ramp_down = 0.1
 force_rate = 5000.0
-tension_max = { cable_2 = 150.0 }
+max_tension = { cable_2 = 150.0 }
 start_tolerance = { joint_1 = 0.2, joint_2 = 0.3 }
 position_margin = 0.01
 approach = 1.5
@@ -393,7 +393,7 @@ def test_all_settings_are_read_and_packed(tmp_path: Path) -> None:
         "lockstep",
         7,
     )
-    assert own.safety.tension_max == (np.inf, 150.0, np.inf, np.inf)
+    assert own.safety.max_tension == (np.inf, 150.0, np.inf, np.inf)
     assert own.safety.force_rate == (5000.0,) * 4
     assert own.safety.start_tolerance == (0.2, 0.3)
     assert own.motors.stiffness == (1e3, 2e3, 3e3, 4e3)

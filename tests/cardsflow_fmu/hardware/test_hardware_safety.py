@@ -87,7 +87,7 @@ def test_positions_beyond_limit_and_margin_trip() -> None:
 
 
 def test_tensions_beyond_their_limit_trip() -> None:
-    one, q = guard(tension_max=(120.0, math.inf, 120.0, 120.0)), np.zeros(2)
+    one, q = guard(max_tension=(120.0, math.inf, 120.0, 120.0)), np.zeros(2)
     one.check(q, np.array([120.0, 1e6, 0.0, 0.0]))
     with pytest.raises(TripError, match=r"'cable_3' pulls with 120\.5 N, above its limit of 120 N"):
         one.check(q, np.array([0.0, 0.0, 120.5, 0.0]))

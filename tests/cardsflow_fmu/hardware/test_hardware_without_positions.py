@@ -38,7 +38,7 @@ SETTINGS: dict[str, Any] = {
         "ramp_down": 0.05,
         "emulator": {"noise": 1e-4},
     },
-    "estimator": {"exact": False, "ramp_down": DOWN},
+    "estimator": {"exact_transition": False, "ramp_down": DOWN},
 }
 
 

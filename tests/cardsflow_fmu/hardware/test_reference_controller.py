@@ -262,7 +262,7 @@ def test_without_joint_encoders_the_pose_is_estimated(
 ) -> None:
     """The pose is nearly that of the run with the true one; sensors that stick end it by a ramp."""
     settings: dict[str, Any] = {"run.step": 0.005, "run.duration": 1.0}
-    own = {"estimator.exact": False, "plant.mass_scale": 1.0}
+    own = {"estimator.exact_transition": False, "plant.mass_scale": 1.0}
     made = Experiment.load(EXAMPLES / "no_joint_encoders", settings | own)
     if single:
         program = compiled_in_single_precision(made, tmp_path)

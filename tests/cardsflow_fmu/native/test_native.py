@@ -27,7 +27,7 @@ SETTINGS: dict[str, dict[str, object]] = {
     "planar_2r": {"run.duration": 0.6},
     "roboy_left_arm": {"run.duration": 0.3},
 }
-ESTIMATED = SETTINGS["roboy_left_arm"] | {"estimator.exact": True}
+ESTIMATED = SETTINGS["roboy_left_arm"] | {"estimator.exact_transition": True}
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 
 

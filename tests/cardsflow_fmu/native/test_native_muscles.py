@@ -128,7 +128,7 @@ def test_a_command_that_is_no_number_is_refused_by_name(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        ({"estimator.feeds": True}, r"estimator: muscle 'cable_1' sags"),
+        ({"estimator.feedback": True}, r"estimator: muscle 'cable_1' sags"),
         ({"muscles.cable_2.friction": 0.1}, r"muscles\.cable_2: .* it cannot have friction"),
     ],
 )

@@ -42,7 +42,10 @@ BAD = {
     "scale": (lambda: MeshShape(Path("a.stl"), (1.0, 0.0, 1.0)), "scale must be above 0"),
     "large": (lambda: Sphere(2e6), r"radius must be at most 1e\+06, not 2000000.0"),
     "height": (lambda: Ground(math.inf), r"height must be within 1e\+06 of 0, not inf"),
-    "fast": (lambda: SceneObject("a", BALL, mass=1.0, spin=(0, 0, 2e6)), "spin must be within"),
+    "fast": (
+        lambda: SceneObject("a", BALL, mass=1.0, angular_velocity=(0, 0, 2e6)),
+        "angular_velocity must be within",
+    ),
     "friction": (lambda: Ground(friction=-0.1), "friction must be 0 or above"),
     "restitution": (lambda: Scene(restitution=1.2), "within 0 and 1, not 1.2"),
     "mass": (lambda: SceneObject("a", BALL, mass=-1.0), "mass must be 0 or a positive number"),

@@ -67,7 +67,7 @@ def at_rest(arm: Robot, settings: EstimatorSettings) -> tuple[PoseEstimator, Flo
 @pytest.mark.parametrize("exact", [True, False], ids=["exact", "simple"])
 def test_errors_are_as_large_as_their_deviations_say(arm: Robot, exact: bool) -> None:
     """NEES over seeds, of q, qd and w; the simple matrix lacks what a short time does not show."""
-    settings = EstimatorSettings(exact=exact, acceleration_noise=0.5, load_drift=0.5)
+    settings = EstimatorSettings(exact_transition=exact, acceleration_noise=0.5, load_drift=0.5)
     f, squares = holding(arm, START), []
     for seed in range(SEEDS):
         truth, estimator = Truth(arm, settings, START, seed), PoseEstimator(arm, settings, START)
@@ -181,7 +181,7 @@ def test_what_two_slack_elbow_muscles_leave_open_is_told(arm: Robot) -> None:
 
 def test_an_estimate_without_any_reading_is_not_valid_for_long(arm: Robot) -> None:
     """As where tensions read 0 and so all muscles are slack; with a reading it is back at once."""
-    settings = EstimatorSettings(exact=False, innovation_time=0.0205)
+    settings = EstimatorSettings(exact_transition=False, innovation_time=0.0205)
     estimator, f = at_rest(arm, settings)
     assert estimator.tick(STEP)
     estimator.tensions[:] = 0.0
@@ -200,7 +200,7 @@ def test_random_poses_are_found(arm: Robot) -> None:
     low = np.array([c.lower for c in arm.coordinates])
     high = np.array([c.upper for c in arm.coordinates])
     random, said = np.random.default_rng(1), Counter[str]()
-    estimator = PoseEstimator(arm, EstimatorSettings(search=True, exact=False))
+    estimator = PoseEstimator(arm, EstimatorSettings(find_start=True, exact_transition=False))
     for _ in range(200):
         q = random.uniform(low, high)
         estimator.reset()
@@ -228,7 +228,9 @@ def test_a_pose_that_is_not_told_is_refused() -> None:
     pendulum = replace(
         hinge, cable_sets=(CableSet("all", (Muscle("cable", ends, 1.0, 100.0),)),), cable_set="all"
     )
-    estimator = PoseEstimator(pendulum, EstimatorSettings(search=True, exact=False), [0.1])
+    estimator = PoseEstimator(
+        pendulum, EstimatorSettings(find_start=True, exact_transition=False), [0.1]
+    )
     estimator.tensions[:] = 50.0
     estimator.lengths[:] = estimator.path_lengths([0.5])
     assert estimator.find() == "ambiguous"
@@ -297,8 +299,8 @@ def test_a_state_leads_back_bit_by_bit(arm: Robot) -> None:
 def test_what_does_not_fit_is_refused(arm: Robot) -> None:
     with pytest.raises(InputError, match="gate must be above 0"):
         EstimatorSettings(gate=0.0)
-    with pytest.raises(InputError, match="slack must not be negative"):
-        EstimatorSettings(slack=-1.0)
+    with pytest.raises(InputError, match="min_tension must not be negative"):
+        EstimatorSettings(min_tension=-1.0)
     with pytest.raises(InputError, match="length_noise must be one number or 11"):
         PoseEstimator(arm, EstimatorSettings(length_noise=(1e-3, 2e-3)))
     with pytest.raises(UnknownNameError, match="no link 'hand'"):

@@ -40,7 +40,12 @@ def falling(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
         "ground": {"height": -0.4},
         "objects": [
             {"name": "ball", "shape": "sphere", "radius": 0.05} | near,
-            {"name": "top", "shape": "box", "size": [0.2, 0.2, 0.2], "spin": [0, 0, 2.0]}
+            {
+                "name": "top",
+                "shape": "box",
+                "size": [0.2, 0.2, 0.2],
+                "angular_velocity": [0, 0, 2.0],
+            }
             | {"mass": 0.2, "position": [1.5, 1.0, 3.0]},
             {"name": "rod", "shape": "capsule", "radius": 0.04, "length": 0.3}
             | {"position": [2.0, 0.0, 0.0], "rpy": [0.0, math.pi / 2, 0.0]},
