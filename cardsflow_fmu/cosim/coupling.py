@@ -15,13 +15,13 @@ Scheme = Literal["sampled", "jacobi", "gauss_seidel"]
 class Coupling:
     """A coupling scheme.
 
-    `sampled`: the participants of `order` tick first, each with the outputs of this very tick;
-    their outputs are held while the others advance, together. What is recorded for a time are the
-    commands that act from then on. It is how a sampled controller drives a plant.
+    `sampled`: The participants in `order` tick first, each with the current outputs. Their outputs
+    are held while the others advance together. Each row contains the commands that act from its
+    time on. Use it for a sampled controller and its plant.
 
-    `jacobi`: all advance together, each with what the others gave at the beginning of the step.
+    `jacobi`: All participants advance together, with the outputs at the beginning of the step.
 
-    `gauss_seidel`: one after another in the given order, each with the newest outputs.
+    `gauss_seidel`: The participants advance in the given order, each with the newest outputs.
 
     Attributes:
         scheme: `sampled`, `jacobi` or `gauss_seidel`.
@@ -32,19 +32,19 @@ class Coupling:
     order: tuple[str, ...] = ("controller",)
 
     def stages(self, names: Sequence[str]) -> tuple[list[list[str]], int]:
-        """The participants in groups that see the same outputs of the others.
+        """Group the participants that use the same outputs of the others.
 
         Returns:
-            The groups, in order; and after how many of them a step is recorded.
+            The groups, in order, and the number of groups that step before a row is recorded.
 
         Raises:
-            InputError: The order does not fit the participants.
+            InputError: The order does not match the participants.
         """
         order = () if self.scheme == "jacobi" else self.order
         _check(order, names)
         rest = [name for name in names if name not in order]
         if self.scheme == "gauss_seidel" and rest:
-            raise InputError(f"the order lacks {', '.join(rest)}", key="order")
+            raise InputError(f"the order does not contain {', '.join(rest)}", key="order")
         groups = [[name] for name in order] + ([rest] if rest else [])
         return groups, len(order) if self.scheme == "sampled" else 0
 
@@ -55,5 +55,5 @@ def _check(order: Iterable[str], names: Sequence[str]) -> None:
         if name not in names:
             raise UnknownNameError("participant", name, names, key="order")
         if name in seen:
-            raise InputError(f"{name!r} stands in it twice", key="order")
+            raise InputError(f"{name!r} occurs twice in the order", key="order")
         seen.add(name)

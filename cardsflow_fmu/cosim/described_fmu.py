@@ -1,4 +1,4 @@
-"""FMUs as their descriptions have them, without their code."""
+"""Inputs and outputs of FMUs from their model descriptions, without loading their code."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .participant import Idle
 
 
 class DescribedFmu(Idle):
-    """The inputs and outputs of an FMU; elements of arrays are ports of their own.
+    """Inputs and outputs of an FMU. Each element of an array is a separate port.
 
     Args:
         name: Its name in the wiring.
@@ -25,8 +25,8 @@ class DescribedFmu(Idle):
         start_values: Values for parameters and other variables at the start, by name.
 
     Raises:
-        InputError: The file is no FMU that can be used.
-        UnknownNameError: There is no variable for a start value.
+        InputError: The file is not an FMU that can be used.
+        UnknownNameError: A start value names a variable that does not exist.
     """
 
     def __init__(
@@ -42,8 +42,8 @@ class DescribedFmu(Idle):
         try:
             signals = read_signals(self._description, folder)
         except (TypeError, ValueError, KeyError, RecursionError) as error:
-            reason = f"it lacks {error}" if isinstance(error, KeyError) else error
-            raise InputError(f"is no FMU: {reason}", file=file) from None
+            reason = f"it has no {error}" if isinstance(error, KeyError) else error
+            raise InputError(f"is not an FMU: {reason}", file=file) from None
         taken = Row([signal for signal in signals if signal.causality == "input"])
         given = Row([signal for signal in signals if signal.causality == "output"])
         self.input_names, self.inputs = taken.names, taken.values
@@ -53,7 +53,7 @@ class DescribedFmu(Idle):
         self._changed = self._started(signals, start_values or {})
 
     def _started(self, signals: list[Signal], values: Mapping[str, float]) -> list[Row]:
-        """Rows to set before the initialization: whole variables with the new values in them."""
+        """Return the rows to set before initialization: complete variables with new values."""
         by_element = {name: signal for signal in signals for name in signal.names}
         for name in values:
             if name not in by_element:
@@ -71,7 +71,7 @@ class DescribedFmu(Idle):
 
 
 def _description(file: Path, folder: Path) -> Any:
-    """Unpack the FMU, unless that is done, and read its description."""
+    """Unpack the FMU if necessary and read its model description."""
     description = unpacked_description(file, folder)
     version = str(description.fmiVersion)
     if not version.startswith(("2.", "3.")):

@@ -1,4 +1,4 @@
-"""Runs that have left every physical scale: they end with an error, instead of numbers."""
+"""Detection of diverged runs: values beyond any physical scale end the run with an error."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.utils.arrays import FloatArray
 
 MOST_MOTION = 1.0
-"""In [rad] or [m]: a joint that moves further within a communication step is not simulated."""
+"""Largest motion of a joint within a communication step, in [rad] or [m]."""
 MOST_FORCE = 1e9
-"""In [N]: no muscle pulls this much."""
+"""Largest plausible muscle force, in [N]."""
 
 
 class Divergence:
-    """Looks through the rows of a run, as they come.
+    """Checker for the rows of a run.
 
     Args:
         names: Names of the columns, `time` first.
@@ -29,10 +29,10 @@ class Divergence:
         self._seen = 0
 
     def look(self, rows: FloatArray) -> None:
-        """Look at the rows that have not been looked at.
+        """Check the rows that have not been checked yet.
 
         Args:
-            rows: All so far, shape (rows, len(names)).
+            rows: All rows so far, shape (rows, len(names)).
 
         Raises:
             SimulationError: The run has diverged.
@@ -64,6 +64,6 @@ def _columns(names: Sequence[str], prefixes: tuple[str, ...]) -> list[int]:
 
 
 def _called(name: str) -> str:
-    """What the field calls a column."""
+    """Return the name of a column in the terms of the field."""
     kind, _, part = name.partition(".")
     return f"joint {part}" if kind == "qd" else f"the force of muscle {part}"

@@ -1,4 +1,4 @@
-"""External FMUs: name maps, and a participant under mapped names and units."""
+"""External FMUs: name maps, and a participant with mapped names and units."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _NAMED = 4
 
 @dataclass(frozen=True, slots=True)
 class ExternalFmu:
-    """An FMU that takes the place of one of the experiment's own.
+    """Settings of an FMU that replaces one of the experiment's FMUs.
 
     Attributes:
         file: The .fmu.
-        key: Where it is named, such as `fmus.plant`, for messages.
-        inputs: The FMU's variable for each port of the experiment that it takes, by the port's
-            name. A name may be that of a group of ports, or of an array.
-        outputs: The same for the ports that it gives.
-        units: Units of variables that the FMU does not state, by the variable's name.
-        parameters: Start values by the FMU's own names, in its own units.
+        key: Key of the setting for messages, such as `fmus.plant`.
+        inputs: The FMU's variable for each input port of the experiment, by the port's name. A name
+            may be the name of a group of ports or of an array.
+        outputs: The same for the output ports.
+        units: Units of variables for which the FMU specifies none, by the variable's name.
+        parameters: Start values by the FMU's names, in the FMU's units.
     """
 
     file: Path
@@ -45,11 +45,11 @@ class ExternalFmu:
 def fitting_wiring(
     wiring: Wiring, fmus: Collection[str], parts: Iterable[Ported], loads: Sequence[str]
 ) -> dict[str, str | float]:
-    """An experiment's wiring without loads from outside that external FMUs do not take.
+    """Return an experiment's wiring without external loads that external FMUs do not accept.
 
     Args:
         wiring: The experiment's wiring.
-        fmus: The roles that external FMUs take.
+        fmus: The roles of external FMUs.
         parts: The participants.
         loads: Names of the inputs for loads.
     """
@@ -68,22 +68,22 @@ def fitting_wiring(
 
 
 class AdaptedFmu:
-    """A participant under the experiment's names and units.
+    """Participant with the experiment's names and units.
 
-    Mapped ports carry the experiment's names and are converted into its units; every other variable
-    keeps its own.
+    Mapped ports have the experiment's names and are converted to its units. All other variables
+    keep their names and units.
 
     Args:
         inner: The FMU, initialised.
         external: The experiment's settings for it.
-        ports: The experiment's table for the role that the FMU takes.
+        ports: The experiment's variables for the role of the FMU.
 
     Raises:
-        InputError: A size or a unit does not fit.
-        UnknownNameError: The map names something that does not exist.
+        InputError: A size or a unit does not match.
+        UnknownNameError: The map contains a name that does not exist.
 
     Attributes:
-        warnings: What had to be assumed, a line each: variables without units are in ours.
+        warnings: Assumptions, one line each: variables without units use the experiment's units.
     """
 
     def __init__(self, inner: Participant, external: ExternalFmu, ports: Sequence[Port]) -> None:
@@ -115,7 +115,7 @@ class AdaptedFmu:
 
 
 class _Side:
-    """The inputs, or the outputs, of an FMU under other names and in other units."""
+    """Inputs or outputs of an FMU with other names and units."""
 
     def __init__(
         self,
@@ -128,7 +128,7 @@ class _Side:
         self.names = tuple(renamed.get(name, name) for name in own)
         if len(set(self.names)) < len(self.names):
             twice = next(name for name in self.names if self.names.count(name) > 1)
-            raise InputError(f"two variables would be {twice!r}", key=key)
+            raise InputError(f"two variables would have the name {twice!r}", key=key)
         self.units: dict[str, Unit] = {}
         self.assumed: list[str] = []
         changes = []
@@ -149,19 +149,19 @@ class _Side:
         self._offsets = np.array([change.offset for change in changes])
 
     def outside(self, values: FloatArray) -> FloatArray:
-        """The FMU's values in the experiment's units."""
+        """Return the FMU's values in the experiment's units."""
         converted: FloatArray = self._factors * values + self._offsets
         return converted
 
     def inside(self, values: FloatArray, target: FloatArray) -> None:
-        """The experiment's values in the FMU's units."""
+        """Return the experiment's values in the FMU's units."""
         target[:] = (values - self._offsets) / self._factors
 
 
 def _assumption(key: str, assumed: Sequence[str]) -> str:
     more = f" and {len(assumed) - _NAMED} more" if len(assumed) > _NAMED else ""
     line = f"{key}: the FMU has no units for {', '.join(assumed[:_NAMED])}{more}"
-    return f"{line}: taken as that; {key}.units states others"
+    return f"{line}; the experiment's units are assumed; set {key}.units for other units"
 
 
 def _conversion(source: Unit | None, target: Unit | None, route: str) -> Conversion:
@@ -172,10 +172,10 @@ def _conversion(source: Unit | None, target: Unit | None, route: str) -> Convers
 
 
 def stated_units(external: ExternalFmu, own: Sequence[str]) -> dict[str, Unit]:
-    """The units that the experiment states for variables of an FMU.
+    """Return the units that the experiment specifies for variables of an FMU.
 
     Raises:
-        UnknownNameError: There is no such variable.
+        UnknownNameError: A variable does not exist.
     """
     units: dict[str, Unit] = {}
     for name, unit in external.units.items():
@@ -189,17 +189,17 @@ def stated_units(external: ExternalFmu, own: Sequence[str]) -> dict[str, Unit]:
 def renamed(
     external: ExternalFmu, side: str, own: Sequence[str], ports: Sequence[Port]
 ) -> dict[str, str]:
-    """The experiment's name of each of an FMU's variables that the map names.
+    """Return the experiment's name of each mapped variable of an FMU.
 
     Args:
         external: The experiment's settings for the FMU.
         side: `input` or `output`.
         own: Names of the FMU's variables on that side.
-        ports: The experiment's table for the role that the FMU takes.
+        ports: The experiment's variables for the role of the FMU.
 
     Raises:
-        InputError: A size does not fit.
-        UnknownNameError: The map names something that does not exist.
+        InputError: A size does not match.
+        UnknownNameError: The map contains a name that does not exist.
     """
     ours = [port.name for port in ports if port.causality == side]
     key = f"{external.key}.{side}s"
@@ -212,7 +212,7 @@ def renamed(
             raise UnknownNameError(f"{side} of the FMU", variable, own, key=f"{key}.{name}")
         if len(mapped) != len(variables):
             what = f"{name} has {len(mapped)}, {variable} of the FMU {len(variables)}"
-            raise InputError(f"sizes do not fit: {what}", key=f"{key}.{name}")
+            raise InputError(f"sizes do not match: {what}", key=f"{key}.{name}")
         for port, one in zip(mapped, variables, strict=True):
             if one in names:
                 raise InputError(f"{one} is mapped twice", key=f"{key}.{name}")

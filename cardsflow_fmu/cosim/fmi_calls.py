@@ -1,7 +1,7 @@
 """FMI 2.0 and FMI 3.0 calls of a co-simulation through one interface.
 
 FMPy loads and instantiates an FMU; the calls of a step go to its library directly, since FMPy
-builds new arrays at every call. Each call answers with FMI's status.
+creates new arrays in every call. Each call returns FMI's status.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ import fmpy.fmi3
 from .fmu_variables import Bank, Row
 
 DISCARD = 2
-"""The first status that means failure."""
+"""Lowest status that means failure."""
 
 Log = Callable[[int, str], None]
-"""Takes the status and the text of a message."""
+"""Function that receives the status and the text of a message."""
 
 
 class FmuCalls(ABC):
     """An instance of an FMU.
 
     Raises:
-        Exception: FMPy cannot load the library, or the FMU refuses to be instantiated.
+        Exception: FMPy cannot load the library, or the FMU cannot be instantiated.
     """
 
     _prefix: str
@@ -47,7 +47,7 @@ class FmuCalls(ABC):
 
     @abstractmethod
     def _arguments(self, bank: Bank) -> tuple[Any, ...]:
-        """Arguments of a function that gets or sets."""
+        """Return the arguments of a getter or setter."""
 
     @abstractmethod
     def enter_initialization(self) -> int:
@@ -62,19 +62,19 @@ class FmuCalls(ABC):
         return self._call("ExitInitializationMode")
 
     def terminate(self) -> int:
-        """End the simulation, for what an FMU holds besides its memory."""
+        """End the simulation, so that the FMU releases its resources."""
         return self._call("Terminate")
 
     def getter(self, row: Row) -> Callable[[], int]:
-        """A function that gets all variables of a row into its buffers."""
+        """Return a function that reads all variables of a row into its buffers."""
         return self._all("Get", row.banks)
 
     def setter(self, row: Row) -> Callable[[], int]:
-        """A function that sets all variables of a row from its buffers."""
+        """Return a function that writes all variables of a row from its buffers."""
         return self._all("Set", row.banks)
 
     def free(self) -> None:
-        """Free the instance; its library stays loaded, as other instances may use it."""
+        """Free the instance. Its library stays loaded because other instances may use it."""
         function = self._library[f"{self._prefix}FreeInstance"]
         function.restype = None
         function(self._instance)
@@ -130,9 +130,9 @@ class Fmi2Calls(FmuCalls):
     def _on_log(
         self, _: int | None, instance: bytes, status: int, category: bytes, message: bytes
     ) -> None:
-        """Pass a message on, with FMI 2's doubled `%` and `#` undone.
+        """Forward a message; replace FMI 2's doubled `%` and `#`.
 
-        FMPy's own formatting proxy is left alone: it serves one logger a process.
+        FMPy's formatting proxy is not used because it supports one logger per process.
         """
         text = message.decode("utf-8", "replace")
         self._log(status, text.replace("%%", "%").replace("##", "#"))
@@ -141,7 +141,7 @@ class Fmi2Calls(FmuCalls):
         return self._instance, bank.references, ctypes.c_size_t(bank.count), bank.buffer
 
     def enter_initialization(self) -> int:
-        """No stop time: the last tick of a slower controller may reach beyond the end."""
+        """Set no stop time: the last tick of a slower controller may extend beyond the end."""
         zero, none = ctypes.c_double(0.0), ctypes.c_int(0)
         status = self._call("SetupExperiment", none, zero, zero, none, zero)
         return status if status >= DISCARD else self._call("EnterInitializationMode")
@@ -189,14 +189,14 @@ class Fmi3Calls(FmuCalls):
         return self._instance, bank.references, count, bank.buffer, size
 
     def enter_initialization(self) -> int:
-        """No stop time: the last tick of a slower controller may reach beyond the end."""
+        """Set no stop time: the last tick of a slower controller may extend beyond the end."""
         zero, none = ctypes.c_double(0.0), ctypes.c_bool(False)
         return self._call("EnterInitializationMode", none, zero, zero, none, zero)
 
     def step(self, t: float, h: float) -> int:
-        """Advance from t to t + h, in [s]; an FMU that asks to end has failed."""
+        """Advance from t to t + h, in [s]. A request of the FMU to terminate is a failure."""
         status: int = self._do_step(self._instance, t, h, True, *self._outs)
         if status < DISCARD and self._flags[1].value:
-            self._log(DISCARD, "the FMU asks to end the simulation")
+            self._log(DISCARD, "the FMU requested to terminate the simulation")
             return DISCARD
         return status

@@ -1,4 +1,4 @@
-"""Descriptions of FMUs, read by FMPy from files that may come from anywhere."""
+"""Model descriptions of untrusted FMU files, read by FMPy."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ DESCRIPTION = "modelDescription.xml"
 
 
 def read_description(file: Path) -> Any:
-    """FMPy's description of an FMU, which stays packed.
+    """Read FMPy's model description of a packed FMU.
 
     Args:
         file: The .fmu.
 
     Raises:
-        InputError: It is no FMU.
+        InputError: The file is not an FMU.
     """
     with opened_archive(file, "FMU") as archive:
         data = entry_bytes(archive, DESCRIPTION, limits.DESCRIPTION)
@@ -33,23 +33,23 @@ def read_description(file: Path) -> Any:
 
 
 _FOR_PEOPLE = ("sources/", "documentation/", "terminalsAndIcons/")
-"""Folders of an FMU that are for people and compilers, and not for instances."""
+"""Folders of an FMU that an instance does not need."""
 
 
 def unpacked_description(file: Path, folder: Path) -> Any:
-    """FMPy's description of an FMU, which is unpacked.
+    """Unpack an FMU and read FMPy's model description.
 
     Args:
         file: The .fmu.
-        folder: An empty folder, or one that holds it unpacked.
+        folder: An empty folder, or a folder with the unpacked FMU.
 
     Raises:
-        InputError: It is no FMU.
+        InputError: The file is not an FMU.
     """
     if not (folder / DESCRIPTION).is_file():
         unpack_archive(file, folder, "FMU", "an FMU", without=_FOR_PEOPLE)
     if not (folder / DESCRIPTION).is_file():
-        raise InputError(f"is no FMU: it has no {DESCRIPTION}", file=file)
+        raise InputError(f"is not an FMU: it has no {DESCRIPTION}", file=file)
     return _description(read_file(folder / DESCRIPTION, limits.DESCRIPTION), file)
 
 
@@ -58,21 +58,21 @@ def _description(data: bytes, file: Path) -> Any:
     if fault is None and b"<!" in re.sub(rb"<!(--|\[CDATA\[)", b"", data.replace(b"\0", b"")):
         fault = "has a document type or entities, which are not allowed here"
     if fault is not None:
-        raise InputError(f"is no FMU that can be used: its {DESCRIPTION} {fault}", file=file)
+        raise InputError(f"cannot be used as an FMU: its {DESCRIPTION} {fault}", file=file)
     try:
         description = fmpy.read_model_description(_packed(data), validate=False)
         sizes = [math.prod(variable.shape or ()) for variable in description.modelVariables]
     except Exception as error:
         reason = re.sub(r"\s+", " ", str(error))
-        raise InputError(f"is no FMU: {reason}", file=file) from None
+        raise InputError(f"is not an FMU: {reason}", file=file) from None
     if sum(sizes) > limits.COLUMNS or min(sizes, default=0) < 0:
-        what = f"is no FMU that can be used: it has more than {limits.COLUMNS} variables"
+        what = f"cannot be used as an FMU: it has more than {limits.COLUMNS} variables"
         raise InputError(what, file=file)
     return description
 
 
 def _packed(data: bytes) -> io.BytesIO:
-    """A description as FMPy takes it from memory: in an archive, of its own."""
+    """Return a model description in an archive, as FMPy reads it from memory."""
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w") as archive:
         archive.writestr(DESCRIPTION, data)

@@ -15,24 +15,24 @@ from .fmi_calls import DISCARD, Fmi2Calls, Fmi3Calls, FmuCalls
 from .fmu_variables import Row
 
 _OWN_ERROR = re.compile(r"\b(?:addin_sdfusion|cardsflow_fmu)[\w.]*Error: ")
-"""The class of an error of this package, whose message is for users."""
+"""Pattern for error classes of this package, whose messages are for users."""
 
 
 class FmuInstance(DescribedFmu):
-    """A loaded, initialised FMU; elements of arrays are ports of their own.
+    """Loaded and initialised FMU. Each element of an array is a separate port.
 
     Args:
         name: Its name in the wiring.
         file: The .fmu.
-        folder: An empty folder to unpack it into, or one that holds it unpacked; it must live as
-            long as the instance.
+        folder: An empty folder, or a folder with the unpacked FMU. It must exist as long as the
+            instance exists.
         start_values: Values for parameters and other variables at the start, by name.
 
     Raises:
-        InputError: The file is no FMU that can be used.
-        SimulationError: The FMU refuses to start; the message is its own.
-        UnknownNameError: There is no variable for a start value.
-        KeyboardInterrupt: Ctrl-C or SIGTERM came while it started.
+        InputError: The file is not an FMU that can be used.
+        SimulationError: The FMU cannot be initialised; the error contains its message.
+        UnknownNameError: A start value names a variable that does not exist.
+        KeyboardInterrupt: Ctrl-C or SIGTERM during initialisation.
     """
 
     def __init__(
@@ -90,10 +90,10 @@ class FmuInstance(DescribedFmu):
         self._advance = calls.step
 
     def _start(self, calls: FmuCalls, rows: list[Row]) -> None:
-        """Initialize it; Ctrl-C waits for that, as hardware takes its time to answer.
+        """Initialize the instance. Ctrl-C is handled afterwards, because hardware answers slowly.
 
         Raises:
-            KeyboardInterrupt: It was pressed meanwhile.
+            KeyboardInterrupt: Ctrl-C was pressed during initialisation.
         """
         with interruptible() as interrupted:
             try:
@@ -124,7 +124,7 @@ class FmuInstance(DescribedFmu):
             self._log.append(text)
 
     def _messages(self) -> str:
-        """The log as one text, since FMI 2.0's messages are cut into pieces."""
+        """Return the log as one text; FMI 2.0 splits long messages."""
         return _user_text("\n".join(self._log)).strip()
 
     def _fail(self, when: str) -> None:
@@ -135,6 +135,6 @@ class FmuInstance(DescribedFmu):
 
 
 def _user_text(text: str) -> str:
-    """The message alone of an error of this package's models; all of any other text."""
+    """Return the message of an error of this package's models, or the complete other text."""
     summary, trace, _ = text.partition("\nTraceback (most recent call last):")
     return _OWN_ERROR.sub("", summary, count=1) if trace and _OWN_ERROR.search(summary) else text

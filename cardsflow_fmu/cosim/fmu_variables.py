@@ -1,4 +1,4 @@
-"""Variables of an FMU as rows of numbers with fixed buffers."""
+"""Numeric variables of an FMU as arrays with fixed buffers."""
 
 from __future__ import annotations
 
@@ -45,16 +45,16 @@ _KINDS: dict[str, dict[str, tuple[str, Any]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """A variable of an FMU whose values are numbers.
+    """Numeric variable of an FMU.
 
     Attributes:
-        function: The type in the names of FMI's functions, such as `Real` or `Float64`.
-        ctype: The type of its values in C.
+        function: Type in the names of FMI's functions, such as `Real` or `Float64`.
+        ctype: C type of the values.
         reference: The value reference.
-        names: A name for each element; the variable's own for a scalar.
+        names: Names of the elements; the variable's name for a scalar.
         units: Units of elements, by their names.
         causality: As in the model description.
-        start: Start values; zeros where there are none.
+        start: Start values; zero if the FMU specifies none.
     """
 
     function: str
@@ -67,7 +67,7 @@ class Signal:
 
 
 def read_signals(description: Any, folder: Path) -> list[Signal]:
-    """The variables of an unpacked FMU that are numbers, in the order of its description."""
+    """Read the numeric variables of an unpacked FMU, in the order of its model description."""
     units = variable_units(description)
     kinds = _KINDS[description.fmiVersion[:3]]
     elements = _elements(folder) if description.fmiVersion.startswith("3") else {}
@@ -101,7 +101,7 @@ def _signal(
 
 
 def _element_names(name: str, shape: tuple[int, ...]) -> tuple[str, ...]:
-    """`q[1]`, `q[2]` for an array `q`, in the order in which FMI passes its values."""
+    """Return `q[1]`, `q[2]`, ... for an array `q`, in the order of FMI's values."""
     if not shape:
         return (name,)
     indices = product(*(range(1, size + 1) for size in shape))
@@ -120,7 +120,7 @@ def _start(text: str | None, size: int) -> tuple[float, ...]:
 
 
 def _elements(folder: Path) -> dict[str, list[dict[str, str]]]:
-    """Names and units of the elements of arrays, by the array's name; from annotations."""
+    """Read names and units of array elements from annotations, by the array's name."""
     root = ET.parse(folder / "modelDescription.xml").getroot()  # read by FMPy before
     found = {}
     for variable in root.iterfind("ModelVariables/*"):
@@ -136,8 +136,8 @@ class Bank:
 
     Args:
         signals: The variables.
-        place: Where their values stand in the row.
-        memory: Memory for doubles; another buffer is made for other types.
+        place: Position of their values in the row.
+        memory: Memory for doubles; other types use another buffer.
 
     Attributes:
         function: The type in the names of FMI's functions.
@@ -145,8 +145,8 @@ class Bank:
         count: Their number.
         buffer: The values, for C.
         values: The same, for numpy.
-        place: Where they stand in the row.
-        is_apart: Whether values have to be copied between the row and the buffer.
+        place: Position of the values in the row.
+        is_apart: Whether values are copied between the row and the buffer.
     """
 
     def __init__(self, signals: Sequence[Signal], place: slice, memory: FloatArray) -> None:
@@ -164,13 +164,13 @@ class Bank:
 
 
 class Row:
-    """Signals of an FMU as one row of numbers.
+    """Signals of an FMU in one array.
 
     Attributes:
-        names: Of all elements.
-        values: The numbers, shape (len(names),), at their start values at first.
-        banks: Buffers of the numbers, one a type.
-        is_apart: Whether some have to be brought into their buffers, and back.
+        names: Names of all elements.
+        values: Values, shape (len(names),); initially the start values.
+        banks: Buffers of the values, one per type.
+        is_apart: Whether some values are copied to and from their buffers.
     """
 
     def __init__(self, signals: Sequence[Signal]) -> None:
@@ -190,13 +190,13 @@ class Row:
         self.is_apart = bool(self._apart)
 
     def write(self) -> None:
-        """Bring the numbers into the buffers."""
+        """Copy the values to the buffers."""
         for bank in self._apart:
             numbers = self.values[bank.place]
             is_float = bank.values.dtype.kind == "f"
             bank.values[:] = numbers if is_float else np.rint(numbers)
 
     def read(self) -> None:
-        """Bring the buffers into the numbers."""
+        """Copy the buffers to the values."""
         for bank in self._apart:
             self.values[bank.place] = bank.values

@@ -1,4 +1,4 @@
-"""The fixed-step co-simulation master: participants of any number, under a named coupling."""
+"""Fixed-step co-simulation master for any number of participants."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from .wiring import Copy, Wiring, connect, runs
 
 @dataclass(frozen=True, slots=True)
 class _Turn:
-    """A participant in the order of a step.
+    """Participant in the order of a step.
 
     Attributes:
-        step: Its step.
-        copies: Copies into its inputs, made before.
-        every: Communication steps between two of its own.
+        step: Function that steps the participant.
+        copies: Copies to its inputs, made before the step.
+        every: Number of communication steps per step of the participant.
         is_ticking: Whether it is the controller, whose ticks are recorded.
     """
 
@@ -39,25 +39,25 @@ class _Turn:
 
 
 class Master(StepLoop):
-    """Steps participants that feed each other.
+    """Master that steps connected participants.
 
-    A participant that is stepped every k-th communication step only holds its outputs for k steps.
+    A participant that is stepped every k-th communication step holds its outputs for k steps.
 
     Args:
-        participants: Initialised, with different names; their outputs are the columns, in order. A
-            name that several of them have is led by the participant's.
-        wiring: Outputs, or numbers, for inputs that are not wired by equal names, by full name.
+        participants: Initialised participants with different names. Their outputs are the columns,
+            in order. If several have the same output name, the participant's name is the prefix.
+        wiring: Outputs or numbers for inputs that are not connected by equal names, by full name.
         step: Communication step, in [s].
         steps: Number of communication steps.
         coupling: The coupling scheme.
-        every: Communication steps between two steps of a participant, by its name; 1 if absent.
-        by_name: Whether inputs that the wiring leaves out take the output of the same name;
-            otherwise they stay at their start values.
-        changes: Conversions of inputs by full name, where they are not those of the units.
+        every: Communication steps per step of a participant, by its name (default: 1).
+        by_name: Whether inputs without wiring use the output of the same name. Otherwise they stay
+            at their start values.
+        changes: Conversions of inputs by full name, if they differ from those of the units.
 
     Raises:
-        InputError: An input has no output to take its value from, a size or a unit does not fit, or
-            the coupling does not fit the participants.
+        InputError: An input has no source, a size or a unit does not match, or the coupling does
+            not match the participants.
         UnknownNameError: The wiring names a port that does not exist.
     """
 
@@ -91,7 +91,7 @@ class Master(StepLoop):
         ]
         self._before, self._after = stages[:before], stages[before:]
         self.names, self.units, self._columns = columns_of(participants)
-        # only those under other names and units have had to assume something
+        # only participants with mapped names and units make assumptions
         self._warnings = [line for p in participants for line in getattr(p, "warnings", ())]
         self._ticks: list[int] = []
         self._solve_times: list[float] = []
@@ -101,7 +101,7 @@ class Master(StepLoop):
         self._timer = outputs.index(SOLVE_TIME) if SOLVE_TIME in outputs else None
 
     def _steps(self, rows: FloatArray, pacer: Pacer | None) -> Iterator[int]:
-        """One communication step an iteration."""
+        """Take one communication step per iteration."""
         self._ticks, self._solve_times, self._lateness = [], [], []
         steps = self.count - 1
         for k in range(steps):
@@ -130,12 +130,12 @@ class Master(StepLoop):
         )
 
     def _advance(self, stage: Sequence[_Turn], k: int, row: int) -> None:
-        """Give every participant of a stage its inputs, then step every one.
+        """Set the inputs of all participants of a stage, then step them.
 
         Args:
             stage: The participants.
             k: Number of the step.
-            row: The first row to show it.
+            row: First row with the outputs of the step.
         """
         step = self._step
         for turn in stage:
@@ -161,10 +161,10 @@ class Master(StepLoop):
 def columns_of(
     participants: Sequence[Wired],
 ) -> tuple[tuple[str, ...], dict[str, str], list[tuple[FloatArray, slice]]]:
-    """Names of the columns, their units, and their values, as views of the outputs.
+    """Return names, units and values of the columns; the values are views of the outputs.
 
     Args:
-        participants: Their outputs are the columns, in order; times of solving are none.
+        participants: Their outputs are the columns, in order, except solve times.
     """
     count = Counter(name for p in participants for name in p.output_names)
     names, units, columns = ["time"], {"time": "s"}, []

@@ -1,4 +1,4 @@
-"""The pace of a run: as fast as it can, or by the clock."""
+"""Pace of a run: as fast as possible, or in real time."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from .recording import Recording
 
 
 class Pace:
-    """The conditions for a run by the clock, as a context; none where a run needs no clock.
+    """Context with the conditions for a real-time run.
 
     Args:
         step: Communication step, in [s].
-        realtime: Whether steps wait for their time.
+        realtime: Whether the run is in real time.
 
     Attributes:
-        pacer: Pacer of the master; None where it does not wait.
+        pacer: Pacer of the master; None if the run is not in real time.
     """
 
     def __init__(self, step: float, realtime: bool) -> None:
-        self._step, self._by_the_clock = step, realtime
+        self._step, self._is_realtime = step, realtime
         self.pacer = Pacer(step) if realtime else None
         self._conditions = ExitStack()
         self._scheduling: str | None = None
 
     def __enter__(self) -> Self:
-        if self._by_the_clock:
+        if self._is_realtime:
             self._conditions.enter_context(without_collections())
             self._scheduling = self._conditions.enter_context(real_time_priority())
         return self
@@ -40,11 +40,11 @@ class Pace:
         self._conditions.close()
 
     def judged(self, recording: Recording) -> Recording:
-        """The recording, with a failure where the run did not end as it has to."""
+        """Return the recording, with a failure if the run did not end as required."""
         return recording
 
     def report(self, recording: Recording) -> dict[str, Any]:
-        """The part of the summary: empty without clock and hardware."""
+        """Return the part of the summary; empty without real time and hardware."""
         return self._timeliness(np.array(recording.lateness))
 
     def _timeliness(self, lateness: FloatArray) -> dict[str, Any]:

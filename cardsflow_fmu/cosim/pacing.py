@@ -1,4 +1,4 @@
-"""Pacing by the clock: absolute deadlines, lateness, real-time scheduling."""
+"""Real-time pacing: absolute deadlines, lateness, scheduling."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 _REAL_TIME = ("SCHED_FIFO", "SCHED_RR")
 _SELDOM = 0.01
-"""Part of the steps that may be late by more than a step in a run that keeps up."""
+"""Share of steps that may be late by more than one step in a run that keeps up."""
 _PRIORITY = 20
-"""Among real-time threads; above nothing that a system's own are."""
+"""Priority among real-time threads; below those of the operating system."""
 _SET_TIMER_SLACK, _GET_TIMER_SLACK = 29, 30
-_LEAST_SLACK = 1  # [ns]; a system's own choice is 50 µs
+_LEAST_SLACK = 1  # [ns]; the default of Linux is 50 µs
 
 
 class Pacer:
-    """Waits for moments of real time that stand as far apart as those of a run.
+    """Timer that waits for the deadlines of a run in real time.
 
-    Every moment is counted from one origin, so that delays do not add up. Who is more than a step
-    late is not made to catch up in a burst: all later moments slip by as much.
+    All deadlines are relative to one start time, so delays do not add up. If the run is more than
+    one step late, it does not catch up in a burst: all later deadlines are postponed.
 
     Args:
-        step: The step that a run may be late by, in [s].
-        clock: The time, in [s].
-        sleep: Waits for a time in [s].
+        step: Lateness that is tolerated, in [s].
+        clock: Function that returns the time, in [s].
+        sleep: Function that waits for a time in [s].
 
     Attributes:
-        slips: How often moments slipped.
-        slipped: By how much altogether, in [s].
+        slips: Number of postponements.
+        slipped: Sum of all postponements, in [s].
     """
 
     def __init__(
@@ -53,13 +53,13 @@ class Pacer:
         self.slipped = 0.0
 
     def wait(self, t: float) -> float:
-        """Wait until time t of the run; the first call says that it is now.
+        """Wait until time t of the run. The first call defines the current time as t.
 
         Args:
-            t: In [s].
+            t: Time of the run, in [s].
 
         Returns:
-            How late it is, in [s]; 0 or more.
+            The lateness, in [s]; 0 or more.
         """
         if self._origin is None:
             self._origin = self._clock() - t
@@ -77,11 +77,11 @@ class Pacer:
 
 
 def timeliness(lateness: FloatArray, step: float) -> dict[str, Any]:
-    """Lateness of the steps of a run, and whether it kept up.
+    """Evaluate the lateness of a run's steps.
 
     Args:
-        lateness: Of every step, shape (steps,), in [s].
-        step: In [s]; a run that keeps up is seldom later than this.
+        lateness: Lateness of each step, shape (steps,), in [s].
+        step: Communication step, in [s]. A run that keeps up is rarely later than this.
     """
     if not lateness.size:
         return {"kept_up": None, "steps": 0, "behind": 0, "unit": "s", "lateness": None}
@@ -98,7 +98,7 @@ def timeliness(lateness: FloatArray, step: float) -> dict[str, Any]:
 
 
 def describe_timeliness(report: Mapping[str, Any]) -> str:
-    """One line of text about the timeliness."""
+    """Describe the lateness in one line."""
     if report["kept_up"] is None:
         return "no step was paced"
     median, most, highest = (1e3 * report["lateness"][key] for key in ("median", "p99", "max"))
@@ -111,7 +111,7 @@ def describe_timeliness(report: Mapping[str, Any]) -> str:
 
 @contextmanager
 def without_collections() -> Iterator[None]:
-    """No collection of garbage meanwhile: one takes longer than steps may."""
+    """Disable garbage collection, which can take longer than a step."""
     was_enabled = gc.isenabled()
     gc.collect()
     gc.freeze()
@@ -126,10 +126,10 @@ def without_collections() -> Iterator[None]:
 
 @contextmanager
 def real_time_priority() -> Iterator[str]:
-    """This thread goes before others, and is woken on time, as far as the system permits.
+    """Run this thread with real-time scheduling and precise timers, if the system permits it.
 
     Yields:
-        The name of the scheduling that it has.
+        The name of the scheduling policy.
     """
     slack = _timer_slack(_LEAST_SLACK)
     before = _take_priority()
@@ -144,20 +144,20 @@ def real_time_priority() -> Iterator[str]:
 
 
 def scheduling() -> str:
-    """The name of this thread's scheduling."""
+    """Return the name of this thread's scheduling policy."""
     if not hasattr(os, "sched_getscheduler"):
-        return "the system's own"
+        return "system default"
     names = {getattr(os, name, None): name for name in ("SCHED_FIFO", "SCHED_RR", "SCHED_OTHER")}
     own = os.sched_getscheduler(0) & ~getattr(os, "SCHED_RESET_ON_FORK", 0)
     return names.get(own, f"policy {own}")
 
 
 def _take_priority() -> tuple[int, Any] | None:
-    """Ask for SCHED_FIFO; what there was before, or None where nothing is to be given back."""
+    """Request SCHED_FIFO; return the previous policy, or None if nothing changed."""
     if sys.platform != "linux":
         return None
     before = os.sched_getscheduler(0), os.sched_getparam(0)
-    if scheduling() in _REAL_TIME:  # taken and given back by a caller
+    if scheduling() in _REAL_TIME:  # the caller restores it
         return None
     policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
     try:
@@ -168,7 +168,7 @@ def _take_priority() -> tuple[int, Any] | None:
 
 
 def _timer_slack(nanoseconds: int) -> int | None:
-    """Let timers of this thread be late by so much; what it was, None where it is unknown."""
+    """Set the timer slack of this thread; return the previous value, or None if unknown."""
     if sys.platform != "linux":
         return None
     try:

@@ -1,4 +1,4 @@
-"""Participants of a co-simulation: wired inputs and outputs, and the verbs of the master."""
+"""Participants of a co-simulation: connected inputs and outputs, and the methods for the master."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class Wired(Protocol):
-    """Inputs and outputs as the wiring sees them.
+    """Inputs and outputs of a participant.
 
     Attributes:
         name: Its name in the wiring, such as `plant`.
-        input_names, output_names: Names of its ports. Elements of an array stand one after another,
-            each with a name of its own: `q[1]`, `q[2]`.
-        units: Units of ports, by name; ports without an entry have none.
-        inputs: Written before a step, shape (len(input_names),); at their start values at first.
-        outputs: Read after a step, shape (len(output_names),).
+        input_names, output_names: Names of its ports. Each element of an array has a name: `q[1]`,
+            `q[2]`.
+        units: Units of ports, by name; ports without an entry have no unit.
+        inputs: Values that are written before a step, shape (len(input_names),); initially the
+            start values.
+        outputs: Values that are read after a step, shape (len(output_names),).
     """
 
     name: str
@@ -31,22 +32,22 @@ class Wired(Protocol):
 
 
 class Participant(Wired, Protocol):
-    """One of the coupled models, initialised and ready to step."""
+    """Initialised model in a co-simulation."""
 
     def step(self, t: float, h: float) -> None:
-        """Advance from t to t + h, in [s]; SimulationError if that fails."""
+        """Advance from t to t + h, in [s]; raise SimulationError on failure."""
 
     def close(self) -> None:
-        """Release what it holds."""
+        """Release all resources."""
 
 
 class WiredPorts:
-    """The inputs and outputs of a model's table over its memory.
+    """Return the inputs and outputs of a model, which share its memory.
 
     Args:
         name: Name in the wiring.
-        ports: The table of variables.
-        inputs, outputs: The memory, a number a port.
+        ports: The variables.
+        inputs, outputs: Memory of the values, one per port.
     """
 
     def __init__(
@@ -60,10 +61,10 @@ class WiredPorts:
 
 
 class Idle:
-    """The verbs of a participant that is wired, and never stepped."""
+    """Participant that is connected but never stepped."""
 
     def step(self, t: float, h: float) -> None:
         """Do nothing."""
 
     def close(self) -> None:
-        """Do nothing: it holds nothing."""
+        """Do nothing: there are no resources."""

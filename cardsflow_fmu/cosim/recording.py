@@ -1,4 +1,4 @@
-"""Recordings of runs: columns, ticks, failures; sinks and callbacks of running ones."""
+"""Recordings of runs: columns, ticks, failures; sinks and callbacks during a run."""
 
 from __future__ import annotations
 
@@ -12,39 +12,40 @@ from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu.utils.arrays import FloatArray
 
 Progress = Callable[[int], None]
-"""Called with the number of steps done."""
+"""Callback with the number of completed steps."""
 Watch = Callable[[tuple[str, ...], FloatArray], None]
-"""Called with the names of the columns and a view of the rows so far, shape (rows, len(names))."""
+"""Callback with the column names and a view of the rows so far, shape (rows, len(names))."""
 
 
 class RowSink(Protocol):
-    """Memory for the rows of a run, which is notified as they are filled."""
+    """Memory for the rows of a run, which is notified when rows are complete."""
 
     @property
     def rows(self) -> FloatArray:
-        """The table to be filled, shape (count, columns)."""
+        """Table for the rows, shape (count, columns)."""
 
     def update(self, filled: int) -> None:
-        """Take note that so many rows are filled; SimulationError where they cannot be kept."""
+        """Store the first `count` rows; raise SimulationError if they cannot be stored."""
 
     def close(self) -> None:
-        """Write what is still buffered; SimulationError where that fails."""
+        """Write all buffered rows; raise SimulationError on failure."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """The columns of a run, one row a communication point.
+    """Columns of a run, one row per communication point.
 
     Attributes:
-        names: Name of every column; the first is `time`.
-        rows: Shape (rows, len(names)).
-        units: Unit of every column, by its name; empty for a number without one.
-        ticks: Rows that are the first to show the outputs of a tick of the controller.
-        solve_times: Computation time of each tick, in [s]; empty where the controller has no such
-            output. Apart from the rows, which are equal whenever the same experiment is run.
-        failure: Why the run ended early, None when it is complete.
-        lateness: How late each step began, and the last one ended, in [s], where they are paced.
-        warnings: What participants had to assume, a line each.
+        names: Names of the columns; the first is `time`.
+        rows: Values, shape (rows, len(names)).
+        units: Units of the columns, by name; empty for a number without a unit.
+        ticks: For each controller tick, the first row with its outputs.
+        solve_times: Computation time of each tick, in [s]; empty if the controller has no such
+            output. They are not columns, because the rows of equal experiments are equal.
+        failure: Reason for an early end; None if the run is complete.
+        lateness: Lateness of the start of each step and of the end of the last step, in [s], of
+            real-time runs.
+        warnings: Assumptions of participants, one line each.
     """
 
     names: tuple[str, ...]
@@ -58,13 +59,13 @@ class Recording:
 
     @property
     def columns(self) -> dict[str, FloatArray]:
-        """The columns by name, shape (rows,) each."""
+        """Return the columns by name, shape (rows,) each."""
         return dict(zip(self.names, self.rows.T, strict=True))
 
     def times_of_ticks(self) -> FloatArray:
-        """Time of each tick and its computation time, in [s], shape (ticks, 2).
+        """Return the time of each tick and its computation time, in [s], shape (ticks, 2).
 
-        Without rows where computation times are not known.
+        The array is empty if computation times are unknown.
         """
         known = [k for k in self.ticks if k < len(self.rows)][: len(self.solve_times)]
         return np.column_stack([self.rows[known, 0], self.solve_times[: len(known)]])

@@ -1,4 +1,4 @@
-"""The loop of a run over its steps: recording, progress, interruption, failures."""
+"""Loop over the steps of a run: recording, progress, interruption, failures."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from .recording import Progress, Recording, RowSink, Watch
 
 
 class StepLoop(ABC):
-    """A run of a fixed number of communication steps.
+    """Run with a fixed number of communication steps.
 
     Attributes:
-        names: Name of every column; the first is `time`.
-        units: Unit of every column, by its name; empty for a number without one.
-        count: Number of rows that a complete run gives.
+        names: Names of the columns; the first is `time`.
+        units: Units of the columns, by name; empty for a number without a unit.
+        count: Number of rows of a complete run.
     """
 
     names: tuple[str, ...]
     units: Mapping[str, str]
     count: int
     _recorded: int
-    """Rows that are filled."""
+    """Number of complete rows."""
     _report_every = 1
-    """Yields of `_steps` between two looks for divergence, calls of `progress` and `watch`."""
+    """Iterations of `_steps` per check for divergence and call of `progress` and `watch`."""
 
     def run(
         self,
@@ -43,13 +43,13 @@ class StepLoop(ABC):
         watch: Watch | None = None,
         sink: RowSink | None = None,
     ) -> Recording:
-        """Run to the end, to the first failure, or until Ctrl-C.
+        """Run until the end, the first failure, or Ctrl-C.
 
         Args:
-            progress: Called now and then with the number of steps done.
-            pacer: Makes steps wait for their time; None for as fast as can be.
-            watch: Called as often as `progress` with the rows so far.
-            sink: Memory for the rows; it is updated at every paced step, otherwise as often as
+            progress: Called regularly with the number of completed steps.
+            pacer: Timer of a real-time run; None to run as fast as possible.
+            watch: Called as often as `progress`, with the rows so far.
+            sink: Memory for the rows. It is updated after each step in real time, otherwise with
                 `progress` and every 0.02 s, and closed at the end.
         """
         self._require_ready()
@@ -57,8 +57,8 @@ class StepLoop(ABC):
         self._recorded = done = checked = 0
         failure: CardsflowError | None = None
         divergence = Divergence(self.names)
-        report = self._reports() if pacer is None else _by_the_clock()
-        is_late = _by_the_clock()
+        report = self._reports() if pacer is None else _timed_reports()
+        is_late = _timed_reports()
         with interruptible() as interrupted:
             try:
                 for done in self._steps(rows, pacer):
@@ -85,30 +85,30 @@ class StepLoop(ABC):
                 failure = self._close(sink) or failure
         if progress:
             progress(done)
-        return _judged(self._recording(rows[: self._recorded], failure))
+        return _with_finite_solve_times(self._recording(rows[: self._recorded], failure))
 
     def _reports(self) -> Callable[[int], bool]:
         every = self._report_every
         return lambda done: done % every == 0
 
-    def _require_ready(self) -> None:  # noqa: B027 - most loops always are
-        """Refuse a run that cannot be made."""
+    def _require_ready(self) -> None:  # noqa: B027 - most loops are always ready
+        """Raise an error if the loop cannot run."""
 
     @abstractmethod
     def _steps(self, rows: FloatArray, pacer: Pacer | None) -> Iterator[int]:
-        """Step and record; yields the number of steps done."""
+        """Step and record; yield the number of completed steps."""
 
     @abstractmethod
     def _recording(self, rows: FloatArray, failure: CardsflowError | None) -> Recording:
-        """The rows with their ticks and times."""
+        """Return the rows with their ticks and times."""
 
     def _checked(self, rows: FloatArray, first: int) -> int:
-        """The number of rows, all of them checked; those before `first` are already.
+        """Check the rows from `first` on and return the number of rows.
 
-        A row with what is no number is the last one.
+        A row with a value that is not finite is the last row.
 
         Raises:
-            SimulationError: Something in it is no number.
+            SimulationError: A value is not finite.
         """
         k = first_not_finite(rows[first : self._recorded])
         if k is None:
@@ -116,10 +116,10 @@ class StepLoop(ABC):
         self._recorded = first + k + 1
         row = rows[first + k]
         column = int(np.flatnonzero(~np.isfinite(row))[0])
-        raise SimulationError(_not_a_number(self.names[column], row[column], row[0]))
+        raise SimulationError(_not_finite_message(self.names[column], row[column], row[0]))
 
     def _reason(self, error: CardsflowError, rows: FloatArray, checked: int) -> CardsflowError:
-        """Why a loop ended: what was no number in the rows before a failure led to it."""
+        """Return why a loop ended: a value that was not finite often causes a later failure."""
         try:
             self._checked(rows, checked)
         except SimulationError as cause:
@@ -128,7 +128,7 @@ class StepLoop(ABC):
         return error
 
     def _close(self, sink: RowSink) -> CardsflowError | None:
-        """Pass the last rows on and close the sink; its failure, None if there is none."""
+        """Store the last rows and close the sink; return its failure, or None."""
         try:
             sink.update(self._recorded)
             sink.close()
@@ -138,11 +138,11 @@ class StepLoop(ABC):
 
 
 _REPORT_EVERY = 0.02
-"""Time between two reports of a run that goes by the clock, in [s]."""
+"""Time between two reports, in [s]."""
 
 
-def _by_the_clock() -> Callable[[int], bool]:
-    """Whether a report is due, of a run whose steps may take any time."""
+def _timed_reports() -> Callable[[int], bool]:
+    """Return a function that tells whether a report is due; steps may take any time."""
     due = 0.0
 
     def report(done: int) -> bool:
@@ -157,24 +157,24 @@ def _by_the_clock() -> Callable[[int], bool]:
 
 
 def first_not_finite(rows: FloatArray) -> int | None:
-    """The first row in which something is no number; None where all are finite."""
+    """Return the first row with a value that is not finite; None if all are finite."""
     finite = np.isfinite(rows)
-    if finite.all():  # a dot product would wait for threads of BLAS
+    if finite.all():  # a dot product would wait for BLAS threads
         return None
     return int((~finite.all(axis=1)).argmax())
 
 
-def _judged(recording: Recording) -> Recording:
-    """The recording, with a failure if a tick's time of computation is no number."""
+def _with_finite_solve_times(recording: Recording) -> Recording:
+    """Return the recording, with a failure if a tick's computation time is not finite."""
     if recording.failure is not None or np.isfinite(recording.solve_times).all():
         return recording
     times = recording.times_of_ticks()
     k = first_not_finite(times)
     if k is None:
         return recording
-    what = _not_a_number(SOLVE_TIME, times[k, 1], times[k, 0])
+    what = _not_finite_message(SOLVE_TIME, times[k, 1], times[k, 0])
     return replace(recording, failure=SimulationError(what))
 
 
-def _not_a_number(name: str, value: float, t: float) -> str:
-    return f"{name} is {value} at t = {t:.6g} s, which is no number"
+def _not_finite_message(name: str, value: float, t: float) -> str:
+    return f"{name} is not finite at t = {t:.6g} s: {value}"

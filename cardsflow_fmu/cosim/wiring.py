@@ -19,11 +19,11 @@ Wiring = Mapping[str, str | float]
 
 
 class Ported(Protocol):
-    """Something with named inputs and outputs."""
+    """Object with named inputs and outputs."""
 
     @property
     def name(self) -> str:
-        """Its name in the wiring."""
+        """Name in the wiring."""
 
     @property
     def input_names(self) -> tuple[str, ...]:
@@ -36,7 +36,7 @@ class Ported(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Copy:
-    """Outputs of one participant that are inputs of another."""
+    """Copy of outputs of one participant to inputs of another one."""
 
     source: FloatArray
     source_indices: Indices
@@ -50,7 +50,7 @@ class Copy:
 
 @dataclass(frozen=True, slots=True)
 class RowCopy(Copy):
-    """The same of neighbours to neighbours, the cheapest: views of both, made once."""
+    """Copy of adjacent outputs to adjacent inputs by views, which is the fastest."""
 
     given: FloatArray
     taken: FloatArray
@@ -62,7 +62,7 @@ class RowCopy(Copy):
 
 @dataclass(frozen=True, slots=True)
 class ConvertingCopy(Copy):
-    """The same where at least one value changes its unit."""
+    """Copy with unit conversion."""
 
     factors: FloatArray
     offsets: FloatArray
@@ -80,22 +80,22 @@ def connect(
     by_name: bool = True,
     changes: Mapping[str, Conversion] | None = None,
 ) -> dict[str, list[Copy]]:
-    """Wire participants; inputs that are held at a number are set here, once.
+    """Connect participants. Inputs with a constant value are set once, here.
 
     Args:
-        participants: With different names.
-        wiring: An output, or a number, for each input that is not wired by equal names; both by
-            full name. A name of a group of ports, as `plant.q` does for `plant.q.elbow`
-            and `plant.q.wrist`, or for an array, wires them in order.
-        by_name: Whether an input that the wiring leaves out takes the output of the same name, and
-            must have one. Otherwise it stays at its start value.
-        changes: Conversions of inputs by full name, where they are not those of the units.
+        participants: Participants with different names.
+        wiring: An output or a number for each input that is not connected by equal names, all by
+            full name. The name of a group of ports, such as `plant.q` for `plant.q.elbow` and
+            `plant.q.wrist`, or of an array connects its elements in order.
+        by_name: Whether an input without wiring uses the output of the same name, which must
+            exist. Otherwise it stays at its start value.
+        changes: Conversions of inputs by full name, if they differ from those of the units.
 
     Returns:
-        What has to be copied before a participant steps, by its name.
+        Copies to make before a participant steps, by the participant's name.
 
     Raises:
-        InputError: An input has no output to take its value from, or sizes or units do not fit.
+        InputError: An input has no source, or sizes or units do not match.
         UnknownNameError: The wiring names a port that does not exist.
     """
     by_target = routes(participants, wiring, by_name=by_name)
@@ -106,9 +106,9 @@ def connect(
 def routes(
     parts: Sequence[Ported], wiring: Wiring, *, by_name: bool = True
 ) -> dict[str, str | float]:
-    """The output, or the number, that feeds each input; all by full name.
+    """Return the source of each input: an output or a number, all by full name.
 
-    Arguments and errors as for `connect`, but for units.
+    Arguments and errors are those of `connect`, except for units.
     """
     outputs = [f"{p.name}.{name}" for p in parts for name in p.output_names]
     inputs = [f"{p.name}.{name}" for p in parts for name in p.input_names]
@@ -119,7 +119,7 @@ def routes(
 
 
 def members(name: str, names: Iterable[str]) -> list[str]:
-    """The ports of a name: itself, or those of its group or its array, in order."""
+    """Return the ports of a name: the port, or those of its group or array, in order."""
     names = list(names)
     if name in names:
         return [name]
@@ -127,7 +127,7 @@ def members(name: str, names: Iterable[str]) -> list[str]:
 
 
 def indices(numbers: Sequence[int]) -> Indices:
-    """A slice where the numbers follow one another: copying is then cheapest."""
+    """Return a slice if the numbers are consecutive, because slices are copied fastest."""
     if not numbers:
         return []
     first, last = numbers[0], numbers[-1]
@@ -136,7 +136,7 @@ def indices(numbers: Sequence[int]) -> Indices:
 
 
 def runs(numbers: Sequence[int]) -> list[slice]:
-    """Slices that hold these numbers in their order, as few as can be."""
+    """Split the numbers into as few slices as possible, in order."""
     found: list[slice] = []
     for number in numbers:
         if found and found[-1].stop == number:
@@ -149,7 +149,7 @@ def runs(numbers: Sequence[int]) -> list[slice]:
 def _explicit(
     wiring: Wiring, inputs: Sequence[str], outputs: Sequence[str]
 ) -> dict[str, str | float]:
-    """The explicit wiring, a source an input."""
+    """Return the explicit wiring with one source per input."""
     by_target: dict[str, str | float] = {}
     for target, source in wiring.items():
         targets = members(target, inputs)
@@ -163,7 +163,7 @@ def _explicit(
             raise UnknownNameError("output", source, outputs, key=f"wiring.{target}")
         if len(sources) != len(targets):
             what = f"{source} has {_count(sources)}, {target} has {_count(targets)}"
-            raise InputError(f"sizes do not fit: {what}", key=f"wiring.{target}")
+            raise InputError(f"sizes do not match: {what}", key=f"wiring.{target}")
         by_target |= dict(zip(targets, sources, strict=True))
     return by_target
 
@@ -184,12 +184,12 @@ def _add_equal_names(
         sources = named.get(target.split(".", 1)[1], [])
         if len(sources) != 1:
             found = f"outputs of that name: {', '.join(sources) or 'none'}"
-            raise InputError(f"input {target} needs one output; {found}", key="wiring")
+            raise InputError(f"input {target} needs exactly one source; {found}", key="wiring")
         by_target[target] = sources[0]
 
 
 def _hold(participants: Sequence[Wired], by_target: Wiring) -> None:
-    """Set the inputs that are held at a number, once."""
+    """Set the inputs with constant values."""
     for p in participants:
         for k, name in enumerate(p.input_names):
             value = by_target.get(f"{p.name}.{name}")

@@ -59,13 +59,13 @@ def recurrence(step: Callable[[float, float], tuple[float, float]]) -> np.ndarra
     return np.array(rows)
 
 
-def test_jacobi_sees_the_beginning_of_the_step_only() -> None:
+def test_jacobi_uses_outputs_at_the_beginning_of_the_step() -> None:
     expected = recurrence(lambda x, y: (x + H * y, y + H * LAMBDA * x))
     np.testing.assert_array_equal(run(Coupling("jacobi")), expected)
 
 
 @pytest.mark.parametrize("order", [("plant", "controller"), ("controller", "plant")])
-def test_gauss_seidel_sees_what_came_before_it_in_the_order(order: tuple[str, ...]) -> None:
+def test_gauss_seidel_uses_the_newest_outputs_in_the_order(order: tuple[str, ...]) -> None:
     def step(x: float, y: float) -> tuple[float, float]:
         if order[0] == "plant":
             x = x + H * y
@@ -76,7 +76,7 @@ def test_gauss_seidel_sees_what_came_before_it_in_the_order(order: tuple[str, ..
     np.testing.assert_array_equal(run(Coupling("gauss_seidel", order)), recurrence(step))
 
 
-def test_sampled_records_the_command_that_acts_from_then_on() -> None:
+def test_sampled_records_the_command_that_acts_from_that_time_on() -> None:
     rows = run(Coupling())
     y = 1.0 + H * LAMBDA * 1.0
     np.testing.assert_array_equal(rows[0], [1.0, y])
@@ -86,18 +86,18 @@ def test_sampled_records_the_command_that_acts_from_then_on() -> None:
 @pytest.mark.parametrize(
     ("coupling", "message"),
     [
-        (Coupling("gauss_seidel", ("plant",)), "the order lacks controller"),
+        (Coupling("gauss_seidel", ("plant",)), "the order does not contain controller"),
         (Coupling("gauss_seidel", ("plant", "plant")), "twice"),
         (Coupling("sampled", ("driver",)), "no participant 'driver'"),
     ],
 )
-def test_an_order_that_does_not_fit_is_refused(coupling: Coupling, message: str) -> None:
+def test_an_invalid_order_is_an_error(coupling: Coupling, message: str) -> None:
     with pytest.raises(InputError, match=message):
         run(coupling)
 
 
-def test_any_number_of_participants_each_at_its_own_rate() -> None:
-    """A chain of counters; column names that two of them have are led by the participant's."""
+def test_any_number_of_participants_with_different_rates() -> None:
+    """A chain of counters; ambiguous column names have the participant's name as a prefix."""
     parts = [
         Part(f"p{k}", {"u": ""} if k else {}, {"n": ""}, lambda u, n, h: n + 1) for k in range(5)
     ]
@@ -114,7 +114,7 @@ def joined(source: Part, sink: Part, wiring: dict[str, str], **options: Any) -> 
     return Master([source, sink], wiring, step=H, steps=2, coupling=Coupling("jacobi"), **options)
 
 
-def test_units_are_converted_on_the_way() -> None:
+def test_units_are_converted() -> None:
     seen = []
     source = Part("a", {}, {"angle": "deg", "force": "kN"}, lambda u, y, h: [90.0, 2.0])
     sink = Part("b", {"x": "rad", "f": "N"}, {}, lambda u, y, h: seen.append(u.tolist()) or [])
@@ -123,7 +123,7 @@ def test_units_are_converted_on_the_way() -> None:
     np.testing.assert_allclose(seen, [[np.pi / 180, 1000.0], [np.pi / 2, 2000.0]], rtol=1e-15)
 
 
-def test_a_stated_change_stands_in_for_that_of_the_units() -> None:
+def test_an_explicit_conversion_replaces_that_of_the_units() -> None:
     seen = []
     source = Part("a", {}, {"angle": "deg"}, lambda u, y, h: [90.0])
     sink = Part("b", {"x": "N"}, {}, lambda u, y, h: seen.append(u[0]) or [])
@@ -132,23 +132,25 @@ def test_a_stated_change_stands_in_for_that_of_the_units() -> None:
     assert seen == [3.0, 181.0]
 
 
-def test_units_that_do_not_fit_are_refused_before_the_first_step() -> None:
+def test_incompatible_units_are_an_error_before_the_first_step() -> None:
     source = Part("a", {}, {"angle": "deg"}, lambda u, y, h: pytest.fail("stepped"))
     sink = Part("b", {"x": "N"}, {}, lambda u, y, h: pytest.fail("stepped"))
     with pytest.raises(InputError, match=r"a\.angle -> b\.x: 'deg' does not fit 'N'"):
         joined(source, sink, {"b.x": "a.angle"})
 
 
-def test_groups_and_arrays_are_wired_in_order_and_by_size() -> None:
+def test_groups_and_arrays_are_connected_in_order_and_by_size() -> None:
     source = Part("a", {}, {"q.elbow": "", "q.wrist": "", "q2": ""}, lambda u, y, h: [1, 2, 3])
     sink = Part("b", {"u[1]": "", "u[2]": ""}, {}, lambda u, y, h: [])
     joined(source, sink, {"b.u": "a.q"}).run()
     assert sink.inputs.tolist() == [1.0, 2.0]
-    with pytest.raises(InputError, match=r"sizes do not fit: a\.q2 has 1 value, b\.u has 2 values"):
+    with pytest.raises(
+        InputError, match=r"sizes do not match: a\.q2 has 1 value, b\.u has 2 values"
+    ):
         joined(source, sink, {"b.u": "a.q2"})
 
 
-def test_inputs_without_a_source_stay_as_they_are_if_names_do_not_count() -> None:
+def test_inputs_without_a_source_keep_their_values_without_wiring_by_name() -> None:
     source = Part("a", {}, {"x": ""}, lambda u, y, h: [5.0])
     sink = Part("b", {"x": ""}, {}, lambda u, y, h: [])
     sink.inputs[:] = 7.0
@@ -156,12 +158,12 @@ def test_inputs_without_a_source_stay_as_they_are_if_names_do_not_count() -> Non
     assert sink.inputs.tolist() == [7.0]
 
 
-def test_two_participants_with_one_name_are_refused() -> None:
+def test_two_participants_with_the_same_name_are_an_error() -> None:
     parts = [oscillator()[0], oscillator()[0]]
     with pytest.raises(InputError, match="same name"):
         Master(parts, {}, step=H, steps=1, coupling=Coupling("jacobi"))
 
 
-def test_an_unknown_member_is_named() -> None:
+def test_an_unknown_port_is_named_in_the_error() -> None:
     with pytest.raises(UnknownNameError, match=r"no input 'plant\.z'"):
         Master(oscillator(), {"plant.z": 0.0}, step=H, steps=1)

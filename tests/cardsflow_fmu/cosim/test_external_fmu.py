@@ -1,4 +1,4 @@
-"""External FMUs in an experiment: names, units, sizes, parameters, refusals."""
+"""External FMUs in an experiment: names, units, sizes, parameters, errors."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def expected(result: Result, inertia: float) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", MAPS)
-def test_an_external_plant_in_its_own_units(bodies: dict[str, Path], version: str) -> None:
+def test_an_external_plant_with_other_units(bodies: dict[str, Path], version: str) -> None:
     plant = body(bodies[version], version, parameters={"inertia": 4.0})
     result = direct(experiment(plant))
     q, qd = expected(result, inertia=4.0)
@@ -88,12 +88,12 @@ def test_an_external_plant_in_its_own_units(bodies: dict[str, Path], version: st
     assert "l.cable_1" not in result.names
 
 
-def test_both_versions_of_fmi_give_the_same(bodies: dict[str, Path]) -> None:
+def test_both_versions_of_fmi_have_equal_results(bodies: dict[str, Path]) -> None:
     rows = [direct(experiment(body(bodies[fmi], fmi))).rows for fmi in MAPS]
     np.testing.assert_array_equal(*rows)
 
 
-def test_variables_that_nothing_maps_keep_name_and_unit(bodies: dict[str, Path]) -> None:
+def test_unmapped_variables_keep_name_and_unit(bodies: dict[str, Path]) -> None:
     plant = body(bodies["2.0"], "2.0")
     plant["inputs"] = {k: v for k, v in MAPS["2.0"]["inputs"].items() if k != "f.cable_1"}
     wiring = {"wiring.plant.pull_1": "controller.f.cable_1"}
@@ -101,7 +101,7 @@ def test_variables_that_nothing_maps_keep_name_and_unit(bodies: dict[str, Path])
     np.testing.assert_array_equal(result.rows, direct(experiment(body(bodies["2.0"], "2.0"))).rows)
 
 
-def test_a_boolean_input_can_be_held(bodies: dict[str, Path]) -> None:
+def test_a_boolean_input_can_be_constant(bodies: dict[str, Path]) -> None:
     for fmi in MAPS:
         result = direct(experiment(body(bodies[fmi], fmi), wiring__plant__brake=1.0))
         assert np.ptp(result["q.joint_1"]) == 0.0
@@ -128,7 +128,7 @@ def test_versions_mixed_under_every_coupling(bodies: dict[str, Path], scheme: st
         ({"inputs": {"f": "angles"}}, "no input of the FMU 'angles'"),
         (
             {"inputs": {"f.cable_1": "pulls"}},
-            "sizes do not fit: f.cable_1 has 1, pulls of the FMU 4",
+            "sizes do not match: f.cable_1 has 1, pulls of the FMU 4",
         ),
         ({"inputs": {"g": "pulls"}}, "fmus.plant.inputs: no input 'g'"),
         ({"outputs": {"q": "angels"}}, "no output of the FMU 'angels'"),
@@ -142,7 +142,7 @@ def test_versions_mixed_under_every_coupling(bodies: dict[str, Path], scheme: st
         ({"wheels": 3}, "no key 'wheels'"),
     ],
 )
-def test_what_does_not_fit_is_refused_before_the_first_step(
+def test_an_invalid_map_is_an_error_before_the_first_step(
     bodies: dict[str, Path], changes: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(CardsflowError) as caught:
@@ -152,7 +152,7 @@ def test_what_does_not_fit_is_refused_before_the_first_step(
 
 
 @pytest.mark.slow
-def test_a_unit_that_the_fmu_lacks_is_ours_with_a_warning_or_stated(
+def test_a_missing_unit_is_assumed_with_a_warning_or_set_explicitly(
     tmp_path: Path, compiler: str
 ) -> None:
     text = FMI3.replace('name="angles" valueReference="2" causality="output" unit="deg"', "X")
@@ -167,7 +167,7 @@ def test_a_unit_that_the_fmu_lacks_is_ours_with_a_warning_or_stated(
     assert not [w for w in stated.summary["warnings"] if w.startswith("fmus.")]
 
 
-def test_an_fmu_for_model_exchange_is_refused(tmp_path: Path) -> None:
+def test_an_fmu_for_model_exchange_is_an_error(tmp_path: Path) -> None:
     file = exchange_only(tmp_path / "exchange.fmu")
     with pytest.raises(InputError, match=r"exchange\.fmu: is for model exchange only"):
         direct(experiment(str(file)))
@@ -177,7 +177,9 @@ def test_an_fmu_for_model_exchange_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new"), [('fmiVersion="2.0"', 'fmiVersion="1.0"'), ("<ModelVariables>", "<Models>")]
 )
-def test_what_is_no_fmu_is_refused(tmp_path: Path, compiler: str, old: str, new: str) -> None:
+def test_a_file_that_is_not_an_fmu_is_an_error(
+    tmp_path: Path, compiler: str, old: str, new: str
+) -> None:
     file = external_fmu(tmp_path / "odd.fmu", compiler, "2.0", FMI2.replace(old, new))
     with pytest.raises(InputError, match=r"odd\.fmu"):
         direct(experiment(str(file)))
@@ -185,8 +187,8 @@ def test_what_is_no_fmu_is_refused(tmp_path: Path, compiler: str, old: str, new:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", MAPS)
-def test_our_own_fmus_may_be_named_without_a_map(tmp_path: Path, version: FmiVersion) -> None:
-    """In either version of FMI, arrays too, beside a reference of FMI 2.0."""
+def test_our_fmus_need_no_map(tmp_path: Path, version: FmiVersion) -> None:
+    """In both versions of FMI, with arrays, together with a reference of FMI 2.0."""
     settings = {"run.duration": 0.05}
     built = build(Experiment.load(PLANAR_2R, settings), tmp_path, fmi=version)
     named = settings | {f"fmus.{role}": str(built[role]) for role in ("plant", "controller")}
@@ -195,7 +197,7 @@ def test_our_own_fmus_may_be_named_without_a_map(tmp_path: Path, version: FmiVer
     assert math.isfinite(result.summary["tracking"]["rms"])
 
 
-def test_a_coupling_is_part_of_the_data_that_travels() -> None:
+def test_a_coupling_is_part_of_the_carried_experiment() -> None:
     order = ("reference", "controller", "plant")
     settings = {"run.scheme": "gauss_seidel", "run.order": list(order)}
     data = experiment_data(Experiment.load(PLANAR_2R, settings))["run"]
@@ -208,33 +210,31 @@ def test_a_coupling_is_part_of_the_data_that_travels() -> None:
         ("[" * 20_000, "recursion"),
         ("[{", "Expecting"),
         ("3", "not iterable"),
-        ('[{"unit": "N"}]', "it lacks 'name'"),
-        ('[{"name": "a"}]', "it lacks 'unit'"),
+        ('[{"unit": "N"}]', "it has no 'name'"),
+        ('[{"name": "a"}]', "it has no 'unit'"),
     ],
 )
-def test_names_of_elements_that_are_none_are_refused(
-    rows: str, reason: str, tmp_path: Path
-) -> None:
-    """In the annotation that our FMUs have, and an FMU by someone else may have."""
+def test_invalid_element_names_are_an_error(rows: str, reason: str, tmp_path: Path) -> None:
+    """In the annotation of our FMUs, which other FMUs may also contain."""
     note = f"<Annotations><Annotation type='{ELEMENTS}'>{escape(rows)}</Annotation></Annotations>"
     file = tmp_path / "odd.fmu"
     with zipfile.ZipFile(file, "w") as archive:
         text = FMI3.replace("<Dimension", f"{note}<Dimension", 1)
         archive.writestr("modelDescription.xml", text)
-    with pytest.raises(InputError, match=rf"odd\.fmu: is no FMU: .*{reason}"):
+    with pytest.raises(InputError, match=rf"odd\.fmu: is not an FMU: .*{reason}"):
         DescribedFmu("plant", file, tmp_path / "unpacked")
 
 
 @pytest.mark.slow
-def test_a_start_value_that_is_no_number_is_refused(tmp_path: Path, compiler: str) -> None:
+def test_a_start_value_that_is_not_a_number_is_an_error(tmp_path: Path, compiler: str) -> None:
     text = FMI2.replace('start="', 'start="q', 1)
     file = external_fmu(tmp_path / "odd.fmu", compiler, "2.0", text)
-    with pytest.raises(InputError, match=r"odd\.fmu: is no FMU: could not convert"):
+    with pytest.raises(InputError, match=r"odd\.fmu: is not an FMU: could not convert"):
         simulate(Experiment.load(PLANAR_2R, {"fmus.plant": str(file)}))
 
 
 @pytest.mark.slow
-def test_a_library_that_cannot_be_loaded_leaves_the_current_folder(tmp_path: Path) -> None:
+def test_a_library_that_cannot_be_loaded_does_not_change_the_current_folder(tmp_path: Path) -> None:
     built = build(Experiment.load(PLANAR_2R), tmp_path / "built")
     file, here = tmp_path / "odd.fmu", Path.cwd()
     with zipfile.ZipFile(built["plant"]) as good, zipfile.ZipFile(file, "w") as bad:

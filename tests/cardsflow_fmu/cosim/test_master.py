@@ -13,7 +13,7 @@ from cardsflow_fmu.cosim.recording import Recording
 
 
 class Stub:
-    """A participant whose step is a function of its inputs, and which keeps a diary."""
+    """Participant whose step is a function of its inputs, and which logs its calls."""
 
     def __init__(self, name, inputs, outputs, law, diary):
         self.name, self.input_names, self.output_names = name, tuple(inputs), tuple(outputs)
@@ -39,7 +39,7 @@ def system(diary, **changes):
     return list((parts | changes).values())
 
 
-def test_the_controller_sees_this_ticks_outputs_and_its_force_acts_in_this_step() -> None:
+def test_the_controller_uses_current_outputs_and_its_force_acts_in_this_step() -> None:
     diary: list = []
     recording = Master(system(diary), wiring={}, step=0.5, steps=3).run()
     assert diary[:6] == [
@@ -71,11 +71,11 @@ def test_a_slower_controller_holds_its_forces() -> None:
     assert np.ptp(recording.rows[3:6, 3]) == 0.0
 
 
-def test_wiring_by_name_may_be_changed() -> None:
+def test_explicit_wiring_replaces_wiring_by_name() -> None:
     diary: list = []
     parts = system(diary)
     parts[0].output_names = ("position",)
-    with pytest.raises(InputError, match=r"input controller\.x needs one output.*none"):
+    with pytest.raises(InputError, match=r"input controller\.x needs exactly one source.*none"):
         Master(parts, wiring={}, step=0.1, steps=1)
     wired = Master(parts, wiring={"controller.x": "plant.position"}, step=0.1, steps=3).run()
     plain = Master(system([]), wiring={}, step=0.1, steps=3).run()
@@ -89,7 +89,7 @@ def test_wiring_by_name_may_be_changed() -> None:
         ({"controller.x": "plant.z"}, r"wiring\.controller\.x: no output 'plant\.z'"),
     ],
 )
-def test_unknown_ports_in_the_wiring_are_refused(wiring: dict[str, str], message: str) -> None:
+def test_unknown_ports_in_the_wiring_are_an_error(wiring: dict[str, str], message: str) -> None:
     with pytest.raises(UnknownNameError, match=message):
         Master(system([]), wiring=wiring, step=0.1, steps=1)
 
@@ -100,7 +100,7 @@ def with_plant(law: Callable[..., float]) -> Recording:
     return Master(system([], plant=plant), wiring={}, step=0.1, steps=100).run()
 
 
-def test_a_failure_keeps_what_was_recorded() -> None:
+def test_a_failure_keeps_the_recorded_rows() -> None:
     def fail_late(t, h, u, y):
         if t > 0.25:
             raise SimulationError("spring broke")
@@ -134,8 +134,8 @@ def sigterm_at_once(t, h, u, y):
 @pytest.mark.parametrize(
     ("law", "rows"), [(ctrl_c_late, 4), (ctrl_c_twice_in_an_endless_step, 4), (sigterm_at_once, 1)]
 )
-def test_an_interrupted_run_keeps_what_was_recorded(law: Callable[..., float], rows: int) -> None:
-    """Between two steps, by the first signal; within a step, by the second."""
+def test_an_interrupted_run_keeps_the_recorded_rows(law: Callable[..., float], rows: int) -> None:
+    """The first signal interrupts between two steps, the second one within a step."""
     before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
     recording = with_plant(law)
     assert str(recording.failure) == "interrupted"

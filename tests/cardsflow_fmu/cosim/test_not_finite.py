@@ -1,4 +1,4 @@
-"""A run that records what is no number is incomplete, and says where and when."""
+"""A run that records a value that is not finite is incomplete; the error says where and when."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from cardsflow_fmu.models.native_loop import NativeLoop
 
 
 class Source:
-    """A participant that nobody listens to; what it gives is wrong from a step on, or once."""
+    """Unconnected participant whose output is wrong from a step on, or once."""
 
     def __init__(
         self, value: float, at: int, name: str = "external", output: str = "heat", last: int = 99
@@ -51,19 +51,17 @@ def master(*parts: Source) -> Master:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("at", [0, 1, 3, 9, 10])
-def test_what_nobody_consumes_is_checked_from_the_first_row_to_the_last(
-    value: float, at: int
-) -> None:
+def test_unconnected_outputs_are_checked_in_all_rows(value: float, at: int) -> None:
     recording = master(Source(value, at, last=at)).run()
-    assert str(recording.failure) == f"heat is {value} at t = {at / 2:g} s, which is no number"
+    assert str(recording.failure) == f"heat is not finite at t = {at / 2:g} s: {value}"
     assert len(recording.rows) == at + 1, "the row that shows it is the last"
 
 
-def test_large_numbers_are_numbers() -> None:
+def test_large_numbers_are_finite() -> None:
     assert master(Source(1e300, 2)).run().failure is None
 
 
-def test_what_led_to_a_failure_is_named_first() -> None:
+def test_the_cause_of_a_failure_is_named_first() -> None:
     source = Source(math.nan, 3)
 
     def step(t: float, h: float) -> None:
@@ -73,13 +71,13 @@ def test_what_led_to_a_failure_is_named_first() -> None:
 
     source.step = step  # type: ignore[method-assign]
     failure = master(source).run().failure
-    assert str(failure) == "heat is nan at t = 1.5 s, which is no number; the plant failed"
+    assert str(failure) == "heat is not finite at t = 1.5 s: nan; the plant failed"
 
 
-def test_the_time_of_a_tick_is_a_number_too() -> None:
+def test_the_solve_time_of_a_tick_must_be_finite() -> None:
     controller = Source(math.nan, 3, "controller", SOLVE_TIME)
     recording = master(controller).run()
-    assert "solve_time is nan at t = 1.5 s" in str(recording.failure)
+    assert "solve_time is not finite at t = 1.5 s: nan" in str(recording.failure)
 
 
 def test_rows_of_the_native_loop_are_checked(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -93,19 +91,19 @@ def test_rows_of_the_native_loop_are_checked(monkeypatch: pytest.MonkeyPatch) ->
 
         monkeypatch.setattr(NativeLoop, "_advance", wrong)
         recording = loop.run()
-    assert f"{loop.names[3]} is nan at t = 1.5 s" in str(recording.failure)
+    assert f"{loop.names[3]} is not finite at t = 1.5 s: nan" in str(recording.failure)
     assert len(recording.rows) == 1501
 
 
 def no_constant(text: str) -> Any:
-    raise AssertionError(f"{text} is no JSON")
+    raise AssertionError(f"{text} is not JSON")
 
 
 @pytest.mark.parametrize("at", [0, 1, 20], ids=["start", "in the middle", "last row"])
 def test_such_a_run_is_incomplete_and_its_files_are_json(
     tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch, at: int
 ) -> None:
-    """Of a signal that the summary counts, so that it would have been NaN in there."""
+    """The signal is part of the summary, which would otherwise contain NaN."""
     from cardsflow_fmu.models.plant import PlantModel
 
     initialize, step = PlantModel.initialize, PlantModel.step
@@ -136,12 +134,12 @@ def test_such_a_run_is_incomplete_and_its_files_are_json(
     ]
     code, out, err = cardsflow("run", PLANAR_2R, *words)
     assert code == 1
-    assert f"l.cable_1 is nan at t = {at * 1e-3:g} s" in err
+    assert f"l.cable_1 is not finite at t = {at * 1e-3:g} s: nan" in err
     assert json.loads(out, parse_constant=no_constant)["status"] == "incomplete"
     for file in tmp_path.glob("*.json"):
         json.loads(file.read_text(), parse_constant=no_constant)
 
 
-def test_json_has_null_for_what_is_no_number() -> None:
+def test_json_has_null_for_values_that_are_not_finite() -> None:
     value = {"a": [1.0, math.nan, (math.inf, {"b": -math.inf})], "c": "NaN"}
     assert json_text(value) == '{"a": [1.0, null, [null, {"b": null}]], "c": "NaN"}'

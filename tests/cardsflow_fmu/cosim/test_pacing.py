@@ -1,4 +1,4 @@
-"""Absolute deadlines against a clock that the tests move themselves."""
+"""Absolute deadlines, tested with a simulated clock."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from cardsflow_fmu.cosim.pacing import (
 
 
 class Clock:
-    """A clock that goes on by what is slept, and by what the test adds."""
+    """Clock that advances by the time slept and by the time the test adds."""
 
     def __init__(self, oversleep: float = 0.0) -> None:
         self.now, self._oversleep = 100.0, oversleep
@@ -40,7 +40,7 @@ def paced(clock: Clock, step: float = 0.01) -> Pacer:
     return Pacer(step, clock=clock.read, sleep=clock.sleep)
 
 
-def test_the_first_moment_is_now_and_the_others_follow_from_it() -> None:
+def test_deadlines_are_relative_to_the_first_call() -> None:
     clock = Clock()
     pacer = paced(clock)
     assert pacer.wait(2.0) == 0.0
@@ -60,7 +60,7 @@ def test_lateness_does_not_add_up() -> None:
     assert pacer.slips == 0
 
 
-def test_delays_below_a_step_are_caught_up() -> None:
+def test_delays_below_one_step_are_compensated() -> None:
     clock = Clock()
     pacer = paced(clock)
     pacer.wait(0.0)
@@ -70,7 +70,7 @@ def test_delays_below_a_step_are_caught_up() -> None:
     assert clock.now == pytest.approx(100.02)
 
 
-def test_delays_above_a_step_shift_later_moments() -> None:
+def test_delays_above_one_step_postpone_later_deadlines() -> None:
     clock = Clock()
     pacer = paced(clock)
     pacer.wait(0.0)
@@ -84,8 +84,8 @@ def test_delays_above_a_step_shift_later_moments() -> None:
 
 
 @given(st.lists(st.floats(0.0, 0.05), min_size=1, max_size=50))
-def test_no_two_moments_are_nearer_than_a_step_less_its_lateness(delays: list[float]) -> None:
-    """Whatever holds a run up: after a slip no step comes before its time."""
+def test_deadlines_are_at_least_one_step_minus_the_lateness_apart(delays: list[float]) -> None:
+    """After any delay, no step starts too early."""
     clock = Clock()
     pacer = paced(clock)
     pacer.wait(0.0)
@@ -108,7 +108,7 @@ def test_real_sleeps_are_never_short() -> None:
     assert time.monotonic() - begin >= 0.05 - 1e-4
 
 
-def test_the_report_has_the_numbers() -> None:
+def test_the_report_contains_the_lateness() -> None:
     lateness = np.array([0.0] * 98 + [0.0015, 0.004])
     report = timeliness(lateness, 0.002)
     assert report["kept_up"]
@@ -123,7 +123,7 @@ def test_the_report_has_the_numbers() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="scheduling of Linux")
-def test_scheduling_is_as_before_afterwards() -> None:
+def test_scheduling_is_restored() -> None:
     before = os.sched_getscheduler(0)
     with real_time_priority() as name:
         assert name == scheduling()
@@ -135,7 +135,7 @@ def test_scheduling_is_as_before_afterwards() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="scheduling of Linux")
-def test_priority_is_restored_by_the_first_that_took_it() -> None:
+def test_priority_is_restored_by_the_outermost_context() -> None:
     before = scheduling()
     first, second = real_time_priority(), real_time_priority()
     first.__enter__()
@@ -158,7 +158,7 @@ def test_without_permission_priority_is_unchanged(
 
 
 @pytest.mark.slow
-def test_garbage_is_not_collected_meanwhile() -> None:
+def test_garbage_collection_is_disabled() -> None:
     assert gc.isenabled()
     with without_collections():
         assert not gc.isenabled()

@@ -242,7 +242,7 @@ def test_an_fmu_from_elsewhere_is_packed_if_its_user_names_it(home: Path) -> Non
     stranger = Experiment.load(home / "arm", settings, names_files=False)
     with pytest.raises(InputError, match=r"fmus\.plant: lies outside"):
         build(stranger, home / "fmus")
-    with pytest.raises(InputError, match=r"mine\.fmu: is no FMU"):
+    with pytest.raises(InputError, match=r"mine\.fmu: is not an FMU"):
         build(Experiment.load(home / "arm", settings), home / "fmus")
 
 
