@@ -1,4 +1,4 @@
-"""The models of an experiment by their names, and those of them that compute in C alone."""
+"""Models of an experiment by name, and whether they compute in C."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ C_MODELS: dict[str, type[CModel]] = {
     SENSORS: SensorsModel,
     ESTIMATOR: EstimatorModel,
 }
-"""Models that compute in C wherever the experiment needs no Python and no DART."""
+"""Models that compute in C unless the experiment requires Python or DART."""
 
 
 def model_class(name: str) -> type[ExperimentModel]:
-    """The class of a model."""
+    """Return the class of a model."""
     if name == HARDWARE:
-        from .hardware import HardwareModel  # with sessions and links
+        from .hardware import HardwareModel  # imports sessions and links
 
         return HardwareModel
     return C_MODELS[name]
 
 
 def model_in_c(experiment: Experiment, model: str, native: bool | None) -> NativeModel | None:
-    """The native model of an experiment; None where a Python process hosts it.
+    """Return the native model of an experiment, or None if a Python process hosts it.
 
     Args:
         experiment: The experiment.
         model: Name of the model.
-        native: Whether it computes in C: when None, if it can.
+        native: Whether it computes in C. If None, it does if possible.
 
     Raises:
-        InputError: It is to compute in C and needs Python or DART, or it is wrong.
+        InputError: `native` is set and the model requires Python or DART, or it is invalid.
     """
     if native is False or (native is None and missing_in_c(experiment, model) is not None):
         return None
@@ -53,34 +53,34 @@ def model_in_c(experiment: Experiment, model: str, native: bool | None) -> Nativ
 
 
 def require_in_c(experiment: Experiment, model: str, instead: str) -> None:
-    """Refuse a model that needs Python or DART.
+    """Raise an error if a model requires Python or DART.
 
     Args:
         experiment: The experiment.
         model: Name of the model.
-        instead: What to do then.
+        instead: Advice for the message.
 
     Raises:
-        InputError: It does; the message names what it needs.
+        InputError: It does. The message names the requirement.
     """
     lacking = missing_in_c(experiment, model)
     if lacking is not None:
         raise InputError(
-            f"a native {model} does not have {lacking}; {instead}",
+            f"a native {model} does not support {lacking}; {instead}",
             file=experiment.file,
             key="controller" if model == "controller" else None,
         )
 
 
 def missing_in_c(experiment: Experiment, model: str) -> str | None:
-    """What a model of the experiment needs and native ones do not have, in words.
+    """Name a requirement of a model that native models do not support.
 
     Args:
         experiment: The experiment.
         model: Name of the model.
 
     Returns:
-        Such as `worlds with contacts`; None where a native model has all.
+        A requirement, such as `worlds with contacts`; None if a native model is possible.
     """
     if model not in C_MODELS:
         return "links to hardware"

@@ -1,4 +1,4 @@
-"""The base of models of an experiment that compute in C."""
+"""Base class of models that compute in C."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .native.opened_model import OpenedModel
 
 
 class Opened(Protocol):
-    """What computes a model: C, or DART in its place."""
+    """Implementation of a model: in C, or with DART."""
 
     def initialize(self, t: float) -> None: ...  # noqa: D102
     def step(self, t: float, h: float) -> None: ...  # noqa: D102
@@ -22,11 +22,11 @@ class Opened(Protocol):
 
 
 class CModel(ExperimentModel):
-    """A model whose formulas are in C, below `runtime/csrc/native`.
+    """Model that is implemented in C, in `runtime/csrc/native`.
 
     Args:
-        experiment: What to simulate.
-        values: Memory for the variables; allocated when None.
+        experiment: The experiment.
+        values: Memory for the variables (default: allocated).
 
     Attributes:
         opened: The model in C, on `values`.
@@ -47,25 +47,25 @@ class CModel(ExperimentModel):
     @classmethod
     @abstractmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """The contents of the model's `native.bin`."""
+        """Return the contents of the model's `native.bin`."""
 
     @classmethod
     def missing(cls, experiment: Experiment) -> str | None:
-        """What the experiment needs and C does not have, in words; None where it has all."""
+        """Name a requirement of the experiment that C does not support; None if there is none."""
         return None
 
     def initialize(self, t: float = 0.0) -> None:
-        """Take over the parameters and go to the start state."""
+        """Read the parameters and go to the start state."""
         self.opened.initialize(t)
 
     def step(self, t: float, h: float) -> None:
-        """Advance from t to t + h with the inputs as they stand."""
+        """Advance from t to t + h with the current inputs."""
         self.opened.step(t, h)
 
     def get_state(self) -> bytes:
-        """Everything that the model remembers beyond `values`."""
+        """Return the state of the model that is not in `values`."""
         return self.opened.get_state()
 
     def set_state(self, state: bytes) -> None:
-        """Go back to a state from `get_state`."""
+        """Restore a state from `get_state`."""
         self.opened.set_state(state)

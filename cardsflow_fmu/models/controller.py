@@ -25,14 +25,14 @@ from .python_law import PythonParts, law_in_python
 from .start_commands import start
 
 LATE_PERIODS = 4
-"""Horizon where a muscle has several states, in periods, unless an experiment has another."""
+"""Default horizon for muscles with several states, in periods."""
 
 
 class ControllerModel(CModel):
-    """A control law and what a sampled loop needs around it: one tick a step.
+    """Control law and sampled control loop with one tick per step.
 
-    The law is evaluated with the inputs as they stand at the beginning of a step; its forces hold
-    until the next.
+    The law is evaluated with the inputs at the beginning of a step. Its forces are held until the
+    next step.
     """
 
     description = "Controller of muscle forces"
@@ -50,9 +50,9 @@ class ControllerModel(CModel):
         return opened
 
     def initialize(self, t: float = 0.0) -> None:
-        """Take over gains and bounds.
+        """Read gains and limits.
 
-        Until the first tick, every ideal cable holds its f_min, and motors give no torque; muscles
+        Until the first tick, ideal cables have the force f_min and motors have no torque; muscles
         with laws hold the robot.
         """
         super().initialize(t)
@@ -60,7 +60,7 @@ class ControllerModel(CModel):
             self._python.reset()
 
     def step(self, t: float, h: float) -> None:
-        """A tick with the inputs at t; a step of several periods is a tick of a longer one."""
+        """Tick with the inputs at t. A step of several periods is one tick with a longer period."""
         python = self._python
         if python is None:
             self.opened.step(t, h)
@@ -75,24 +75,24 @@ class ControllerModel(CModel):
             python.reset()
 
     def get_state(self) -> bytes:
-        """The memory of the controller, and of a law in Python behind it."""
+        """Return the state of the controller, followed by that of a law in Python."""
         state = super().get_state()
         return state if self._python is None else state + self._python.get_state()
 
     def set_state(self, state: bytes) -> None:
-        """Go back to a state from `get_state`."""
+        """Restore a state from `get_state`."""
         if self._python is None:
             super().set_state(state)
             return
         end = len(super().get_state())
         if len(state) != end + len(self._python.get_state()):
-            raise InputError(f"a state of this controller does not have {len(state)} bytes")
+            raise InputError(f"invalid state of this controller: {len(state)} bytes")
         super().set_state(state[:end])
         self._python.set_state(state[end:])
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:
-        """The variables for an experiment in named groups."""
+        """Return the variables for an experiment in named groups."""
         settings = experiment.controller
         fed = experiment.feeding is not None
         return controller_groups(
@@ -107,9 +107,9 @@ class ControllerModel(CModel):
 
     @classmethod
     def dependencies(cls, experiment: Experiment) -> Dependencies:
-        """What the outputs depend on, without making the model."""
+        """Return the dependencies of the outputs without creating the model."""
         settings = experiment.controller
-        # a prediction needs all of the reference, whatever the law reads of it
+        # a prediction uses the complete reference
         predicts = settings.delay and settings.predict
         return controller_dependencies(
             experiment.robot,
@@ -120,18 +120,18 @@ class ControllerModel(CModel):
 
     @classmethod
     def missing(cls, experiment: Experiment) -> str | None:
-        """What the experiment needs and C does not have, in words; None where it has all."""
+        """Name a requirement of the experiment that C does not support; None if there is none."""
         return law_in_python(experiment) or python_laws(experiment.robot)
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """The contents of the model's `native.bin`."""
+        """Return the contents of the model's `native.bin`."""
         fields = _controller_fields(experiment)
         return encode("controller", compile_blob(experiment.robot), cls.groups(experiment), *fields)
 
 
 def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
-    """Counts and fields of the layout."""
+    """Return counts and fields of the layout."""
     robot, controller = experiment.robot, experiment.controller
     muscles = len(robot.muscles) if modelled_muscles(robot) else 0
     begin = start(robot, experiment.start.q) if muscles else None
@@ -164,5 +164,5 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
 
 
 def late_periods(robot: Robot) -> int:
-    """The horizon of a robot's muscles in periods, unless an experiment has another."""
+    """Return the default horizon of a robot's muscles, in periods."""
     return LATE_PERIODS if any(len(states_of(m.model)) > 1 for m in robot.muscles) else 1

@@ -20,10 +20,10 @@ from sim_dart import Plant
 
 
 class DartPlant:
-    """A `sim_dart.Plant` behind the variables of a plant.
+    """`sim_dart.Plant` with the variables of a plant.
 
     Args:
-        experiment: What to simulate.
+        experiment: The experiment.
         views: The values of each group of variables.
     """
 
@@ -50,18 +50,20 @@ class DartPlant:
         )
 
     def initialize(self, t: float = 0.0) -> None:
-        """Go to the start state: the muscles at rest with the commands as they stand."""
+        """Go to the start state with muscles at rest under the current commands."""
         for coordinate, q in zip(self._robot.coordinates, self._q_start, strict=True):
             if not coordinate.lower <= q <= coordinate.upper:
                 limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
-                raise InputError(f"q_start of {coordinate.name!r}, {q!r}, is outside {limits}")
+                raise InputError(
+                    f"q_start of {coordinate.name!r} is {q!r}, outside the limits {limits}"
+                )
         if self._step[0] != self._plant.step_size:
             self._plant = self._make(float(self._step[0]))
         self._plant.reset(self._q_start, self._qd_start, self._every_command())
         self._write_outputs()
 
     def step(self, t: float, h: float) -> None:
-        """Advance from t to t + h, with commands and loads held."""
+        """Advance from t to t + h with constant commands and loads."""
         plant = self._plant
         loads = self._loads if self._loads.any() else None
         wrenches = self._wrenches if self._wrenches.any() else None
@@ -72,13 +74,13 @@ class DartPlant:
         self._write_outputs()
 
     def get_state(self) -> bytes:
-        """Number of steps, q, qd, states of muscles, work where it is booked, and objects."""
+        """Return step count, q, qd, muscle states, work if computed, and objects."""
         return self._plant.get_state().tobytes()
 
     def set_state(self, state: bytes) -> None:
-        """Go back to a state from `get_state`."""
+        """Restore a state from `get_state`."""
         if len(state) % 8:
-            raise InputError(f"a plant's state is a row of float64, not {len(state)} bytes")
+            raise InputError(f"a plant's state is an array of float64, not {len(state)} bytes")
         self._plant.set_state(np.frombuffer(state))
         self._plant.hold(self._every_command())
         self._write_outputs()
@@ -97,7 +99,7 @@ class DartPlant:
         )
 
     def _every_command(self) -> FloatArray:
-        """The command of every muscle, in the order of f; 0 for passive ones."""
+        """Return the command of every muscle, in the order of f; 0 for passive muscles."""
         if not self._modelled:
             return self._commands
         self._all_commands[self._commanded] = self._commands

@@ -1,4 +1,4 @@
-"""Models as participants of a co-simulation, without any FMI."""
+"""Models as participants of a co-simulation, without FMI."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cardsflow_fmu.runtime.model import FmuModel
 
 
 class DirectParticipant(WiredPorts):
-    """A model stepped as a plain Python object."""
+    """Participant that steps a model directly."""
 
     def __init__(self, name: str, model: FmuModel) -> None:
         super().__init__(name, model.ports, model.inputs, model.outputs)
@@ -21,7 +21,7 @@ class DirectParticipant(WiredPorts):
 
 
 class IdleParticipant(Idle, WiredPorts):
-    """The inputs and outputs of a model that is not made."""
+    """Participant with the inputs and outputs of a model, without the model."""
 
     def __init__(self, name: str, ports: Sequence[Port]) -> None:
         sides = (sum(p.causality == side for p in ports) for side in ("input", "output"))

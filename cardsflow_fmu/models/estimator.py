@@ -1,4 +1,4 @@
-"""The estimator as an FMU model: readings in; state, loads and validity out."""
+"""Estimator as an FMU model: measurements in; state, loads and validity out."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ start_high start_sd largest_sd largest_innovation innovation_time
 
 
 def make_estimator(experiment: Experiment) -> PoseEstimator:
-    """The estimator of an experiment."""
+    """Create the estimator of an experiment."""
     settings = estimator_settings(experiment)
     return PoseEstimator(
         experiment.robot, settings.believed, experiment.start.q, settings.inertial_units
@@ -32,19 +32,19 @@ def make_estimator(experiment: Experiment) -> PoseEstimator:
 
 
 class EstimatorModel(CModel):
-    """The estimator, which ticks once a step with the inputs at its beginning.
+    """Estimator with one tick per step, which uses the inputs at the beginning of the step.
 
-    The first tick takes its readings as those of the start; every other one moves the state on by
-    the length of the step before. Where readings come late, ticks before the first one do nothing.
+    The first tick uses its measurements for the start state. Each later tick advances the state by
+    the previous step. If measurements are delayed, ticks before the first one do nothing.
     """
 
-    description = "Estimator of the state from muscles"
+    description = "State estimator from muscle measurements"
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:
-        """The variables for an experiment in named groups."""
+        """Return the variables for an experiment in named groups."""
         settings = estimator_settings(experiment)
-        assert settings.offset is not None  # numbers, once an experiment is read
+        assert settings.offset is not None  # numbers after an experiment is read
         return estimator_groups(
             experiment.robot,
             settings.encoded,
@@ -56,13 +56,13 @@ class EstimatorModel(CModel):
 
     @classmethod
     def dependencies(cls, experiment: Experiment) -> Dependencies:
-        """What the outputs depend on, without making the model."""
+        """Return the dependencies of the outputs without creating the model."""
         groups = cls.groups(experiment)
         return sampled_dependencies(groups, at_start={"q": "q_start"})
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """The contents of the model's `native.bin`."""
+        """Return the contents of the model's `native.bin`."""
         settings, robot = estimator_settings(experiment), experiment.robot
         estimator = make_estimator(experiment)
         fields: Fields = places(experiment) | {

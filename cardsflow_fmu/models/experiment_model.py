@@ -1,4 +1,4 @@
-"""The base of models that are made of an experiment."""
+"""Base class of models of an experiment."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class ExperimentModel(FmuModel):
-    """A model that is made of an experiment.
+    """Model of an experiment.
 
     Args:
-        experiment: What to simulate.
-        values: Memory for the variables; allocated when None.
+        experiment: The experiment.
+        values: Memory for the variables (default: allocated).
 
     Attributes:
         views: The values of each group.
@@ -35,26 +35,26 @@ class ExperimentModel(FmuModel):
         self.views = group_views(groups, self.values)
 
     def indices(self, *names: str) -> Indices:
-        """Where the variables of some groups are in `values`."""
+        """Return the indices of the variables of some groups in `values`."""
         every: Indices = np.arange(self.values.size, dtype=np.intp)
         return np.concatenate([every[self._places[name]] for name in names])
 
     @staticmethod
     @abstractmethod
     def groups(experiment: Experiment) -> Groups:
-        """The variables for an experiment in named groups, without making the model."""
+        """Return the variables for an experiment in named groups, without creating the model."""
 
     @classmethod
     @abstractmethod
     def dependencies(cls, experiment: Experiment) -> Dependencies:
-        """What the outputs depend on, without making the model."""
+        """Return the dependencies of the outputs without creating the model."""
 
     @classmethod
     def table(cls, experiment: Experiment) -> list[Port]:
-        """The table of variables for an experiment, without making the model."""
+        """Return the variables for an experiment, without creating the model."""
         return all_ports(cls.groups(experiment))
 
     @classmethod
     def from_resources(cls, folder: Path, values: FloatArray | None = None) -> Self:
-        """Make the model from the files that travel in an FMU."""
+        """Create the model from the resources of an FMU."""
         return cls(Experiment.from_resources(folder), values)

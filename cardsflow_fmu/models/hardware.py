@@ -22,22 +22,21 @@ from .experiment_model import ExperimentModel
 
 
 class HardwareModel(ExperimentModel):
-    """A robot at the other end of a link; a step may be any whole number of exchanges.
+    """Robot hardware at the other end of a link. A step is any whole number of exchanges.
 
-    What is read at the end of a step was measured at its beginning in real time, and at its end in
-    lock step. Loads have no effect: those on the robot act by themselves. The
-    start of the plant is where the robot is required to be; its internal step is not used.
+    The state at the end of a step was measured at its beginning in real time, and at its end in
+    lockstep. Load inputs have no effect. The robot must be at the start state of the plant. The
+    internal step is not used.
 
-    However it ends, by `close`, by garbage collection, or with the program: the robot is led to
-    its safe state.
+    `close`, garbage collection and the end of the program bring the robot to its safe state.
 
     Args:
-        experiment: Whose hardware.
+        experiment: The experiment.
         values: Memory for the variables.
-        connection: How the hardware is reached; that of the environment when None.
+        connection: Connection to the hardware (default: from environment variables).
     """
 
-    description = "Robot hardware behind the ports of the plant"
+    description = "Robot hardware with the ports of the plant"
     has_state = False
 
     def __init__(
@@ -66,7 +65,7 @@ class HardwareModel(ExperimentModel):
         """The variables for an experiment in named groups.
 
         Raises:
-            InputError: A muscle takes something else than its force.
+            InputError: The command of a muscle is not its force.
         """
         require_forces(experiment.robot, experiment.file)
         start = experiment.start
@@ -80,11 +79,11 @@ class HardwareModel(ExperimentModel):
 
     @classmethod
     def dependencies(cls, experiment: Experiment) -> Dependencies:
-        """What the outputs depend on, without making the model."""
+        """Return the dependencies of the outputs without creating the model."""
         return hardware_dependencies(cls.groups(experiment))
 
     def initialize(self, t: float = 0.0) -> None:
-        """Connect to the hardware, and refuse to start where it is not to start."""
+        """Connect to the hardware; raise an error if it is not at the start state."""
         if self._session is not None and self._session.mode == STOPPED:
             self.close()
         if self._session is None:
@@ -97,7 +96,7 @@ class HardwareModel(ExperimentModel):
         self._write_outputs()
 
     def step(self, t: float, h: float) -> None:
-        """Exchange with the hardware from t to t + h, with forces held."""
+        """Exchange commands and states with the hardware from t to t + h, with constant forces."""
         session = self._connected
         what = "the step agreed with the hardware"
         count = whole_steps(h, session.step, what, most=MOST_STEPS)
@@ -109,12 +108,12 @@ class HardwareModel(ExperimentModel):
             self._write_outputs()
 
     def reset(self) -> None:
-        """Lead the hardware to its safe state; `initialize` connects to it again."""
+        """Bring the hardware to its safe state. `initialize` connects to it again."""
         self.close()
         super().reset()
 
     def close(self) -> None:
-        """Lead the hardware to its safe state; the outputs keep its last state."""
+        """Bring the hardware to its safe state. The outputs keep its last state."""
         if self._ending is not None:
             self._ending()
         if self._session is not None:
@@ -122,22 +121,22 @@ class HardwareModel(ExperimentModel):
         self._session = self._ending = None
 
     def get_state(self) -> bytes:
-        """Refused: the world does not go back."""
+        """Raise an error: the state of hardware cannot be restored."""
         raise InputError("the state of hardware cannot be saved")
 
     def set_state(self, state: bytes) -> None:
-        """Refused: the world does not go back."""
+        """Raise an error: the state of hardware cannot be restored."""
         raise InputError("hardware cannot be set to a state")
 
     @property
     def _connected(self) -> HardwareSession:
         if self._session is None:
-            raise InputError("the hardware is not connected: initialize comes first")
+            raise InputError("the hardware is not connected; call initialize first")
         return self._session
 
     def _connect(self) -> None:
         session = make_session(self._experiment, self._connection)
-        # also without close: an FMU that is freed only drops its model
+        # also without close: freeing an FMU only deletes its model
         self._ending = weakref.finalize(self, session.end)
         try:
             session.open()

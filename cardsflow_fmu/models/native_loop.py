@@ -1,7 +1,7 @@
-"""The native loop: plant, controller and reference in C, thousands of steps in one call.
+"""Native loop: plant, controller and reference in C, thousands of steps per call.
 
-All participants are the models of native FMUs, and nothing of a step is Python. A call releases
-Python's lock: loops run in threads.
+All participants are models of native FMUs; a step runs no Python. A call releases Python's GIL, so
+that loops can run in parallel threads.
 """
 
 from __future__ import annotations
@@ -29,42 +29,44 @@ from .by_role import C_MODELS, missing_in_c, require_in_c
 from .native.binding import native_library
 from .native.opened_model import OpenedModel
 
-_CHUNK = 1024  # steps a call: some ten milliseconds, so that Ctrl-C takes effect
+_CHUNK = 1024  # steps per call, about ten milliseconds, so that Ctrl-C takes effect
 _INSTEAD = "run it with `compute = 'python'`, or as FMUs"
 
 
 def runs_in_c(experiment: Experiment) -> bool:
-    """Whether a run of the experiment, as its settings are, is one loop in C."""
+    """Return whether a run of the experiment is one loop in C."""
     run = experiment.run
     return run.compute == "c" and run.coupling == "direct" and missing_in_loop(experiment) is None
 
 
 def missing_in_loop(experiment: Experiment) -> str | None:
-    """What a run of the experiment has that is not in C, in words; None where all of it is."""
+    """Name a part of a run that C does not support; None if there is none."""
     lacking = _lacking(experiment, experiment.columns)
     missing = (missing_in_c(experiment, name) for name in experiment.columns)
     return lacking or next((what for what in missing if what is not None), None)
 
 
 def require_native(experiment: Experiment, names: Sequence[str]) -> None:
-    """Refuse an experiment that needs more than the models in C.
+    """Raise an error if an experiment requires more than the models in C.
 
     Args:
         experiment: The experiment.
         names: Its models.
 
     Raises:
-        InputError: It does; the message names what it needs.
+        InputError: It does. The message names the requirement.
     """
     lacking = _lacking(experiment, names)
     if lacking is not None:
-        raise InputError(f"a native loop does not have {lacking}; {_INSTEAD}", file=experiment.file)
+        raise InputError(
+            f"a native loop does not support {lacking}; {_INSTEAD}", file=experiment.file
+        )
     for name in names:
         require_in_c(experiment, name, _INSTEAD)
 
 
 def _lacking(experiment: Experiment, names: Sequence[str]) -> str | None:
-    """Another part of the run than the models that is not in C; None if there is none."""
+    """Name a part of the run other than models that C does not support; None if there is none."""
     if experiment.hardware.use:
         return "hardware"
     external = [name for name in names if name in experiment.fmus]
@@ -77,10 +79,10 @@ def _lacking(experiment: Experiment, names: Sequence[str]) -> str | None:
 
 
 class NativeLoop(StepLoop):
-    """An experiment that computes in C alone, with the verbs of `master.Master`.
+    """Experiment that computes in C only, with the methods of `master.Master`.
 
     Raises:
-        InputError: It needs Python or DART, which is named.
+        InputError: It requires Python or DART. The message names the requirement.
     """
 
     def __init__(self, experiment: Experiment) -> None:
@@ -108,12 +110,14 @@ class NativeLoop(StepLoop):
 
     def _require_ready(self) -> None:
         if self._loop is None or self._has_run:
-            raise InputError("a native loop runs once, before it is closed; make another")
+            raise InputError(
+                "a native loop can run only once, before it is closed; create another one"
+            )
         self._has_run = True
 
     def _steps(self, rows: FloatArray, pacer: Pacer | None) -> Iterator[int]:
-        """A chunk of steps an iteration."""
-        assert pacer is None, "refused before"
+        """Take a chunk of steps per iteration."""
+        assert pacer is None, "real time is not supported"
         steps = self.count - 1
         while self._done < steps:
             failure = self._advance(min(_CHUNK, steps - self._done), rows)
@@ -142,7 +146,7 @@ class NativeLoop(StepLoop):
         self.close()
 
     def _advance(self, count: int, rows: FloatArray) -> SimulationError | None:
-        """Steps in C; what stopped them, None if nothing."""
+        """Take steps in C; return the failure, or None."""
         first, times = self._done, self._times
         assert rows.flags.c_contiguous
         assert first + count < min(len(rows), len(times) + 1)
@@ -160,7 +164,7 @@ class NativeLoop(StepLoop):
         return self._error(failed, f"at t = {self._done * self._step:.6g} s") if failed else None
 
     def _plan(self, parts: Sequence[WiredPorts]) -> None:
-        """Hand the order of a step, its copies and its columns over."""
+        """Pass the order of a step, its copies and its columns to C."""
         experiment = self._experiment
         copies = connect(parts, experiment.wiring)
         numbers = {part.name: k for k, part in enumerate(parts)}
@@ -210,20 +214,20 @@ class NativeLoop(StepLoop):
 
 
 def run_batch(experiments: Sequence[Experiment], threads: int = 1) -> list[Recording]:
-    """Run several experiments, each in a thread.
+    """Run several experiments in threads.
 
     Args:
         experiments: The experiments.
         threads: Number of simultaneous runs, from 1 on.
 
     Returns:
-        What each of them gave, in their order; one that fails holds its failure.
+        Their recordings, in order. A recording of a failed run contains its failure.
 
     Raises:
-        InputError: One of them has something that the native models lack, or there is no thread.
+        InputError: An experiment requires Python or DART, or `threads` is not positive.
     """
     if threads < 1:
-        raise InputError(f"a batch needs a thread at least, not {threads}")
+        raise InputError(f"threads must be positive, not {threads}")
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(_run_one, experiments))
 
@@ -236,7 +240,7 @@ def _run_one(experiment: Experiment) -> Recording:
 def _routes(
     copy: Copy, target: str, parts: Sequence[WiredPorts]
 ) -> list[tuple[tuple[int, ...], tuple[float, float]]]:
-    """Routes of a copy's values: source, index, target, index; and factor and offset."""
+    """Return the routes of a copy: source, index, target, index; and factor and offset."""
     source = next(k for k, part in enumerate(parts) if part.outputs is copy.source)
     end = next(k for k, part in enumerate(parts) if part.name == target)
     skipped = len(parts[source].input_names)
@@ -252,5 +256,5 @@ def _routes(
 
 
 def _places(part: WiredPorts) -> tuple[str, ...]:
-    """Inputs and outputs in the order of the values."""
+    """Return inputs and outputs in the order of the values."""
     return (*part.input_names, *part.output_names)

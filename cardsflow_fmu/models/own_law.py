@@ -1,4 +1,4 @@
-"""Controllers of one's own: classes from files of Python, checked where they meet ours."""
+"""Custom controllers: classes from Python files, with checked results."""
 
 from __future__ import annotations
 
@@ -23,17 +23,16 @@ CLASSES: dict[Space, type[Law]] = {
 
 
 def own_law(own: OwnLaw, space: Space) -> Callable[..., Law]:
-    """The class of a controller of one's own; the file is run.
+    """Import the class of a custom controller. This runs the file.
 
-    What it does wrong later is an error that names file and line, and so are forces that are no
-    numbers.
+    Errors in its methods name file and line. Forces that are not finite are errors as well.
 
     Args:
         own: File and class.
-        space: What it is to follow.
+        space: Space of the reference.
 
     Raises:
-        InputError: The file cannot be run, or the class is none of a controller.
+        InputError: The file cannot be imported, or the class is not a controller.
     """
     try:
         found = own_class(own.file, own.name, CLASSES[space])
@@ -41,11 +40,11 @@ def own_law(own: OwnLaw, space: Space) -> Callable[..., Law]:
         other = next((s for s, base in CLASSES.items() if issubclass(error.found, base)), None)
         if other is None:
             raise
-        what = f'it follows a reference in {other} space: say controller.space = "{other}"'
+        what = f'it follows a reference in {other} space; set controller.space = "{other}"'
         raise InputError(f"{error.what}; {what}", file=own.file) from None
 
     class Checked(found):  # type: ignore[misc, valid-type]
-        """The class, with checks of what it gives."""
+        """The custom class with checked results."""
 
         def __init__(self, *arguments: Any, **named: Any) -> None:
             guarded(own.file, lambda: super(Checked, self).__init__(*arguments, **named))
@@ -56,16 +55,16 @@ def own_law(own: OwnLaw, space: Space) -> Callable[..., Law]:
             if not isinstance(solution, ForceSolution):
                 solution = self._as_solution(q, qd, solution)
             if not np.isfinite(solution.forces).all():
-                what = f"{own.name}.solve gave forces that are not finite: {solution.forces}"
+                what = f"{own.name}.solve returned forces that are not finite: {solution.forces}"
                 raise SimulationError(f"{own.file}: {what}")
             return solution
 
         def _as_solution(self, q: Any, qd: Any, forces: Any) -> ForceSolution:
-            """Forces alone: those beyond the bounds are held at them, and what lacks is slack."""
+            """Complete forces to a solution: clip them to the limits; the rest is slack."""
             robot, bounds = self.dynamics, self.distribution
             given = np.asarray(forces, dtype=np.float64)
             if given.shape != bounds.f_min.shape:
-                what = f"{own.name}.solve gave forces of shape {given.shape}"
+                what = f"{own.name}.solve returned forces of shape {given.shape}"
                 raise SimulationError(f"{own.file}: {what}, not {bounds.f_min.shape}")
             held = np.clip(given, bounds.f_min, bounds.f_max)
             slack = robot.actuator_jacobian(q).T @ (held - given)

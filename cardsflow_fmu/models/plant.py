@@ -1,4 +1,4 @@
-"""The plant as an FMU model: commands and loads in; positions, velocities, lengths, tasks out."""
+"""Plant as an FMU model: commands and loads in; positions, velocities, lengths, tasks out."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ _RULES = ("euler", "rk4")
 
 
 class PlantModel(CModel):
-    """A simulated robot; a step may be any whole number of its internal steps.
+    """Simulated robot. A step is any whole number of internal steps.
 
-    It computes in C; in DART where there are contacts or muscle laws in Python, or where the
-    experiment chooses that engine.
+    It computes in C, or with DART if there are contacts or muscle laws in Python, or if the
+    experiment selects that engine.
     """
 
     description = "Simulated robot with muscles"
@@ -63,7 +63,7 @@ class PlantModel(CModel):
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:
-        """The variables for an experiment in named groups."""
+        """Return the variables for an experiment in named groups."""
         begin, plant = experiment.start, experiment.plant
         held = start(experiment.robot, begin.q)
         return plant_groups(
@@ -80,26 +80,26 @@ class PlantModel(CModel):
 
     @classmethod
     def dependencies(cls, experiment: Experiment) -> Dependencies:
-        """What the outputs depend on, without making the model."""
+        """Return the dependencies of the outputs without creating the model."""
         return plant_dependencies(experiment.plant_robot, cls.groups(experiment))
 
     @classmethod
     def missing(cls, experiment: Experiment) -> str | None:
-        """What the experiment needs and C does not have, in words; None where it has all."""
+        """Name a requirement of the experiment that C does not support; None if there is none."""
         if experiment.plant.engine == "dart":
             return 'the engine "dart"'
         return core_lacks(experiment.scene, experiment.plant_robot)
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """The contents of the model's `native.bin`."""
+        """Return the contents of the model's `native.bin`."""
         robot, plant = experiment.plant_robot, experiment.plant
-        CoreDynamics(robot)  # refuses a robot whose mass matrix is singular
+        CoreDynamics(robot)  # raises an error if the mass matrix is singular
         settings = plant_fields(robot, plant.substeps, plant.integrator, plant.wrenches)
         return encode("plant", compile_blob(robot), cls.groups(experiment), *settings)
 
     def set_states(self, states: FloatArray) -> None:
-        """Go to other q and qd, and states of muscles."""
+        """Set q, qd and the states of muscles."""
         numbers, rates = np.frombuffer(self.get_state()).copy(), 1 + 2 * self.views["q"].size
         numbers[1:rates] = states[: rates - 1]
         numbers[rates + self._state_order] = states[rates - 1 :]
@@ -108,7 +108,7 @@ class PlantModel(CModel):
     def directional_derivative(
         self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
     ) -> FloatArray:
-        """Exact in C, by differences in DART; see `FmuModel.directional_derivative`."""
+        """See `FmuModel.directional_derivative`; exact in C, by differences with DART."""
         if isinstance(self.opened, DartPlant):
             return super().directional_derivative(t, h, unknowns, knowns, seeds)
         return self.opened.directional_derivative(t, h, unknowns, knowns, seeds)
@@ -117,13 +117,13 @@ class PlantModel(CModel):
 def plant_fields(
     robot: Robot, substeps: int, integrator: str = "euler", wrenches: Sequence[str] = ()
 ) -> tuple[Counts, Fields]:
-    """Counts and fields of a plant; see `encode`.
+    """Return counts and fields of a plant; see `encode`.
 
     Args:
         robot: The robot.
-        substeps: Steps of the integrator in one of the plant.
-        integrator: Its rule.
-        wrenches: Names of links that take external wrenches.
+        substeps: Integrator steps per internal step.
+        integrator: Integration method.
+        wrenches: Names of links with external wrenches.
     """
     frames, points = wrench_points(robot, wrenches)
     fields: Fields = {
@@ -144,5 +144,5 @@ def plant_fields(
 
 
 def motors(robot: Robot) -> list[int]:
-    """The coordinate of each motor."""
+    """Return the coordinate of each motor."""
     return [j for j, coordinate in enumerate(robot.coordinates) if coordinate.actuated]

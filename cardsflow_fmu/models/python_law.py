@@ -1,4 +1,4 @@
-"""What Python does for a controller in C: its law and muscle laws, called by the loop in C."""
+"""Parts of a controller in Python: its law and muscle laws, called by the loop in C."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ class _MuscleFunctions(ctypes.Structure):
 
 
 def law_in_python(experiment: Experiment) -> str | None:
-    """Why a controller's law is called in Python, in words; None where it is all in C."""
+    """Return the reason for a law in Python, or None if it is in C."""
     controller = experiment.controller
     if controller.engine == "dart" and not experiment.robot.loops:
         return 'the engine "dart"'
     if controller.own_law is not None:
-        return f"the law {controller.type!r}, which is in Python"
+        return f"the custom law {controller.type!r} in Python"
     if controller.solver != DEFAULT_SOLVER:
         return f"the QP solver {controller.solver!r}"
     return None
@@ -91,7 +91,7 @@ class PythonParts:
                 _Reach(self._reach),
                 _Invert(self._invert),
             )
-        self._kept = law, muscles  # C calls what is in them
+        self._kept = law, muscles  # C calls these functions
         opened.use(law, muscles)
 
     def _set_up(self, n: int) -> None:
@@ -103,27 +103,27 @@ class PythonParts:
         self._taken = [np.empty(0)] * 4
 
     def reset(self) -> None:
-        """Forget all that the law remembers."""
+        """Reset the state of the law."""
         if self._law is not None:
             self._law.reset()
 
     def get_state(self) -> bytes:
-        """All that the law remembers."""
+        """Return the state of the law."""
         return b"" if self._law is None else self._law.get_state().tobytes()
 
     def set_state(self, state: bytes) -> None:
-        """Go back to a state from `get_state`."""
+        """Restore a state from `get_state`."""
         if self._law is not None:
             self._law.set_state(np.frombuffer(state))
 
     def check(self) -> None:
-        """Raise what Python has raised in the last tick."""
+        """Raise the exception of the last tick, if any."""
         raised, self._raised = self._raised, None
         if raised is not None:
             raise raised
 
     def _guarded(self, call: Callable[[], Any]) -> Any:
-        """The result; None after an exception, which C must not see."""
+        """Return the result, or None after an exception, which must not pass through C."""
         try:
             return call()
         except BaseException as error:
@@ -153,7 +153,7 @@ class PythonParts:
         return _STATUSES.index(solution.status)
 
     def _take_parameters(self, law: Law) -> None:
-        """Bounds and gains as the controller has them now, and which way cables rub."""
+        """Read the current limits, gains and slip directions of cables."""
         now = [*self._gains, *self._bounds]
         changed = [not np.array_equal(a, b) for a, b in zip(now, self._taken, strict=True)]
         if any(changed[:2]):
@@ -190,7 +190,7 @@ class PythonParts:
 
 
 def _view(row: Any, size: int) -> FloatArray:
-    """The memory at a pointer."""
+    """Return a view of the memory at a pointer."""
     return np.ctypeslib.as_array(row, (size,))
 
 
@@ -199,7 +199,7 @@ def _array(row: Any, size: int) -> FloatArray:
 
 
 def law_dynamics(experiment: Experiment) -> CoreDynamics | DartDynamics:
-    """The robot as a law in Python knows it."""
+    """Return the dynamics for a law in Python."""
     robot, settings = experiment.robot, experiment.controller
     if settings.engine == "dart" and not robot.loops:
         return DartDynamics(robot)
@@ -207,7 +207,7 @@ def law_dynamics(experiment: Experiment) -> CoreDynamics | DartDynamics:
 
 
 def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -> Law:
-    """The law that an experiment asks for, as a controller of the package `controllers`."""
+    """Create the control law of an experiment."""
     settings = experiment.controller
     own, tasks, arrays = settings.own_law, settings.tasks, settings.law_arrays()
     law: Callable[..., Law] = (

@@ -1,4 +1,4 @@
-"""The reference as an FMU model: desired positions, velocities and accelerations out."""
+"""Reference as an FMU model: desired positions, velocities and accelerations out."""
 
 from __future__ import annotations
 
@@ -24,30 +24,30 @@ from .native.fields import Counts, Fields, encode
 
 
 class ReferenceModel(CModel):
-    """The reference, evaluated at the end of every step, and loads from outside."""
+    """Reference, evaluated at the end of every step, and external loads."""
 
     description = "Reference"
     any_step = True
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:
-        """The variables for an experiment in named groups."""
+        """Return the variables for an experiment in named groups."""
         space, disturbance = experiment.reference.space, experiment.disturbance
         return reference_groups(experiment.robot, space, with_loads=disturbance is not None)
 
     @classmethod
     def dependencies(cls, experiment: Experiment) -> Dependencies:
-        """What the outputs depend on, without making the model."""
+        """Return the dependencies of the outputs without creating the model."""
         return reference_dependencies(cls.groups(experiment))
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """The contents of the model's `native.bin`."""
+        """Return the contents of the model's `native.bin`."""
         return encode("reference", b"", cls.groups(experiment), *_fields(experiment))
 
 
 def make_reference(experiment: Experiment) -> Reference:
-    """The reference of an experiment, its approach included."""
+    """Create the reference of an experiment, including its approach."""
     settings = experiment.reference
     curve: Reference
     if isinstance(settings.curve, Trajectory):
@@ -65,7 +65,7 @@ def make_reference(experiment: Experiment) -> Reference:
 
 
 def _fields(experiment: Experiment) -> tuple[Counts, Fields]:
-    """The parts of the reference, and the external forces; see `encode`."""
+    """Return the parts of the reference and the external forces; see `encode`."""
     reference = make_reference(experiment)
     parts = reference.parts
     data = np.concatenate([part.data for part in parts])

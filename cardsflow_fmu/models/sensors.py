@@ -1,4 +1,4 @@
-"""Simulated sensors as an FMU model: the true state in, readings out."""
+"""Simulated sensors as an FMU model: true state in, measurements out."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from .native.fields import Fields, encode
 
 
 class SensorsModel(CModel):
-    """Sensors, which read once a step with the inputs at its beginning."""
+    """Sensors that measure once per step, with the inputs at its beginning."""
 
     description = "Simulated sensors of muscles, joints and links"
     any_step = True
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:
-        """The variables for an experiment in named groups."""
+        """Return the variables for an experiment in named groups."""
         settings = estimator_settings(experiment)
         return sensor_groups(experiment.robot, settings.encoded, settings.links)
 
     @classmethod
     def dependencies(cls, experiment: Experiment) -> Dependencies:
-        """What the outputs depend on, without making the model."""
+        """Return the dependencies of the outputs without creating the model."""
         delayed = estimator_settings(experiment).sensors.delay > 0
         return sampled_dependencies(cls.groups(experiment), delayed=delayed)
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """The contents of the model's `native.bin`."""
+        """Return the contents of the model's `native.bin`."""
         settings, robot = estimator_settings(experiment), experiment.plant_robot
         sensors = settings.sensor_settings(robot, experiment.run.step)
         units = unit_places(robot, settings.inertial_units)
@@ -56,18 +56,18 @@ class SensorsModel(CModel):
 
 
 def estimator_settings(experiment: Experiment) -> EstimatorTable:
-    """[estimator] of an experiment.
+    """Return [estimator] of an experiment.
 
     Raises:
-        InputError: There is none.
+        InputError: The experiment has no [estimator].
     """
     if experiment.estimator is None:
-        raise InputError("there is no [estimator] in the experiment", key="estimator")
+        raise InputError("the experiment has no [estimator]", key="estimator")
     return experiment.estimator
 
 
 def places(experiment: Experiment) -> Fields:
-    """The muscle of each length and tension, and the coordinates of torques and encoders."""
+    """Return the muscles of lengths and tensions, and the coordinates of torques and encoders."""
     robot = experiment.robot
     return {
         "measured": measured_muscles(robot),

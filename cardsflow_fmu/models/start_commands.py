@@ -18,9 +18,9 @@ class Start(NamedTuple):
     """Commands and tensions of muscles at the start.
 
     Attributes:
-        commands: Of every muscle, shape (m,), each in the unit of its law; none if all muscles are
-            ideal cables.
-        forces: The tensions that these hold, shape (m,), in [N]; f_min for ideal cables alone.
+        commands: Commands of all muscles, shape (m,), each in the unit of its law; empty if all
+            muscles are ideal cables.
+        forces: Tensions under these commands, shape (m,), in [N]; f_min if all are ideal cables.
     """
 
     commands: tuple[float, ...]
@@ -28,14 +28,14 @@ class Start(NamedTuple):
 
 
 def start(robot: Robot, q: Sequence[float]) -> Start:
-    """Muscles that hold the robot where it stands, as nearly as they can at rest.
+    """Return commands that hold the robot at rest, as closely as possible.
 
-    A muscle with a law cannot jump to a tension as an ideal cable can: a run that began with slack
-    muscles would begin with a fall.
+    A muscle with a law cannot change its tension instantly, so with slack muscles the robot would
+    fall at the start of a run.
 
     Args:
         robot: The robot.
-        q: Where it stands, in [rad] or [m].
+        q: Joint positions, shape (n,), in [rad] or [m].
     """
     f_min = np.array([muscle.f_min for muscle in robot.muscles])
     if not modelled_muscles(robot):

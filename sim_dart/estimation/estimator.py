@@ -20,7 +20,7 @@ from .estimated_robot import cable_compliances, estimated_robot, passive_muscles
 from .settings import EstimatorSettings, InertialUnit, arrays
 from .unit_places import unit_places
 
-STATUSES = ("waiting", "tracking", "ambiguous", "no pose fits", "unobservable", "diverged")
+STATUSES = ("waiting", "tracking", "ambiguous", "no pose matches", "unobservable", "diverged")
 """What an estimator says of itself, by its number."""
 
 _RANGE = np.pi

@@ -1,9 +1,9 @@
-"""Direct dependencies of FMUs' outputs; hosts order and solve their systems by them.
+"""Direct dependencies of FMUs' outputs, by which hosts sort and solve their systems.
 
-With an input held over a step, an output depends on it at once if its value at the end of the step
-changes with it however short the step is. A plant's positions depend on no input so: a force moves
-them through the velocity, in time. A controller's forces depend on all that its tick reads.
-At the start, outputs depend on parameters and inputs that the initialization takes.
+An output depends on an input directly if its value at the end of a step changes with the input,
+however short the step is. A plant's positions depend directly on no input, because a force changes
+them through the velocity. A controller's forces depend on all inputs of its tick. At the start,
+outputs depend on the parameters and inputs that the initialization uses.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ _COMMAND, _LENGTH, _RATE = "u", "l", "v"
 
 @dataclass(frozen=True, slots=True)
 class Dependencies:
-    """What each output of a model depends on, by name.
+    """Dependencies of each output of a model, by name.
 
     Attributes:
-        at_once: The inputs and tunable parameters that an output depends on at once.
-        at_start: The inputs and parameters that it depends on at the start.
+        at_once: The inputs and tunable parameters that an output depends on directly.
+        at_start: The inputs and parameters that an output depends on at the start.
     """
 
     at_once: Mapping[str, Names]
@@ -49,12 +49,12 @@ class Dependencies:
 
 
 def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
-    """Of a plant: tensions without a state between follow their command, contacts every input."""
+    """Return those of a plant: stateless tensions depend on commands, contacts on all inputs."""
     names = _names(groups)
     inputs = frozenset(names["commands"] + names["torques"] + names["loads"] + names["wrenches"])
     forces = [name for name in names["world"] if name.startswith("contact.")]
     at_once, at_start = _no_dependencies(groups), _no_dependencies(groups)
-    # what is not touched feels no force, and may be touched at the end of the next step
+    # contacts may begin within the step
     at_once.update(dict.fromkeys(forces, inputs))
     q, qd = names["q_start"], names["qd_start"]
     at_start.update({name: frozenset([start]) for name, start in zip(names["q"], q, strict=True)})
@@ -91,13 +91,13 @@ def plant_dependencies(robot: Robot, groups: Groups) -> Dependencies:
 def controller_dependencies(
     robot: Robot, groups: Groups, unused: Sequence[str], *, delayed: bool
 ) -> Dependencies:
-    """Of a controller: all that a tick reads; forces that come a tick late depend on nothing.
+    """Return those of a controller: all inputs of a tick; delayed forces depend on no input.
 
     Args:
         robot: The robot.
         groups: The controller's variables.
-        unused: First parts of names of the reference that the law does not read, as `qdd_d`.
-        delayed: Whether the forces take effect a tick later.
+        unused: Prefixes of reference names that the law does not use, such as `qdd_d`.
+        delayed: Whether the forces act one tick later.
     """
     names = _names(groups)
     followed = [name for name in names["reference"] if name.partition(".")[0] not in unused]
@@ -109,7 +109,7 @@ def controller_dependencies(
     reports = [name for name in names["report"] if name != SOLVE_TIME]
     now = [*names["slack"], *reports, *([] if delayed else names["forces"] + names["commands"])]
     at_once.update(dict.fromkeys(now, tick))
-    if LIMITS_DROPPED in at_once:  # tasks give way before the limits do
+    if LIMITS_DROPPED in at_once:  # tasks have less priority than the limits
         untied = frozenset(names["reference"] + names["kp"] + names["kd"])
         at_once[LIMITS_DROPPED] = tick - untied
     if delayed:
@@ -118,25 +118,25 @@ def controller_dependencies(
     bounds = list(zip(names["forces"], names["f_min"], names["f_max"], strict=True))
     if not modelled_muscles(robot):
         at_start.update({force: frozenset([low]) for force, low, _ in bounds[:m]})
-    # the torque nearest to none
+    # the torque nearest to zero
     at_start.update({torque: frozenset([low, high]) for torque, low, high in bounds[m:]})
     return Dependencies(at_once, at_start)
 
 
 def reference_dependencies(groups: Groups) -> Dependencies:
-    """Of a reference: it depends on time alone."""
+    """Return those of a reference, which depends on time only."""
     return Dependencies(_no_dependencies(groups), _no_dependencies(groups))
 
 
 def sampled_dependencies(
     groups: Groups, *, delayed: bool = False, at_start: Mapping[str, str] = {}
 ) -> Dependencies:
-    """Of what samples its inputs: a reading, or an estimate, depends on all of them.
+    """Return those of sensors or an estimator: each output depends on all inputs.
 
     Args:
         groups: Its variables.
-        delayed: Whether outputs come later than the inputs that they follow from.
-        at_start: Group of parameters that each group of outputs is at the start.
+        delayed: Whether outputs are delayed.
+        at_start: Group of parameters that each group of outputs equals at the start.
     """
     inputs = frozenset(port.name for port in all_ports(groups) if port.causality == "input")
     names, found = _names(groups), _no_dependencies(groups)
@@ -148,7 +148,7 @@ def sampled_dependencies(
 
 
 def hardware_dependencies(groups: Groups) -> Dependencies:
-    """Of hardware: what is measured moves in time; tensions may be there within an exchange."""
+    """Return those of hardware: only tensions may change within an exchange."""
     names = _names(groups)
     at_once = _no_dependencies(groups)
     if names["measured_tensions"]:
@@ -171,7 +171,7 @@ def _of(names: Sequence[str], places: Iterable[int]) -> Names:
 
 
 def _coordinates_above(robot: Robot) -> dict[str, frozenset[int]]:
-    """Indices of the coordinates that move each link."""
+    """Return the indices of the coordinates that move each link."""
     above: dict[str, frozenset[int]] = {link.name: frozenset() for link in robot.links}
     moved_by = _moved_by(robot)
     for joint in robot.joints:
@@ -181,7 +181,7 @@ def _coordinates_above(robot: Robot) -> dict[str, frozenset[int]]:
 
 
 def _moved_by(robot: Robot) -> dict[str, frozenset[int]]:
-    """Indices of the coordinates q that each coordinate depends on, by its name."""
+    """Return the indices of the coordinates q that each coordinate depends on, by its name."""
     found = {c.name: frozenset[int]() for c in robot.all_coordinates}
     found |= {c.name: frozenset([k]) for k, c in enumerate(robot.coordinates)}
     for c in followers(robot):
@@ -190,7 +190,7 @@ def _moved_by(robot: Robot) -> dict[str, frozenset[int]]:
 
 
 def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) -> frozenset[int]:
-    """Indices of the coordinates that move parts of a muscle's path against each other."""
+    """Return the indices of the coordinates that change the path of a muscle."""
     links = {surface.name: surface.link for surface in robot.wrap_surfaces}
     on = [point.link for point in muscle.via_points]
     on += [links[wrap.surface] for wrap in muscle.wraps]
@@ -200,7 +200,7 @@ def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) 
     coordinates += [term.coordinate for term in muscle.terms]
     moved_by = _moved_by(robot)
     own = _NOWHERE.union(*(moved_by[name] for name in coordinates))
-    if robot.driven_joints:  # one coordinate may move both ends, each by its own function
+    if robot.driven_joints:  # one coordinate may move both ends by different functions
         return own.union(*moved)
     return frozenset().union(*moved) - frozenset.intersection(*moved or [_NOWHERE]) | own
 
@@ -208,7 +208,7 @@ def _crossed(muscle: Muscle, robot: Robot, above: Mapping[str, frozenset[int]]) 
 def _seen_by_law(
     muscle: Muscle, crossed: frozenset[int], above: Mapping[str, frozenset[int]]
 ) -> frozenset[int]:
-    """Indices of the coordinates that a law's tension follows: of one that sags also its slope."""
+    """Return the coordinates that a law's tension depends on; sag also depends on the slope."""
     if not law_of(muscle.model).sags:
         return crossed
     return crossed.union(*(above.get(point.link, _NOWHERE) for point in muscle.via_points))
@@ -221,7 +221,7 @@ def _energy_start(name: str, q: Sequence[str], qd: Sequence[str]) -> Names:
 
 
 def _muscle_outputs(robot: Robot, names: Mapping[str, Sequence[str]]) -> list[tuple[str, int, str]]:
-    """Outputs of muscles with laws: name, index of the muscle, what it is."""
+    """Return the outputs of muscles with laws: name, index of the muscle, kind."""
     tensions = zip(names["tensions"], modelled_muscles(robot), strict=True)
     of_state = [(k, s.name) for k, m in enumerate(robot.muscles) for s in states_of(m.model)]
     states = zip(names["states"], (of_state[i] for i in state_order(robot)), strict=True)
@@ -232,7 +232,7 @@ def _muscle_outputs(robot: Robot, names: Mapping[str, Sequence[str]]) -> list[tu
 
 
 def _letters(muscle: Muscle, what: str) -> str:
-    """What an output of a muscle follows from at the start."""
+    """Return the arguments of a muscle's output at the start."""
     law, values = law_of(muscle.model), law_parameters(muscle.model)
     letters = {state.name: state.at_start for state in law.states}.get(what, law.at_start)
     is_damped = not law.damped or evaluated(law.damped, values)
@@ -240,7 +240,7 @@ def _letters(muscle: Muscle, what: str) -> str:
 
 
 def _follows_at_once(muscle: Muscle) -> bool:
-    """Whether nothing that needs time stands between a muscle's command and its outputs."""
+    """Return whether a muscle's outputs depend on its command without delay."""
     law = law_of(muscle.model)
     if law.command is None or not law.states:
         return law.command is not None
@@ -248,7 +248,7 @@ def _follows_at_once(muscle: Muscle) -> bool:
 
 
 def _inverted(robot: Robot, names: Mapping[str, Sequence[str]]) -> dict[str, Names]:
-    """Commands that lead to forces of the last tick: laws inverted at the muscles' states."""
+    """Return the commands for the forces of the last tick, by inverse laws."""
     above = _coordinates_above(robot)
     kinds = [k for k, muscle in enumerate(robot.muscles) for _ in states_of(muscle.model)]
     owner = dict(zip(names["states"], (kinds[i] for i in state_order(robot)), strict=True))

@@ -16,30 +16,30 @@ STATUSES = {
     0: "waiting",
     1: "tracking",
     2: "ambiguous",
-    3: "no pose fits",
+    3: "no pose matches",
     4: "unobservable",
     5: "diverged",
 }
-"""What the estimator's output `status` says."""
+"""Meaning of the estimator's output `status`."""
 
 LENGTH, TENSION, MOTOR_TORQUE, POSITION = "l", "tension", "torque", "q"
-"""Readings as inputs of the estimator and outputs of hardware."""
+"""Prefixes of measurements as inputs of the estimator and outputs of hardware."""
 MEASURED = "_m"
-"""Behind them where they are outputs of simulated sensors, beside the truth."""
+"""Suffix of measurements of simulated sensors, which differ from the true values."""
 ESTIMATE = {"q": "q_hat", "qd": "qd_hat", "w": "w_hat", "sd": "sd"}
 """Prefixes of the estimator's outputs."""
 VALID = "valid"
 
 
 def measured_muscles(robot: Robot) -> list[int]:
-    """Indices of the muscles with a motor, and so with sensors."""
+    """Return the indices of the muscles with a motor, which have sensors."""
     return [k for k, muscle in enumerate(robot.muscles) if law_of(muscle.model).command is not None]
 
 
 def _reading_ports(
     robot: Robot, encoded: Sequence[int], units: Sequence[str], causality: Causality, mark: str
 ) -> Groups:
-    """Ports of all readings, their prefixes followed by a mark."""
+    """Return the ports of all measurements with a suffix."""
     muscles = [(k, robot.muscles[k].name) for k in measured_muscles(robot)]
     lengths = muscle_signals(LENGTH + mark, robot)
     tensions = muscle_signals(TENSION + mark, robot)
@@ -68,7 +68,7 @@ def _reading_ports(
 
 
 def unit_ports(units: Sequence[str], causality: Causality) -> Groups:
-    """Three ports a gyroscope, and three an accelerometer, by the unit's link."""
+    """Return three ports per gyroscope and three per accelerometer, by the link of the IMU."""
     return {
         group: [
             Port(f"{name}.{axis}", unit, causality, "continuous", f"{what} of {link} along {axis}")
@@ -83,12 +83,12 @@ def unit_ports(units: Sequence[str], causality: Causality) -> Groups:
 
 
 def sensor_groups(robot: Robot, encoded: Sequence[int], units: Sequence[str]) -> Groups:
-    """Variables of sensors: the true state, tensions and torques in; readings out.
+    """Return the variables of sensors: true state, tensions and torques in; measurements out.
 
     Args:
         robot: The robot.
         encoded: Coordinates with an encoder.
-        units: Links with an inertial unit.
+        units: Links with an IMU.
     """
     tensions = muscle_signals(TENSION, robot)
     torques = zip(motor_signals(MOTOR_TORQUE, robot), robot.motors, strict=True)
@@ -123,14 +123,14 @@ def estimator_groups(
     offsets: Sequence[float],
     step: float,
 ) -> Groups:
-    """Variables of an estimator: readings in; state, loads, deviations and validity out.
+    """Return the variables of an estimator: measurements in; state, loads, validity out.
 
     Args:
         robot: The robot.
         encoded: Coordinates with an encoder.
-        units: Links with an inertial unit.
-        q: Pose at the start, or from which it is searched, in [rad] or [m].
-        offsets: Of the lengths, of every muscle, in [m].
+        units: Links with an IMU.
+        q: Pose at the start, or start of the search for it, in [rad] or [m].
+        offsets: Offsets of the measured lengths, one per muscle, in [m].
         step: Internal step, in [s].
     """
     words = (
@@ -162,9 +162,9 @@ def estimator_groups(
         **outputs,
         "report": [
             Port("innovation", "", "output", "discrete", "Mean square of normalised innovations"),
-            Port("readings", "", "output", "discrete", "Number of readings that were taken"),
+            Port("readings", "", "output", "discrete", "Number of measurements used"),
             Port("status", "", "output", "discrete", f"State of the estimator: {said}"),
-            Port(VALID, "", "output", "discrete", "The estimate is to be relied on", boolean=True),
+            Port(VALID, "", "output", "discrete", "The estimate is reliable", boolean=True),
         ],
         "q_start": [
             Port(name, c.unit, "parameter", "fixed", f"Start position of {c.name}", value)
@@ -187,9 +187,9 @@ def estimator_groups(
 
 
 def estimate_inputs(robot: Robot) -> Groups:
-    """Inputs of a controller that an estimator feeds, beside the state: loads, and validity."""
+    """Return the inputs of a controller from an estimator in addition to the state."""
     loads = zip(coordinate_signals(ESTIMATE["w"], robot), robot.coordinates, strict=True)
-    relied = "The state is to be relied on; else commands ramp down"
+    relied = "The state is reliable; otherwise commands ramp down"
     return {
         "estimated_loads": [
             Port(name, force_unit(c), "input", "continuous", f"Estimated unknown load of {c.name}")
@@ -207,14 +207,14 @@ def estimation_wiring(
     has_hardware: bool,
     has_tensions: bool = True,
 ) -> dict[str, str]:
-    """Outputs for the inputs of sensors, estimator and controller that have no equal names.
+    """Return the sources of inputs of sensors, estimator and controller with other names.
 
     Args:
         robot: The robot.
         encoded: Coordinates with an encoder.
-        feeds: Whether the controller gets the estimate.
-        has_hardware: Whether hardware gives the readings, in the place of sensors.
-        has_tensions: Whether it measures tensions, and torques of motors; else commands count.
+        feeds: Whether the controller uses the estimate.
+        has_hardware: Whether hardware measures, instead of simulated sensors.
+        has_tensions: Whether it measures tensions and motor torques; otherwise commands are used.
     """
     muscles = measured_muscles(robot)
     wiring: dict[str, str] = {}

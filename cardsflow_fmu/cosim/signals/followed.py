@@ -1,4 +1,4 @@
-"""Signals that follow references: positions of joints or of task coordinates."""
+"""Signals that follow a reference: joint positions or task coordinates."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .ports import coordinate_signals, task_signals, task_units
 
 @dataclass(frozen=True, slots=True)
 class Followed:
-    """A signal that is to follow another.
+    """Signal that follows a desired signal.
 
     Attributes:
         actual, desired: Names of the signals.
-        unit: Of both; empty where it is not known.
-        turns: Whether they are angles that come round.
+        unit: Unit of both; empty if unknown.
+        turns: Whether they are angles modulo a turn.
     """
 
     actual: str
@@ -30,18 +30,18 @@ class Followed:
     turns: bool
 
     def error(self, actual: FloatArray, desired: FloatArray) -> FloatArray:
-        """The errors q - q_d or y - y_d of columns of both, shape (rows,)."""
+        """Return the errors q - q_d or y - y_d of the columns, shape (rows,)."""
         error = actual - desired
         return np.remainder(error + np.pi, 2.0 * np.pi) - np.pi if self.turns else error
 
 
 def followed_signals(robot: Robot, space: Space, passive: Sequence[bool] = ()) -> list[Followed]:
-    """The positions that a reference of joints, or of task coordinates, is for.
+    """Return the positions that follow a reference.
 
     Args:
         robot: The robot.
-        space: What the reference is made of.
-        passive: Which coordinates follow nothing; none when empty.
+        space: Whether the reference is in joint or operational space.
+        passive: Whether each coordinate is passive; empty if none is.
     """
     if space == "joint":
         names, prefixes = coordinate_signals, ("q", "q_d")
@@ -54,7 +54,7 @@ def followed_signals(robot: Robot, space: Space, passive: Sequence[bool] = ()) -
 
 
 def followed_by_name(names: Sequence[str], units: Mapping[str, str]) -> list[Followed]:
-    """Positions that have a desired position beside them: `q.elbow` and `q_d.elbow`."""
+    """Return the positions with a desired position: `q.elbow` and `q_d.elbow`."""
     known = set(names)
     return [
         Followed(name, desired, units.get(name, ""), name[0] == "y" and units.get(name) == "rad")
@@ -64,6 +64,6 @@ def followed_by_name(names: Sequence[str], units: Mapping[str, str]) -> list[Fol
 
 
 def tracking_unit(followed: Iterable[Followed]) -> str:
-    """The unit of the norm of all errors; `rad and m` where they differ."""
+    """Return the unit of the norm of all errors; `rad and m` if they differ."""
     units = {signal.unit for signal in followed}
     return units.pop() if len(units) == 1 else "rad and m"

@@ -1,4 +1,4 @@
-"""Tables of variables in named groups, and the places of these."""
+"""Variables in named groups, and the positions of the groups."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .port import Port
 
 Groups = Mapping[str, Sequence[Port]]
-"""The variables of a model by the name of their group, in the order of the table."""
+"""Variables of a model by the name of their group, in the order of the table."""
 
 
 def all_ports(groups: Groups) -> list[Port]:
-    """The table of variables."""
+    """Return the variables in order."""
     return [port for ports in groups.values() for port in ports]
 
 
 def group_places(groups: Groups) -> dict[str, slice]:
-    """Where each group is in the table."""
+    """Return the position of each group in the table."""
     places, first = {}, 0
     for name, ports in groups.items():
         places[name] = slice(first, first + len(ports))
@@ -27,10 +27,10 @@ def group_places(groups: Groups) -> dict[str, slice]:
 
 
 def group_views(groups: Groups, values: FloatArray) -> dict[str, FloatArray]:
-    """The values of each group.
+    """Return views of the values of each group.
 
     Args:
         groups: The table in groups.
-        values: Of all its variables, in order.
+        values: Values of all variables, in order.
     """
     return {name: values[place] for name, place in group_places(groups).items()}

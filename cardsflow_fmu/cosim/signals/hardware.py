@@ -10,10 +10,10 @@ from .groups import Groups
 from .ports import Port, force_unit, motor_signals, muscle_signals, plant_groups
 
 MEASURED_TORQUE = "torque"
-"""What a motor at a joint makes, beside the `tau` that it is to make."""
+"""Prefix of measured motor torques; `tau` is the commanded torque."""
 
 MODES = {0: "starting", 1: "running", 2: "holding", 3: "stopped"}
-"""What the hardware's output `mode` says."""
+"""Meaning of the hardware's output `mode`."""
 
 
 def hardware_groups(
@@ -24,14 +24,14 @@ def hardware_groups(
     *,
     has_tensions: bool = True,
 ) -> Groups:
-    """Variables of the hardware: the plant's, and diagnostics behind its outputs.
+    """Return the variables of the hardware: those of the plant and diagnostics.
 
     Args:
         robot: The robot.
-        q: Positions that it is to start at, in [rad] or [m].
-        qd: Velocities there, in [rad/s] or [m/s].
+        q: Required start positions, in [rad] or [m].
+        qd: Velocities at the start, in [rad/s] or [m/s].
         step: Internal step of a plant, in [s].
-        has_tensions: Whether tensions, and torques of motors, are measured.
+        has_tensions: Whether tensions and motor torques are measured.
     """
     tensions = [
         Port(name, "N", "output", "continuous", f"Measured tension of muscle {muscle.name}")
@@ -48,10 +48,10 @@ def hardware_groups(
     modes = ", ".join(f"{number} {name}" for number, name in MODES.items())
     diagnostics = [
         Port("age", "s", "output", "continuous", "Time since the state was received"),
-        Port("missed", "", "output", "discrete", "Exchanges that brought no new state"),
-        Port("round_trip_time", "s", "output", "continuous", "From a command to its answer"),
-        Port("lateness", "s", "output", "continuous", "How late the step began"),
-        Port("mode", "", "output", "discrete", f"What the hardware does: {modes}"),
+        Port("missed", "", "output", "discrete", "Exchanges without a new state"),
+        Port("round_trip_time", "s", "output", "continuous", "Time from a command to its answer"),
+        Port("lateness", "s", "output", "continuous", "Lateness of the start of the step"),
+        Port("mode", "", "output", "discrete", f"State of the hardware: {modes}"),
     ]
     groups: dict[str, Sequence[Port]] = {}
     f_min = [muscle.f_min for muscle in robot.muscles]

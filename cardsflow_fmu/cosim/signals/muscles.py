@@ -1,4 +1,4 @@
-"""Variables of muscles with tension laws: commands, tensions, states; see `ports`."""
+"""Variables of muscles with muscle laws: commands, tensions, states; see `ports`."""
 
 from __future__ import annotations
 
@@ -14,54 +14,57 @@ FORCE, COMMAND, TENSION, FAR_TENSION = "f", "u", "tension", "far_tension"
 
 ENERGIES = {
     "energy.kinetic": ("J", "Kinetic energy of the robot"),
-    "energy.potential": ("J", "Energy of its weight and of its joints' springs"),
+    "energy.potential": ("J", "Potential energy of gravity and of joint springs"),
     "work.muscles": ("J", "Work of the muscles since the start"),
-    "work.outside": ("J", "Work of motors, and of loads from outside, since the start"),
-    "work.damping": ("J", "Work of the joints' damping since the start"),
-    "work.friction": ("J", "Work of cables' friction since the start"),
+    "work.outside": ("J", "Work of motors and external loads since the start"),
+    "work.damping": ("J", "Work of joint damping since the start"),
+    "work.friction": ("J", "Work of cable friction since the start"),
     **{f"momentum.{axis}": ("N.s", f"Momentum of the robot along {axis}") for axis in "xyz"},
     **{
-        f"angular_momentum.{axis}": ("N.m.s", f"Momentum of the robot about the world's {axis}")
+        f"angular_momentum.{axis}": (
+            "N.m.s",
+            f"Angular momentum of the robot about the world's {axis}",
+        )
         for axis in "xyz"
     },
 }
-"""Energies, work and momenta of a plant, with units."""
+"""Return energies, work and momenta of a plant with units."""
 
 
 def is_modelled(muscle: Muscle) -> bool:
-    """Whether its tension follows from a law, instead of being what is commanded."""
+    """Return whether a muscle has a law; the tension of other muscles is the command."""
     return law_of(muscle.model).kind != "ideal"
 
 
 def is_driven(muscle: Muscle) -> bool:
-    """Whether it is modelled and not passive: it takes a command in the unit of its law."""
+    """Return whether a muscle has a law with a command."""
     return is_modelled(muscle) and law_of(muscle.model).command is not None
 
 
 def ideal_muscles(robot: Robot) -> list[int]:
-    """Indices of the muscles whose command is their tension."""
+    """Return the indices of the muscles whose command is their tension."""
     return [k for k, muscle in enumerate(robot.muscles) if not is_modelled(muscle)]
 
 
 def modelled_muscles(robot: Robot) -> list[int]:
-    """Indices of the muscles that have a law."""
+    """Return the indices of the muscles with a law."""
     return [k for k, muscle in enumerate(robot.muscles) if is_modelled(muscle)]
 
 
 def driven_muscles(robot: Robot) -> list[int]:
-    """Indices of the muscles that have a law with a command."""
+    """Return the indices of the muscles that have a law with a command."""
     return [k for k, muscle in enumerate(robot.muscles) if is_driven(muscle)]
 
 
 def commanded_muscles(robot: Robot) -> list[int]:
-    """Indices of the muscles that the plant's commands are for, in their order."""
+    """Return the indices of the muscles of the plant's commands, in their order."""
     return [*ideal_muscles(robot), *driven_muscles(robot)]
 
 
 def tension_signals(robot: Robot) -> list[str]:
-    """The actual tension of every muscle, in the order of f.
+    """Return the signals of the actual tension of every muscle, in the order of f.
 
-    `tension.<muscle>` where a law makes it, `f.<muscle>` where it is what is commanded.
+    `tension.<muscle>` for muscles with a law, otherwise the command `f.<muscle>`.
     """
     forces, tensions = muscle_signals(FORCE, robot), muscle_signals(TENSION, robot)
     rows = zip(robot.muscles, forces, tensions, strict=True)
@@ -69,20 +72,20 @@ def tension_signals(robot: Robot) -> list[str]:
 
 
 def command_signals(robot: Robot) -> list[str]:
-    """`u.<muscle>` of every muscle that takes one."""
+    """Return `u.<muscle>` of every muscle with a command."""
     names = muscle_signals(COMMAND, robot)
     return [names[k] for k in driven_muscles(robot)]
 
 
 def plain(unit: str) -> str:
-    """The unit as ports have it: none for a number."""
+    """Return the unit of a port; empty for a number."""
     return "" if unit == "1" else unit
 
 
 def state_order(robot: Robot) -> list[int]:
-    """Index among the muscles' states, muscle after muscle, of each port.
+    """Return the index of each port's state in the states of the muscles.
 
-    Ports of one kind stand together: all activations, then all fibre lengths.
+    Ports are sorted by kind: all activations, then all fibre lengths.
     """
     kinds = [state.name for muscle in robot.muscles for state in states_of(muscle.model)]
     first = {kind: kinds.index(kind) for kind in kinds}
@@ -90,7 +93,7 @@ def state_order(robot: Robot) -> list[int]:
 
 
 def state_ports(robot: Robot, causality: Causality) -> list[Port]:
-    """A port a state of a muscle, such as `activation.biceps`, in `state_order`."""
+    """Return one port per muscle state, such as `activation.biceps`, in `state_order`."""
     names = [signal.removeprefix(FORCE) for signal in muscle_signals(FORCE, robot)]
     ports = [
         Port(
@@ -109,13 +112,13 @@ def state_ports(robot: Robot, causality: Causality) -> list[Port]:
 def command_ports(
     robot: Robot, causality: Causality, variability: Variability, starts: Sequence[float] = ()
 ) -> list[Port]:
-    """`u.<muscle>` of every muscle that takes one.
+    """Return the ports `u.<muscle>` of all muscles with a command.
 
     Args:
         robot: The robot.
-        causality: Of the ports.
-        variability: Of the ports.
-        starts: The command of every muscle before it is given, shape (m,); 0 where it is empty.
+        causality: Causality of the ports.
+        variability: Variability of the ports.
+        starts: Start values of the commands, shape (m,); 0 if empty.
     """
     ports = []
     for name, k in zip(command_signals(robot), driven_muscles(robot), strict=True):
@@ -129,7 +132,7 @@ def command_ports(
 
 
 def tension_ports(robot: Robot) -> list[Port]:
-    """`tension.<muscle>` of every muscle that has a law, as outputs."""
+    """Return the outputs `tension.<muscle>` of all muscles with a law."""
     muscles = [robot.muscles[k] for k in modelled_muscles(robot)]
     names = signal_names(TENSION, [muscle.name for muscle in muscles])
     return [
@@ -139,15 +142,15 @@ def tension_ports(robot: Robot) -> list[Port]:
 
 
 def rubbing_muscles(robot: Robot) -> list[int]:
-    """Indices of the muscles whose cables have friction in bends."""
+    """Return the indices of the muscles with cable friction."""
     return [k for k, muscle in enumerate(robot.muscles) if bends(muscle)]
 
 
 def far_tension_ports(robot: Robot) -> list[Port]:
-    """`far_tension.<muscle>` of every muscle with friction, as outputs."""
+    """Return the outputs `far_tension.<muscle>` of all muscles with cable friction."""
     muscles = [robot.muscles[k] for k in rubbing_muscles(robot)]
     names = signal_names(FAR_TENSION, [muscle.name for muscle in muscles])
-    what = "Tension that friction leaves at the last via point of muscle"
+    what = "Tension at the last via point, after cable friction, of muscle"
     return [
         Port(name, "N", "output", "continuous", f"{what} {muscle.name}")
         for name, muscle in zip(names, muscles, strict=True)
@@ -155,7 +158,7 @@ def far_tension_ports(robot: Robot) -> list[Port]:
 
 
 def energy_ports() -> list[Port]:
-    """Energies, work and momenta of a plant, as outputs."""
+    """Return energies, work and momenta of a plant as outputs."""
     return [
         Port(name, unit, "output", "continuous", what) for name, (unit, what) in ENERGIES.items()
     ]

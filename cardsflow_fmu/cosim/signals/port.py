@@ -1,4 +1,4 @@
-"""FMU variables, and their names after joints, muscles and task frames."""
+"""FMU variables, named after joints, muscles and task frames."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ Variability = Literal["continuous", "discrete", "fixed", "tunable"]
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """A variable of an FMU.
+    """Variable of an FMU.
 
     Attributes:
         name: Structured name, such as `q.elbow`.
-        unit: Such as `rad`; empty for a number without one.
+        unit: Unit, such as `rad`; empty for a number without a unit.
         causality: `input`, `output` or `parameter`.
         variability: `continuous` or `discrete` signals; `fixed` or `tunable` parameters.
-        description: One line for people.
-        start: Value of an input or a parameter before it is set.
-        boolean: Whether the variable is a truth value, stored as 0 or 1.
+        description: Description in one line.
+        start: Start value of an input or a parameter.
+        boolean: Whether the variable is a boolean, stored as 0 or 1.
     """
 
     name: str
@@ -37,10 +37,10 @@ class Port:
 
 
 def signal_names(prefix: str, names: Iterable[str]) -> list[str]:
-    """Port names for a list of coordinates, muscles or other named things.
+    """Return port names for coordinates, muscles or other named objects.
 
     Args:
-        prefix: Such as `q`.
+        prefix: First part of the names, such as `q`.
         names: The designer's names.
 
     Raises:
@@ -50,21 +50,22 @@ def signal_names(prefix: str, names: Iterable[str]) -> list[str]:
     for name in names:
         port = f"{prefix}.{identifier(name)}"
         if port in ports:
-            raise InputError(f"{ports[port]!r} and {name!r} would both be {port!r}: rename one")
+            names_of_both = f"{ports[port]!r} and {name!r}"
+            raise InputError(f"{names_of_both} would both be the variable {port!r}; rename one")
         ports[port] = name
     return list(ports)
 
 
 def coordinate_signals(prefix: str, robot: Robot) -> list[str]:
-    """`prefix.<coordinate>` for every coordinate, in the order of q."""
+    """Return `prefix.<coordinate>` for every coordinate, in the order of q."""
     return signal_names(prefix, [c.name for c in robot.coordinates])
 
 
 def motor_signals(prefix: str, robot: Robot) -> list[str]:
-    """`prefix.<coordinate>` for every motor, in the order of q."""
+    """Return `prefix.<coordinate>` for every motor, in the order of q."""
     return signal_names(prefix, [motor.name for motor in robot.motors])
 
 
 def muscle_signals(prefix: str, robot: Robot) -> list[str]:
-    """`prefix.<muscle>` for every muscle, in the order of f."""
+    """Return `prefix.<muscle>` for every muscle, in the order of f."""
     return signal_names(prefix, [muscle.name for muscle in robot.muscles])

@@ -1,6 +1,6 @@
-"""The table of FMU variables for a robot: name, unit, causality, start value.
+"""FMU variables of a robot: name, unit, causality, start value.
 
-Everything that names a variable (FMUs, wiring, CSV headers, legends) takes the name from here. The
+All names of variables in FMUs, wiring, CSV headers and legends are defined in this package. The
 value reference of a port is its index in the table of its model.
 """
 
@@ -65,10 +65,10 @@ __all__ = [
 
 LIMITS_DROPPED = "limits_dropped"
 TORQUE = "tau"
-"""The command of a motor at a joint."""
+"""Prefix of the command of a motor at a joint."""
 
 SOLVE_TIME = "solve_time"
-"""The one output whose values no two runs share: it stands in no table of results."""
+"""Computation time of a tick, which differs between runs and is not in tables of results."""
 
 
 WORKER_TIMEOUT = Port(
@@ -76,14 +76,14 @@ WORKER_TIMEOUT = Port(
     "s",
     "parameter",
     "fixed",
-    "Longest call, where the model runs in a worker process",
+    "Longest duration of a call if the model runs in a worker process",
     60.0,
 )
-"""Known to the C library by its name; models make nothing of it."""
+"""Parameter that only the C library uses."""
 
 
 def task_signals(prefix: str, robot: Robot) -> list[str]:
-    """`prefix.<frame>.<axis>` for every task coordinate, in the order of y."""
+    """Return `prefix.<frame>.<axis>` for every task coordinate, in the order of y."""
     frames = signal_names(prefix, [frame.name for frame in robot.task_frames])
     return [
         f"{name}.{axis}"
@@ -93,35 +93,35 @@ def task_signals(prefix: str, robot: Robot) -> list[str]:
 
 
 def task_units(robot: Robot) -> list[str]:
-    """The unit of every task coordinate, in the order of y."""
+    """Return the unit of every task coordinate, in the order of y."""
     return [
         "rad" if frame.is_orientation else "m" for frame in robot.task_frames for axis in frame.axes
     ]
 
 
 def task_names(robot: Robot) -> tuple[str, ...]:
-    """`<frame>.<axis>` for every task coordinate, in the order of y."""
+    """Return `<frame>.<axis>` for every task coordinate, in the order of y."""
     return tuple(f"{frame.name}.{axis}" for frame in robot.task_frames for axis in frame.axes)
 
 
 def load_signals(robot: Robot) -> list[str]:
-    """`w.<frame>.fx`, `.fy`, `.fz` for every task frame that is a point."""
+    """Return `w.<frame>.fx`, `.fy`, `.fz` for every task frame that is a point."""
     points = [frame.name for frame in robot.task_frames if not frame.is_orientation]
     return [f"{name}.f{axis}" for name in signal_names("w", points) for axis in "xyz"]
 
 
 def outer_signals(robot: Robot, wrenched: Sequence[str]) -> list[str]:
-    """Inputs of the plant for external forces on task points and wrenches on links.
+    """Return the inputs for external forces on end-effector points and wrenches on links.
 
     Args:
         robot: The robot.
-        wrenched: Names of the links that take wrenches.
+        wrenched: Names of the links with external wrenches.
     """
     return [*load_signals(robot), *wrench_signals(wrenched)]
 
 
 def force_unit(coordinate: Coordinate) -> str:
-    """Unit of the generalised force of a coordinate."""
+    """Return the unit of the generalised force of a coordinate."""
     return "N.m" if coordinate.unit == "rad" else "N"
 
 
@@ -134,7 +134,7 @@ def _coordinate_ports(
     variability: Variability,
     start: Sequence[float] | None = None,
 ) -> list[Port]:
-    """A port a coordinate; its unit is the coordinate's, followed by `per`."""
+    """Return one port per coordinate; the unit is the coordinate's, followed by `per`."""
     starts = start or [0.0] * len(robot.coordinates)
     return [
         Port(name, c.unit + per, causality, variability, f"{what} of {c.name}", value)
@@ -147,7 +147,7 @@ def _coordinate_ports(
 def _force_ports(
     robot: Robot, causality: Causality, variability: Variability, starts: Sequence[float] = ()
 ) -> list[Port]:
-    """`f.<muscle>` of every muscle; the forces before they are given are 0 where none are given."""
+    """Return `f.<muscle>` of every muscle; start values are 0 if `forces` is empty."""
     rows = zip(
         muscle_signals("f", robot), robot.muscles, starts or [0.0] * len(robot.muscles), strict=True
     )
@@ -158,7 +158,7 @@ def _force_ports(
 
 
 def _torque_ports(robot: Robot, causality: Causality, variability: Variability) -> list[Port]:
-    """`tau.<coordinate>` of every motor."""
+    """Return `tau.<coordinate>` of every motor."""
     rows = zip(motor_signals(TORQUE, robot), robot.motors, strict=True)
     return [
         Port(name, force_unit(c), causality, variability, f"{_effort(c)} of the motor of {c.name}")
@@ -171,7 +171,7 @@ def _effort(coordinate: Coordinate) -> str:
 
 
 def _task_ports(prefix: str, per: str, what: str, robot: Robot, causality: Causality) -> list[Port]:
-    """A port a task coordinate; its unit is the coordinate's, followed by `per`."""
+    """Return one port per task coordinate; the unit is the coordinate's, followed by `per`."""
     return [
         Port(name, unit + per, causality, "continuous", f"{what} {name[len(prefix) + 1 :]}")
         for name, unit in zip(task_signals(prefix, robot), task_units(robot), strict=True)
@@ -180,7 +180,7 @@ def _task_ports(prefix: str, per: str, what: str, robot: Robot, causality: Causa
 
 def _load_ports(robot: Robot, causality: Causality) -> list[Port]:
     return [
-        Port(name, "N", causality, "continuous", f"Force from outside on {name[2:-3]}, world axes")
+        Port(name, "N", causality, "continuous", f"External force on {name[2:-3]}, world axes")
         for name in load_signals(robot)
     ]
 
@@ -197,20 +197,20 @@ def plant_groups(
     wrenches: Sequence[str] = (),
     scene: Scene | None = None,
 ) -> Groups:
-    """Variables of the plant: commands and loads in; positions, lengths, task points and more out.
+    """Return the variables of the plant: commands and loads in; positions, lengths and more out.
 
-    The command of an ideal cable is its force; muscles with a law have commands of their own, and
-    give their tensions and states. Motors of joints take their torques.
+    The command of an ideal cable is its force. Muscles with a law have a command in the unit of
+    the law, and tension and states as outputs. The command of a joint motor is its torque.
 
     Args:
         robot: The robot.
         q: Positions at the start, in [rad] or [m].
         qd: Velocities at the start, in [rad/s] or [m/s].
         step: Internal step, in [s].
-        forces: Of ideal cables at the start, one for every muscle, in [N]; 0 where it is empty.
-        commands: Of every muscle at the start, where one has a law.
+        forces: Start forces of ideal cables, one per muscle, in [N]; 0 if empty.
+        commands: Start commands of the muscles, if one has a law.
         energy: Whether energies, work and momenta are outputs.
-        wrenches: Names of links that take forces and torques from outside.
+        wrenches: Names of links with external forces and torques.
         scene: The surroundings of the robot.
     """
     pulls = _force_ports(robot, "input", "continuous", forces)
@@ -244,12 +244,12 @@ def plant_groups(
 
 
 def reference_groups(robot: Robot, space: Space, *, with_loads: bool = False) -> Groups:
-    """Variables of a reference: desired positions, velocities and accelerations out.
+    """Return the variables of a reference: desired positions, velocities, accelerations.
 
     Args:
         robot: The robot.
-        space: Whether they are of joints or of task coordinates.
-        with_loads: Whether it gives loads from outside as well.
+        space: Whether it is in joint or operational space.
+        with_loads: Whether external loads are outputs as well.
     """
     return {
         "reference": _followed_ports(robot, space, "output"),
@@ -282,23 +282,23 @@ def controller_groups(
     torque_gains: bool = False,
     estimate: Mapping[str, Sequence[Port]] = MappingProxyType({}),
 ) -> Groups:
-    """Variables of a controller: state, reference and known loads in; forces and diagnostics out.
+    """Return the variables of a controller: state, reference, loads in; forces, diagnostics out.
 
-    Of muscles with a law, their states come in as well; the forces are what they are to come to,
-    and their commands are beside them. Torques of motors, and their bounds, stand behind the forces
-    and theirs.
+    States of muscles with a law are inputs as well; the forces are their desired tensions, and
+    their commands are further outputs. Motor torques and their limits follow the muscle forces and
+    their limits.
 
     Args:
         robot: The robot.
-        space: Whether the reference is of joints or of task coordinates.
-        kp: Position gains of what is followed.
-        kd: Velocity gains of what is followed.
+        space: Whether the reference is in joint or operational space.
+        kp: Position gains of the coordinates or task coordinates that follow the reference.
+        kd: Velocity gains, likewise.
         period: Time between two ticks, in [s].
-        torque_gains: Whether the gains make torques of errors, instead of accelerations.
-        estimate: Inputs that an estimator feeds besides.
+        torque_gains: Whether the gains are torques per error instead of accelerations per error.
+        estimate: Additional inputs from an estimator.
     """
-    infeasible = "No force within the bounds fits"
-    undecided = "No force that fits was found, though there may be one"
+    infeasible = "No forces within the limits produce the required torque"
+    undecided = "The solver found no forces, although they may exist"
     return {
         "q": _coordinate_ports("q", "", "Position", robot, "input", "continuous"),
         "qd": _coordinate_ports("qd", "/s", "Velocity", robot, "input", "continuous"),
@@ -314,8 +314,8 @@ def controller_groups(
         "commands": command_ports(robot, "output", "discrete"),
         "slack": _slack_ports(robot, space),
         "report": [
-            Port("at_bound", "", "output", "discrete", "Number of muscles and motors at a bound"),
-            Port(SOLVE_TIME, "s", "output", "discrete", "Time that the tick took to compute"),
+            Port("at_bound", "", "output", "discrete", "Number of muscles and motors at a limit"),
+            Port(SOLVE_TIME, "s", "output", "discrete", "Computation time of the tick"),
             Port("infeasible", "", "output", "discrete", infeasible, boolean=True),
             Port("not_converged", "", "output", "discrete", undecided, boolean=True),
             *_limit_ports(space),
@@ -328,13 +328,13 @@ def controller_groups(
 
 
 def _limit_ports(space: Space) -> list[Port]:
-    what = "No force within the bounds keeps the joint limits"
+    what = "No forces within the limits keep the joint limits"
     dropped = Port(LIMITS_DROPPED, "", "output", "discrete", what, boolean=True)
     return [] if space == "joint" else [dropped]
 
 
 def slack_signals(robot: Robot, space: Space) -> dict[str, str]:
-    """Slack signals with their units: joint torque, or task acceleration."""
+    """Return the slack signals with units: joint torque, or task acceleration."""
     if space == "joint":
         names = coordinate_signals("slack", robot)
         return {name: force_unit(c) for name, c in zip(names, robot.coordinates, strict=True)}
@@ -345,7 +345,7 @@ def slack_signals(robot: Robot, space: Space) -> dict[str, str]:
 
 
 def _slack_ports(robot: Robot, space: Space) -> list[Port]:
-    what = "Missing force or torque of" if space == "joint" else "Missing acceleration of"
+    what = "Torque or force shortfall of" if space == "joint" else "Acceleration shortfall of"
     return [
         Port(name, unit, "output", "discrete", f"{what} {name.removeprefix('slack.')}")
         for name, unit in slack_signals(robot, space).items()

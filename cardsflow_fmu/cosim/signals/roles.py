@@ -2,6 +2,6 @@
 
 ROLES = ("plant", "controller", "reference")
 SENSORS, ESTIMATOR = "sensors", "estimator"
-"""Participants of runs with an estimator: simulated sensors, and what makes a state of these."""
+"""Participants of runs with an estimator: simulated sensors and the estimator."""
 HARDWARE = "hardware"
-"""The FMU that takes the plant's place when hardware is driven."""
+"""Role of the FMU that replaces the plant to drive hardware."""

@@ -33,7 +33,7 @@ SI_UNITS: dict[str, dict[str, int]] = {
     "N.m.s": {"kg": 1, "m": 2, "s": -1},
     "1": {},
 }
-"""The units that this package writes, by name, with their exponents of the SI base units."""
+"""Units that this package writes, by name, with exponents of the SI base units."""
 
 BASES = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _TURN = 3.141592653589793 / 180.0
@@ -59,11 +59,11 @@ class Unit:
     """A unit: value in SI base units = factor · value + offset.
 
     Attributes:
-        name: Such as `deg`.
-        exponents: Of kg, m, s, A, K, mol, cd and rad; None where undefined: it then fits a unit
-            of the same name alone.
-        factor: Such as pi / 180.
-        offset: Such as 273.15 for degC.
+        name: Name, such as `deg`.
+        exponents: Exponents of kg, m, s, A, K, mol, cd and rad. None if undefined; then it is only
+            compatible with a unit of the same name.
+        factor: Factor, such as pi / 180.
+        offset: Offset, such as 273.15 for degC.
     """
 
     name: str
@@ -74,14 +74,14 @@ class Unit:
 
 @dataclass(frozen=True, slots=True)
 class Conversion:
-    """A conversion of values between units: factor · value + offset."""
+    """Conversion between units: factor · value + offset."""
 
     factor: float = 1.0
     offset: float = 0.0
 
     @property
     def is_identity(self) -> bool:
-        """Whether values stay as they are."""
+        """Whether values do not change."""
         return self.factor == 1.0 and self.offset == 0.0
 
 
@@ -93,29 +93,29 @@ KNOWN_UNITS: dict[str, Unit] = {
     **{name: _named(name, exponents) for name, exponents in SI_UNITS.items()},
     **{name: _named(name, SI_UNITS[si], factor) for name, (si, factor) in _SCALED.items()},
 }
-"""Units that are understood by their name alone, where nothing defines them."""
+"""Known units of variables whose unit is not defined in the FMU."""
 _NUMBER = KNOWN_UNITS["1"]
 
 
 def conversion(source: Unit | None, target: Unit | None) -> Conversion:
-    """The conversion of values from one unit to another.
+    """Return the conversion from one unit to another.
 
     Args:
-        source: The unit of the value; None for a value without one.
+        source: Unit of the value; None for a value without a unit.
         target: The desired unit.
 
     Raises:
-        InputError: They measure different things, or one of them is missing.
+        InputError: The units have different dimensions, or one of them is missing.
     """
     if source is None and target is None:
         return Conversion()
     if source is None or target is None:
         names = [repr(unit.name) if unit else "no unit" for unit in (source, target)]
-        raise InputError(f"{names[0]} does not fit {names[1]}: state the missing unit")
+        raise InputError(f"{names[0]} is not compatible with {names[1]}; specify the missing unit")
     if None in (source.exponents, target.exponents) and source.name == target.name:
         return Conversion()
     if None in (source.exponents, target.exponents) or source.exponents != target.exponents:
-        what = f"{source.name!r} does not fit {target.name!r}"
+        what = f"{source.name!r} is not compatible with {target.name!r}"
         raise InputError(f"{what}: {_in_bases(source)} is not {_in_bases(target)}")
     for unit in (source, target):
         if unit.factor == 0.0 or not (math.isfinite(unit.factor) and math.isfinite(unit.offset)):
@@ -129,10 +129,10 @@ def conversion(source: Unit | None, target: Unit | None) -> Conversion:
 
 
 def variable_units(description: Any) -> dict[str, Unit]:
-    """The units of an FMU's variables, by name; without an entry for numbers, and where none is.
+    """Return the units of an FMU's variables, by name; variables without a unit have no entry.
 
-    A unit that the FMU names without saying what it is made of counts as the one of this package
-    with the same name; an unknown one as something that fits only itself.
+    A unit without a definition in the FMU is the unit of this package with the same name. An
+    unknown unit is only compatible with itself.
     """
     defined = {unit.name: _defined(unit) for unit in description.unitDefinitions}
     units = {}
@@ -145,7 +145,7 @@ def variable_units(description: Any) -> dict[str, Unit]:
 
 
 def _defined(unit: Any) -> Unit | None:
-    """A unit from an FMU's definitions; None where only its name is given."""
+    """Read a unit definition of an FMU; None if it contains only a name."""
     base = unit.baseUnit
     if base is None:
         return None
@@ -155,13 +155,13 @@ def _defined(unit: Any) -> Unit | None:
 
 
 def _by_name(name: str) -> Unit:
-    """A unit of this package, or one that is comparable with itself alone."""
+    """Return a unit of this package, or a unit that is only compatible with itself."""
     return KNOWN_UNITS.get(name) or Unit(name, None)
 
 
 def _in_bases(unit: Unit) -> str:
     if unit.exponents is None:
-        return "a unit that nothing defines"
+        return "an undefined unit"
     parts = [
         base if exponent == 1 else f"{base}{exponent}"
         for base, exponent in zip(BASES, unit.exponents, strict=True)

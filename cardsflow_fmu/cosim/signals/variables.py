@@ -1,4 +1,4 @@
-"""Variables of FMUs: scalars, or arrays of neighbouring ports."""
+"""Variables of FMUs: scalars, or arrays of adjacent ports."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Variable:
     """A variable of an FMU.
 
     Attributes:
-        name: Such as `q.elbow`, or `q` for an array.
+        name: Name, such as `q.elbow`, or `q` for an array.
         reference: The value reference: the index of its first port in the model's table.
         ports: One port, or, for an array, its elements.
         is_array: Whether it is an array, which may have a single element.
@@ -30,21 +30,18 @@ class Variable:
 
     @property
     def port(self) -> Port:
-        """The first port: all have the same causality, variability and type."""
+        """The first port; all have the same causality, variability and type."""
         return self.ports[0]
 
     @property
     def unit(self) -> str:
-        """The unit that all elements have, `1` for numbers; empty where they have different ones.
-
-        A truth value has none.
-        """
+        """The common unit of the elements, `1` for numbers; empty for booleans or mixed units."""
         units = {port.unit or "1" for port in self.ports}
         return units.pop() if len(units) == 1 and not self.port.boolean else ""
 
     @property
     def description(self) -> str:
-        """One line for people; of an array, what its elements are."""
+        """Description in one line; for an array with its elements."""
         if not self.is_array:
             return self.port.description
         units = "" if len({port.unit for port in self.ports}) == 1 else " (units differ)"
@@ -53,12 +50,12 @@ class Variable:
 
 
 def scalar_variables(ports: Sequence[Port]) -> list[Variable]:
-    """One variable a port."""
+    """Return one variable per port."""
     return [Variable(port.name, index, (port,)) for index, port in enumerate(ports)]
 
 
 def array_variables(ports: Sequence[Port]) -> list[Variable]:
-    """Neighbours with a common first part of their names as arrays: `q.a`, `q.b` as `q`."""
+    """Combine adjacent ports with a common prefix to arrays: `q.a`, `q.b` to `q`."""
     variables: list[Variable] = []
     reference = 0
     for key, group in groupby(ports, _array):
@@ -74,13 +71,13 @@ def array_variables(ports: Sequence[Port]) -> list[Variable]:
 
 
 def _array(port: Port) -> tuple[str, str, str, bool]:
-    """Key of the array of a port; with an empty name for a port on its own."""
+    """Return the key of a port's array; the name is empty for a scalar."""
     prefix, dot, _ = port.name.partition(".")
     return prefix if dot else "", port.causality, port.variability, port.boolean
 
 
 def _common(ports: Sequence[Port]) -> str:
-    """The common beginning of ports' descriptions: `Force` for `Force of muscle a`, `.. of b`."""
+    """Return the common beginning of descriptions: `Force` for `Force of muscle a`, `.. b`."""
     words = [port.description.split() for port in ports]
     shared = []
     for column in zip(*words, strict=False):

@@ -15,34 +15,34 @@ _TURN = ("qw", "qx", "qy", "qz")
 
 
 def wrench_signals(links: Sequence[str]) -> list[str]:
-    """`w.<link>.fx`, ..., `w.<link>.tz` of every link that takes a wrench."""
+    """Return `w.<link>.fx`, ..., `w.<link>.tz` of every link with an external wrench."""
     axes = [f"{kind}{axis}" for kind in "ft" for axis in "xyz"]
     return [f"{name}.{axis}" for name in signal_names("w", links) for axis in axes]
 
 
 def wrench_ports(links: Sequence[str], causality: Causality) -> list[Port]:
-    """A force and a torque from outside on every link that takes them."""
+    """Return the ports of external forces and torques on links."""
     ports = []
     for name in wrench_signals(links):
         is_force = name[-2] == "f"
-        what = f"{'Force' if is_force else 'Torque'} from outside on link {name[2:-3]}, world axes"
+        what = f"External {'force' if is_force else 'torque'} on link {name[2:-3]}, world axes"
         ports.append(Port(name, "N" if is_force else "N.m", causality, "continuous", what))
     return ports
 
 
 def contact_signals(scene: Scene) -> list[str]:
-    """`contact.<body>.fx`, `.fy`, `.fz` of every body that is reported."""
+    """Return `contact.<body>.fx`, `.fy`, `.fz` of every reported body."""
     return [f"{name}.f{axis}" for name in signal_names("contact", scene.reported) for axis in "xyz"]
 
 
 def object_signals(scene: Scene) -> list[str]:
-    """`object.<name>.x`, ..., `.qz` of every object that moves."""
+    """Return `object.<name>.x`, ..., `.qz` of every moving object."""
     names = signal_names("object", [thing.name for thing in scene.moving_objects])
     return [f"{name}.{axis}" for name in names for axis in (*"xyz", *_TURN)]
 
 
 def world_ports(scene: Scene | None) -> list[Port]:
-    """Forces of contacts, and where the objects are, as outputs."""
+    """Return contact forces and poses of objects as outputs."""
     if scene is None:
         return []
     ports = [
@@ -58,11 +58,11 @@ def world_ports(scene: Scene | None) -> list[Port]:
 
 
 def _friction_ports(scene: Scene) -> list[Port]:
-    """How well friction is solved for, where the solver tells it."""
+    """Return the error of the friction solver, if the solver reports it."""
     if scene.friction_law != "cone":
         return []
-    error = "Largest speed by which a contact breaks Coulomb's law since the last step"
-    undecided = "Contact forces of a step since the last one did not converge"
+    error = "Largest speed by which a contact violates Coulomb's law since the last step"
+    undecided = "Whether contact forces did not converge since the last step"
     return [
         Port(FRICTION_ERROR, "m/s", "output", "discrete", error),
         Port(FRICTION_NOT_CONVERGED, "", "output", "discrete", undecided, boolean=True),

@@ -1,4 +1,4 @@
-"""The binding of opened_model.h and native_loop.h."""
+"""Binding of opened_model.h and native_loop.h."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from cardsflow_fmu.runtime.library import library_path
 
 @cache
 def native_library() -> ctypes.CDLL:
-    """The library of the FMUs, whose calls release Python's lock.
+    """Load the library of FMUs, whose calls release Python's GIL.
 
     Raises:
-        InputError: There is no library.
+        InputError: The library does not exist.
     """
     library = ctypes.CDLL(str(library_path()))
     pointer, count, size = ctypes.c_void_p, ctypes.c_int32, ctypes.c_size_t

@@ -1,4 +1,4 @@
-"""The settings of native models as named fields, in the layout that the library states."""
+"""Settings of native models as named fields, in the layout of the library."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Counts = dict[str, int]
 Fields = dict[str, ArrayLike]
 
 NATIVE_MODELS = ("plant", "controller", "reference", "sensors", "estimator")
-"""In the order of native/layout.h."""
+"""Native models in the order of native/layout.h."""
 
 _MAGIC = b"CARDSNAT"
 _VERSION = 2
@@ -32,14 +32,14 @@ def encode(
     counts: Mapping[str, int],
     fields: Mapping[str, ArrayLike],
 ) -> bytes:
-    """The contents of a native model's file.
+    """Encode the file of a native model.
 
     Args:
         model: Which of `NATIVE_MODELS`.
-        blob: Its robot; empty for a reference.
+        blob: Binary description of its robot; empty for a reference.
         groups: Its variables.
-        counts: Every count of the layout, by name.
-        fields: Every field of the layout, of any shape with the right number of elements.
+        counts: All counts of the layout, by name.
+        fields: All fields of the layout, in any shape with the right number of elements.
     """
     kind = NATIVE_MODELS.index(model)
     body = struct.pack("<III", kind, len(blob), native_library().native_model_layout_hash(kind))

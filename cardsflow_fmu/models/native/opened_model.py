@@ -1,4 +1,4 @@
-"""A model in C, opened on an array of Python's."""
+"""Model in C with the variables in a Python array."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from cardsflow_fmu.version import __version__
 
 from .binding import native_library
 
-_MESSAGE = 512  # bytes of a message of what cannot be opened
-_STEP = 1.0  # of a table of variables, for an FMU's host; the model does not use it
+_MESSAGE = 512  # bytes of a message
+_STEP = 1.0  # the digest of variables is only used by FMU hosts
 
 
 class OpenedModel:
-    """A model in C; see `runtime/csrc/loop/opened_model.h`.
+    """Model in C; see `runtime/csrc/loop/opened_model.h`.
 
     Args:
         file: The contents of its `native.bin`; see `fields.encode`.
         ports: Its variables.
-        values: Their values, shape (len(ports),), which the model reads and writes.
+        values: Values of the variables, shape (len(ports),), which the model reads and writes.
 
     Attributes:
-        handle: Of the C library.
+        handle: Handle of the C library.
 
     Raises:
-        InputError: The library refuses the file.
+        InputError: The file is invalid.
     """
 
     def __init__(self, file: bytes, ports: Sequence[Port], values: FloatArray) -> None:
@@ -58,7 +58,7 @@ class OpenedModel:
         """Go to the start state.
 
         Raises:
-            InputError: A parameter or an input is wrong.
+            InputError: A parameter or an input is invalid.
         """
         if self._library.native_model_initialize(self.handle, t):
             raise InputError(self.message)
@@ -67,13 +67,13 @@ class OpenedModel:
         """Advance from t to t + h.
 
         Raises:
-            SimulationError: It cannot.
+            SimulationError: The step failed.
         """
         if self._step(self.handle, t, h):
             raise SimulationError(self.message)
 
     def get_state(self) -> bytes:
-        """All that the model remembers beyond its values."""
+        """Return the state of the model that is not in its values."""
         data, size = ctypes.c_void_p(), ctypes.c_size_t()
         places = ctypes.byref(data), ctypes.byref(size)
         if self._library.native_model_get_state(self.handle, *places):
@@ -92,10 +92,12 @@ class OpenedModel:
     def directional_derivative(
         self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
     ) -> FloatArray:
-        """The derivative of outputs along a direction; see `FmuModel.directional_derivative`.
+        """Return the derivative of outputs along a direction.
+
+        See `FmuModel.directional_derivative`.
 
         Raises:
-            InputError: There is none.
+            InputError: The derivative does not exist.
         """
         of, by = unknowns.astype(np.uint32), knowns.astype(np.uint32)
         along, answers = np.ascontiguousarray(seeds, dtype=np.float64), np.empty(len(of))
@@ -108,14 +110,14 @@ class OpenedModel:
         return answers
 
     def use(self, law: ctypes.Structure, muscles: ctypes.Structure) -> None:
-        """Have a controller call Python; both must outlive it."""
+        """Set Python callbacks of a controller; they must exist longer than the controller."""
         refused = self._library.native_model_use(
             self.handle, ctypes.addressof(law), ctypes.addressof(muscles)
         )
         assert not refused
 
     def array(self, name: str) -> FloatArray:
-        """A view of an array of a controller's law, or of its core."""
+        """Return a view of an array of a controller's law or core."""
         length = ctypes.c_size_t()
         found = self._library.native_model_array(self.handle, name.encode(), ctypes.byref(length))
         assert found, name
@@ -123,6 +125,6 @@ class OpenedModel:
 
     @property
     def message(self) -> str:
-        """What was wrong last."""
+        """The last error message."""
         text: bytes = self._library.native_model_message(self.handle)
         return text.decode("utf-8", "replace")

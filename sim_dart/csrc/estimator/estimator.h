@@ -27,7 +27,7 @@ enum estimator_status {
     ESTIMATOR_WAITING = 0,      /* for the first measurements */
     ESTIMATOR_TRACKING = 1,
     ESTIMATOR_AMBIGUOUS = 2,    /* two poses fit the first measurements: none is taken */
-    ESTIMATOR_NO_FIT = 3,       /* no pose fits them */
+    ESTIMATOR_NO_FIT = 3,       /* no pose matches them */
     ESTIMATOR_UNOBSERVABLE = 4, /* too few muscles are taut to tell the first pose */
     ESTIMATOR_DIVERGED = 5      /* until the next reset */
 };

@@ -291,7 +291,7 @@ def test_names_in_other_scripts_stay_different(tmp_path: Path, cardsflow: Comman
     same = [replace(m, name=name) for m, name in zip(muscles, ("a b", "a_b"), strict=True)]
     write_sdf(arm(*same), tmp_path / "same")
     said = cardsflow.refused("init", tmp_path / "same", "-o", tmp_path / "same.toml")
-    what = "'a b' and 'a_b' would both be 'f.a_b': rename one"
+    what = "'a b' and 'a_b' would both be the variable 'f.a_b'; rename one"
     assert said.strip() == f"cardsflow: {tmp_path / 'same'}: {what}"
 
 

@@ -135,7 +135,7 @@ def test_an_explicit_conversion_replaces_that_of_the_units() -> None:
 def test_incompatible_units_are_an_error_before_the_first_step() -> None:
     source = Part("a", {}, {"angle": "deg"}, lambda u, y, h: pytest.fail("stepped"))
     sink = Part("b", {"x": "N"}, {}, lambda u, y, h: pytest.fail("stepped"))
-    with pytest.raises(InputError, match=r"a\.angle -> b\.x: 'deg' does not fit 'N'"):
+    with pytest.raises(InputError, match=r"a\.angle -> b\.x: 'deg' is not compatible with 'N'"):
         joined(source, sink, {"b.x": "a.angle"})
 
 

@@ -123,7 +123,7 @@ def test_versions_mixed_under_every_coupling(bodies: dict[str, Path], scheme: st
         ({"outputs": {"q": "angles", "qd": "angles"}}, "is mapped twice"),
         (
             {"outputs": {"q": "rates", "qd": "angles"}},
-            "angles[1] -> qd.joint_1: 'deg' does not fit",
+            "angles[1] -> qd.joint_1: 'deg' is not compatible",
         ),
         ({"inputs": {"f": "angles"}}, "no input of the FMU 'angles'"),
         (
@@ -132,7 +132,7 @@ def test_versions_mixed_under_every_coupling(bodies: dict[str, Path], scheme: st
         ),
         ({"inputs": {"g": "pulls"}}, "fmus.plant.inputs: no input 'g'"),
         ({"outputs": {"q": "angels"}}, "no output of the FMU 'angels'"),
-        ({"units": {"angles": "mm"}}, "'mm' does not fit 'rad'"),
+        ({"units": {"angles": "mm"}}, "'mm' is not compatible with 'rad'"),
         ({"units": {"angles": "furlong"}}, "no unit 'furlong'"),
         ({"units": {"angel": "deg"}}, "no variable of the FMU 'angel'"),
         ({"parameters": {"mass": 1.0}}, "no variable 'mass'"),

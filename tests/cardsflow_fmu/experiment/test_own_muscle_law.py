@@ -148,7 +148,7 @@ def test_loading_runs_nothing(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["build", "--compute", "c"], "does not have muscle laws in Python (Elastic of cable_"),
+        (["build", "--compute", "c"], "does not support muscle laws in Python (Elastic of cable_"),
         (
             ["run", "--coupling", "direct", "--set", "plant.engine=core"],
             'the engine "core" has no muscle laws in Python (Elastic',

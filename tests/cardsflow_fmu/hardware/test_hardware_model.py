@@ -303,7 +303,7 @@ def test_the_state_of_hardware_cannot_be_saved() -> None:
         model.get_state()
     with pytest.raises(InputError, match="cannot be set"):
         model.set_state(b"")
-    with pytest.raises(InputError, match="initialize comes first"):
+    with pytest.raises(InputError, match="call initialize first"):
         model.step(0.0, 1e-3)
 
 

@@ -123,19 +123,19 @@ class Own(JointSpaceController):
     pass
 """
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
-    "DART's plant": ({"plant.engine": "dart"}, 'a native plant does not have the engine "dart"'),
+    "DART's plant": ({"plant.engine": "dart"}, 'a native plant does not support the engine "dart"'),
     "DART's terms": (
         {"controller.engine": "dart"},
-        'a native controller does not have the engine "dart"',
+        'a native controller does not support the engine "dart"',
     ),
-    "contacts": ({"world": {"ground": {}}}, "a native plant does not have worlds with contacts"),
+    "contacts": ({"world": {"ground": {}}}, "a native plant does not support worlds with contacts"),
     "another solver": (
         {"controller.solver": "daqp"},
-        "a native controller does not have the QP solver 'daqp'",
+        "a native controller does not support the QP solver 'daqp'",
     ),
     "a custom law": (
         {"controller.type": "own.py:Own", "controller.space": "joint"},
-        "a native controller does not have .*own.py:Own",
+        "a native controller does not support .*own.py:Own",
     ),
 }
 

@@ -164,16 +164,16 @@ def test_a_loop_runs_once() -> None:
     experiment = Experiment.load(EXAMPLES / "planar_2r", {"run.duration": 0.01})
     loop = NativeLoop(experiment)
     assert loop.run().failure is None
-    with pytest.raises(InputError, match="runs once"):
+    with pytest.raises(InputError, match="can run only once"):
         loop.run()
     loop.close()
     loop.close()
     with NativeLoop(experiment) as closed:
         closed.close()
-        with pytest.raises(InputError, match="runs once"):
+        with pytest.raises(InputError, match="can run only once"):
             closed.run()
 
 
 def test_a_batch_needs_a_thread() -> None:
-    with pytest.raises(InputError, match="a thread at least, not 0"):
+    with pytest.raises(InputError, match="threads must be positive, not 0"):
         run_batch([], threads=0)

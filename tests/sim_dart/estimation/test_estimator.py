@@ -235,7 +235,7 @@ def test_a_pose_that_is_not_told_is_refused() -> None:
     estimator.lengths[:] = estimator.path_lengths([0.5])
     assert estimator.find() == "ambiguous"
     estimator.lengths[:] = 5.0
-    assert estimator.find() == "no pose fits"
+    assert estimator.find() == "no pose matches"
     estimator.tensions[:] = 0.0
     assert estimator.find() == "unobservable"
     assert not estimator.valid

@@ -44,11 +44,23 @@ def test_the_same_unit_changes_nothing() -> None:
 @pytest.mark.parametrize(
     ("source", "target", "message"),
     [
-        (KNOWN_UNITS["deg"], KNOWN_UNITS["N"], "'deg' does not fit 'N': rad is not kg.m.s-2"),
-        (None, KNOWN_UNITS["rad"], "no unit does not fit 'rad': state the missing unit"),
-        (KNOWN_UNITS["rad"], None, "'rad' does not fit no unit: state the missing unit"),
-        (Unit("a", None), Unit("b", None), "'a' does not fit 'b'"),
-        (Unit("a", None), KNOWN_UNITS["N"], "a unit that nothing defines is not kg.m.s-2"),
+        (
+            KNOWN_UNITS["deg"],
+            KNOWN_UNITS["N"],
+            "'deg' is not compatible with 'N': rad is not kg.m.s-2",
+        ),
+        (
+            None,
+            KNOWN_UNITS["rad"],
+            "no unit is not compatible with 'rad'; specify the missing unit",
+        ),
+        (
+            KNOWN_UNITS["rad"],
+            None,
+            "'rad' is not compatible with no unit; specify the missing unit",
+        ),
+        (Unit("a", None), Unit("b", None), "'a' is not compatible with 'b'"),
+        (Unit("a", None), KNOWN_UNITS["N"], "an undefined unit is not kg.m.s-2"),
     ],
 )
 def test_units_that_do_not_fit_are_refused(
