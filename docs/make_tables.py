@@ -31,6 +31,7 @@ from addin_sdfusion.robot.model.laws import TENSION_LAWS  # noqa: E402
 from addin_sdfusion.robot.model.laws.law import Parameter, TensionLaw  # noqa: E402
 from addin_sdfusion.robot.model.tension_laws import PRESETS  # noqa: E402
 from cardsflow_fmu import Experiment  # noqa: E402
+from cardsflow_fmu.cli.common import EXIT_CODES  # noqa: E402
 from cardsflow_fmu.cli.init import schema  # noqa: E402
 from cardsflow_fmu.cli.main import _parser  # noqa: E402
 from cardsflow_fmu.cosim.signals.groups import all_ports  # noqa: E402
@@ -57,15 +58,18 @@ def commands_page() -> str:
     parts = [
         MADE,
         "# Commands",
-        "Exit codes: 0 it is done; 1 it failed, or has found what it looks for (errors, "
-        "differences, too weak muscles); 2 the input or the options are wrong, and nothing is "
-        "done; 130 interrupted, by Ctrl-C, SIGTERM or SIGHUP (a closed terminal), and what a run "
-        "gave so far is there. "
-        "`--debug` shows the trace of an error.",
+        f"```text\n{EXIT_CODES}\n```",
+        "Every command except `addin` accepts `--quiet` (print no progress, notes and warnings) and "
+        "`--debug` (print the traceback of an error). Colours are used only on a terminal; the "
+        "environment variable `NO_COLOR` turns them off.",
+        "Commands replace files that CARDSFlow wrote, and no other files. `--overwrite` also "
+        "replaces other files. `init` needs `--overwrite` for every existing file, because an "
+        "experiment.toml is meant to be edited. `import-cad` and the add-in keep the files of a "
+        "robot folder that were edited.",
     ]
     for name, parser in _commands("cardsflow", _parser()):
         parts += [f"## {name}", str(parser.description)]
-        shown = [a for a in parser._actions if a.dest not in ("help", "debug")]
+        shown = [a for a in parser._actions if a.dest not in ("help", "debug", "quiet")]
         shown = [a for a in shown if a.help != argparse.SUPPRESS]
         parts += [table(["", ""], map(_option, shown))]
         if parser.epilog:

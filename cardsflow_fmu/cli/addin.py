@@ -1,4 +1,4 @@
-"""`cardsflow import-cad`, and `addin`: designs of CAD systems, and the add-in for Fusion."""
+"""`cardsflow import-cad` and `addin`: designs of CAD systems, and the add-in for Fusion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from addin_sdfusion.robot import InputError, RobotError
 from .common import (
     FAILED,
     GOOD,
-    Commands,
     add_json,
     add_output,
     add_settings,
@@ -19,6 +18,7 @@ from .common import (
     print_findings,
     settings_of,
 )
+from .parser import Commands
 
 
 def add_import_cad(commands: Commands) -> None:
@@ -26,50 +26,61 @@ def add_import_cad(commands: Commands) -> None:
     parser = commands.add(
         "import-cad",
         _import_cad,
-        "Make a robot's folder of a CAD design: a snapshot (.json), a program that draws with "
-        "build123d (.py; it is run), or a STEP file with tables of its joints and muscles.",
-        "cardsflow import-cad examples/from_cad/two_link_arm.json arm",
+        "Create the folder of a robot from a CAD design.",
+        "cardsflow import-cad examples/from_cad/two_link_arm.json -o arm",
+        "The design is a snapshot (.json), a Python program that uses build123d (.py; it is "
+        "executed), or a STEP file with tables of its joints and muscles.",
     )
     parser.add_argument("design", type=Path, help="a snapshot, .py, .step or .stp")
-    parser.add_argument(
-        "folder", type=Path, nargs="?", help="the robot's folder; the design's name when left out"
-    )
-    step = parser.add_argument_group("of a STEP file")
-    step.add_argument("--joints", type=Path, metavar="CSV", help="the joints between its parts")
-    step.add_argument("--muscles", type=Path, metavar="CSV", help="its muscles and task points")
-    step.add_argument("--wraps", type=Path, metavar="CSV", help="the faces that muscles wrap over")
-    step.add_argument("--materials", type=Path, metavar="CSV", help="densities or masses of parts")
-    step.add_argument("--density", type=float, help="of all other parts, in kg/m3")
-    step.add_argument(
-        "--time-limit", type=float, metavar="S", help="how long reading it may take, in s; 600"
-    )
     _add_export(parser)
+    step = parser.add_argument_group("options for STEP files")
+    for name, what in (
+        ("joints", "table of the joints between the parts"),
+        ("muscles", "table of the muscles and task points"),
+        ("wraps", "table of the faces that muscles wrap around"),
+        ("materials", "table of densities or masses of parts"),
+    ):
+        text = f"{what} (default: none)"
+        step.add_argument(f"--{name}", type=Path, metavar="CSV", help=text)
+    step.add_argument(
+        "--density",
+        type=float,
+        metavar="X",
+        help="density of parts without a material, in kg/m3 (default: none)",
+    )
+    step.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="S",
+        help="largest time to read the file, in s (default: 600)",
+    )
 
 
 def add_addin(commands: Commands) -> None:
     """Add `addin` and its actions."""
-    text = "The add-in for Fusion: export without Fusion, install it, pack it."
+    text = "Install or pack the add-in for Fusion; export its snapshots."
     actions = commands.group("addin", text, "cardsflow addin install")
     parser = actions.add(
         "export-snapshot",
         _import_cad,
-        "Export a design from its snapshot, as the add-in does inside Fusion: the same as "
-        "`cardsflow import-cad`.",
+        "Export a robot from a snapshot, as the add-in does inside Fusion.",
         "cardsflow addin export-snapshot arm.json -o arm --set collision=none",
+        "It does the same as `cardsflow import-cad`.",
     )
-    parser.add_argument("design", type=Path, help="the JSON file that the add-in has saved")
-    parser.add_argument(
-        "-o", "--output", dest="folder", type=Path, required=True, help="the robot's folder"
-    )
+    parser.add_argument("design", type=Path, help="the JSON file that the add-in saved")
     _add_export(parser)
     parser = actions.add(
         "install",
         _install_addin,
-        "Copy the add-in to where Fusion looks for it, in place of an earlier copy.",
+        "Copy the add-in into Fusion's folder of add-ins; replace an earlier copy.",
         "cardsflow addin install",
     )
-    parser.add_argument("--folder", type=Path, help="Fusion's folder of add-ins, if it is another")
-    add_json(parser, "the folder")
+    parser.add_argument(
+        "--folder",
+        type=Path,
+        help="folder of Fusion's add-ins (default: the standard folder of this system)",
+    )
+    add_json(parser, "the folder name")
     parser = actions.add(
         "pack",
         _pack_addin,
@@ -77,22 +88,22 @@ def add_addin(commands: Commands) -> None:
         "cardsflow addin pack -o bundle.zip --company Us --url https://example.org "
         "--email us@example.org",
     )
-    add_output(parser, "the archive", required=True)
+    add_output(parser, "the archive to write", required=True)
     for name, text in (
-        ("company", "who publishes it"),
-        ("url", "their page"),
-        ("email", "whom the store writes to"),
+        ("company", "the publisher"),
+        ("url", "web page of the publisher"),
+        ("email", "e-mail address for the store"),
     ):
-        parser.add_argument(f"--{name}", required=True, help=text)
-    add_json(parser, "the file")
+        parser.add_argument(f"--{name}", required=True, help=f"{text} (required)")
+    add_json(parser, "the file name")
     parser = actions.add(
         "zip",
         _zip_addin,
-        "Pack the add-in's folder, to be unpacked among Fusion's add-ins.",
+        "Pack the folder of the add-in, to be unpacked into Fusion's folder of add-ins.",
         "cardsflow addin zip -o addin_sdfusion.zip",
     )
-    add_output(parser, "the archive", required=True)
-    add_json(parser, "the file")
+    add_output(parser, "the archive to write", required=True)
+    add_json(parser, "the file name")
 
 
 def _pack_addin(options: argparse.Namespace) -> int:
@@ -119,12 +130,13 @@ def _zip_addin(options: argparse.Namespace) -> int:
 
 def _add_export(parser: argparse.ArgumentParser) -> None:
     """Add the options of every export."""
+    what = "folder for the robot; files that you edited stay (default: the name of the design)"
+    add_output(parser, what, metavar="FOLDER")
     add_settings(parser, "setting of the export", "up_axis=y")
     add_json(parser, "files and findings")
 
 
 def _import_cad(options: argparse.Namespace) -> int:
-    """Import a design."""
     from cardsflow_fmu.cad import Tables, import_cad
 
     given = {
@@ -133,12 +145,13 @@ def _import_cad(options: argparse.Namespace) -> int:
         if (value := getattr(options, name, None)) is not None
     }
     if not 0.0 < given.get("density", 1.0) < math.inf:
-        raise InputError(f"must be greater than 0, not {options.density:g}", key="--density")
+        what = f"must be positive and finite, not {options.density:g}"
+        raise InputError(what, key="--density")
     limit = getattr(options, "time_limit", None)
     if limit is not None and not 0.0 < limit < math.inf:
-        raise InputError(f"must be greater than 0, not {limit:g}", key="--time-limit")
+        raise InputError(f"must be positive and finite, not {limit:g}", key="--time-limit")
     time = {} if limit is None else {"time_limit": limit}
-    folder = options.folder or Path(options.design.stem)
+    folder = options.output or Path(options.design.stem)
     tables = Tables(**given) if given else None
     try:
         exported = import_cad(options.design, folder, settings_of(options.set), tables, **time)

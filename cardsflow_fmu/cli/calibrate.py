@@ -1,17 +1,15 @@
-"""`cardsflow excite` and `calibrate`: a robot's numbers from recordings."""
+"""`cardsflow excite` and `calibrate`: parameters of a robot from recordings."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import InputError
 
 from .common import (
     GOOD,
     ROBOT_FILE,
-    Commands,
     add_cable_set,
     add_json,
     add_output,
@@ -22,11 +20,9 @@ from .common import (
     print_findings,
     print_result,
 )
+from .parser import Commands
 
-if TYPE_CHECKING:
-    pass
-
-_FREE = (
+_PARAMETERS = (
     "muscles.*.offset, .via_points, .stiffness, .friction; links.*.inertia; "
     "joints.*.damping, .friction; motors.*.gain, .armature; delays.tensions, delays.lengths"
 )
@@ -37,24 +33,36 @@ def add_excite(commands: Commands) -> None:
     parser = commands.add(
         "excite",
         _excite,
-        "Design a motion that identifies a robot's numbers, as an experiment to run and record; "
-        "say which no recording of it will tell.",
-        'cardsflow excite robot --free "muscles.*.offset, muscles.*.via_points" -o exciting',
+        "Design a motion that identifies the parameters of a robot.",
+        'cardsflow excite robot --parameters "muscles.*.offset, muscles.*.via_points" -o exciting',
+        "The motion is written as an experiment to run and record. The report lists the parameters "
+        "that a recording does not identify.",
     )
     add_robot(parser)
     add_words(
         parser,
-        "--free",
+        "--parameters",
         "PATTERN",
-        f"what `cardsflow calibrate` is to find: {_FREE}; when left out, offsets, via points, "
-        "inertias and damping",
+        f"parameters to identify: {_PARAMETERS} (default: offsets, via points, inertias and "
+        "damping)",
     )
-    parser.add_argument("--duration", type=float, default=20.0, metavar="S", help="in s; 20")
     parser.add_argument(
-        "--speed", type=float, default=1.5, metavar="V", help="largest, in rad/s; 1.5"
+        "--duration",
+        type=float,
+        default=20.0,
+        metavar="S",
+        help="duration of the motion, in s (default: 20)",
     )
-    add_output(parser, "folder for the experiment; new, or empty", required=True)
-    add_json(parser, "the files")
+    parser.add_argument(
+        "--speed",
+        type=float,
+        default=1.5,
+        metavar="V",
+        help="maximum joint speed, in rad/s (default: 1.5)",
+    )
+    what = "folder for the experiment, new or empty"
+    add_output(parser, what, required=True, metavar="FOLDER")
+    add_json(parser, "the file names")
     add_verbose(parser)
 
 
@@ -63,23 +71,29 @@ def add_calibrate(commands: Commands) -> None:
     parser = commands.add(
         "calibrate",
         _calibrate,
-        "Correct a robot's numbers by recordings; say which are not identifiable.",
+        "Calibrate the parameters of a robot from recordings.",
         "cardsflow calibrate results/hardware.rec --robot robot "
-        '--free "muscles.*.offset, joints.*.damping" -o calibrated',
+        '--parameters "muscles.*.offset, joints.*.damping" -o calibrated',
+        "The report lists the parameters that are not identifiable.",
     )
-    recorded = "a hardware.rec, a run's folder, or a table with time, q.*, l.*, f.*"
     parser.add_argument(
-        "recordings", type=Path, nargs="+", metavar="RECORDING", help=f"{recorded}; of several the "
-        "last is kept out, of one its end"
-    )  # fmt: skip
-    parser.add_argument("--robot", type=Path, required=True, help=ROBOT_FILE)
+        "recordings",
+        type=Path,
+        nargs="+",
+        metavar="RECORDING",
+        help="a hardware.rec, the folder of a run, or a table with time, q.*, l.*, f.*; the last "
+        "recording, or the end of a single one, is held out to check the result",
+    )
+    parser.add_argument("--robot", type=Path, required=True, help=f"{ROBOT_FILE} (required)")
     add_cable_set(parser)
-    add_words(parser, "--free", "PATTERN", f"{_FREE}; markers.*.position")
+    what = f"parameters to calibrate: {_PARAMETERS}; markers.*.position (required)"
+    add_words(parser, "--parameters", "PATTERN", what)
     parser.add_argument(
         "--markers",
         type=Path,
         metavar="FILE",
-        help="markers of motion capture on the robot, a table for each, in TOML: link, position",
+        help="motion-capture markers on the robot: a TOML table with link and position for each "
+        "(default: none)",
     )
     parser.add_argument(
         "--capture",
@@ -87,11 +101,12 @@ def add_calibrate(commands: Commands) -> None:
         action="append",
         default=[],
         metavar="CSV",
-        help="where they were seen: time, MARKER.x, .y, .z, in m in the robot's world; once for "
-        "each recording that has no such columns itself",
+        help="recorded marker positions: columns time, MARKER.x, .y, .z, in m in the world frame; "
+        "repeat it for each recording without such columns (default: none)",
     )
-    add_output(parser, "folder for the new robot and the report; new, or empty", required=True)
-    add_json(parser, "the files")
+    what = "folder for the calibrated robot and the report, new or empty"
+    add_output(parser, what, required=True, metavar="FOLDER")
+    add_json(parser, "the file names")
     add_verbose(parser)
 
 
@@ -104,7 +119,7 @@ def _excite(options: argparse.Namespace) -> int:
 
     done = excite(
         options.robot,
-        _patterns(options.free),
+        _patterns(options.parameters),
         options.output,
         options.cable_set,
         options.duration,
@@ -120,13 +135,13 @@ def _excite(options: argparse.Namespace) -> int:
 def _calibrate(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.report.calibration import calibrate_files
 
-    free = _patterns(options.free)
-    if not free:
-        raise InputError('missing: what may change, such as "muscles.*.offset"', key="--free")
+    parameters = _patterns(options.parameters)
+    if not parameters:
+        raise InputError('is required, such as "muscles.*.offset"', key="--parameters")
     done = calibrate_files(
         options.recordings,
         options.robot,
-        free,
+        parameters,
         options.output,
         options.cable_set,
         options.markers,

@@ -1,4 +1,4 @@
-"""`cardsflow device` and `replay-hardware`: devices without hardware."""
+"""`cardsflow device` and `replay-hardware`: emulated devices."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import math
 import os
-import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
@@ -16,7 +15,9 @@ from typing import TYPE_CHECKING, Any
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.json_text import json_text
 
-from .common import FAILED, GOOD, Commands, add_settings, settings_of
+from .common import FAILED, GOOD, add_cable_set, add_json, add_settings, settings_of
+from .parser import Commands
+from .terminal.messages import print_warning
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.settings.hardware import (
@@ -33,9 +34,11 @@ if TYPE_CHECKING:
 
 DEFAULT_ADDRESS = "udp://127.0.0.1:5005"
 
-_AS_GIVEN = ("noise", "differentiate_positions", "loss", "duplicate", "reorder", "corrupt", "seed")
-_MILLISECONDS = ("motor_lag", "delay", "jitter")
-"""Options that are settings of an emulator."""
+_SETTINGS = ("noise", "differentiate_positions", "loss", "duplicate", "reorder", "corrupt", "seed")
+"""Options with the same name as their setting of the emulator."""
+
+_MILLISECONDS = {"motor_time_constant": "motor_lag", "delay": "delay", "jitter": "jitter"}
+"""Settings in seconds by option in milliseconds."""
 
 
 def add_device(commands: Commands) -> None:
@@ -43,29 +46,35 @@ def add_device(commands: Commands) -> None:
     parser = commands.add(
         "device",
         _device,
-        "Emulate hardware: a simulated robot behind the hardware protocol, until Ctrl-C.",
+        "Emulate hardware: serve a simulated robot by the hardware protocol.",
         "cardsflow device examples/planar_2r --listen udp://127.0.0.1:5005 --loss 0.01",
+        "It runs until Ctrl-C.",
     )
-    parser.add_argument("thing", metavar="ROBOT|EXPERIMENT", type=Path, help="what to simulate")
-    add_settings(parser, "setting of the experiment", "plant.mass_scale=1.2")
-    parser.add_argument("--cable-set", help="the robot's cable set; the file's own when left out")
     parser.add_argument(
-        "--step", type=float, metavar="S", help="internal step of a robot, in s; 0.001"
+        "thing",
+        metavar="ROBOT|EXPERIMENT",
+        type=Path,
+        help="the robot or the experiment to simulate",
     )
-    beside = parser.add_argument_group("ROS 2, beside the hardware protocol")
-    group = beside.add_mutually_exclusive_group()
+    add_settings(parser, "setting of the experiment", "plant.mass_scale=1.2")
+    add_cable_set(parser, "robot")
+    parser.add_argument(
+        "--step", type=float, metavar="S", help="time step of a robot, in s (default: 0.001)"
+    )
+    ros = parser.add_argument_group("ROS 2, in addition to the hardware protocol")
+    group = ros.add_mutually_exclusive_group()
     group.add_argument(
         "--publish",
         metavar="URI",
-        help="publish what the device measures: ros2://NAMESPACE?domain=N&node=NAME",
+        help="publish the measurements: ros2://NAMESPACE?domain=N&node=NAME (default: none)",
     )
     group.add_argument(
         "--ros2",
         metavar="URI",
-        help="publish it, and take commands from the topic device_commands, or with "
-        "controller=NAME from NAME/commands as a forward_command_controller does, while no other "
-        "run is under way; without a command for the timeout forces are ramped down: "
-        "ros2://?timeout=0.1",
+        help="publish the measurements, and accept commands from the topic device_commands, or "
+        "with controller=NAME from NAME/commands like a forward_command_controller, while no "
+        "other run is active; after the timeout without a command the forces are ramped down: "
+        "ros2://?timeout=0.1 (default: none)",
     )
     _add_imperfections(parser)
     _add_serving(parser)
@@ -76,33 +85,46 @@ def add_replay(commands: Commands) -> None:
     parser = commands.add(
         "replay-hardware",
         _replay,
-        "Be the device of a recorded run, until Ctrl-C: the same states, whatever is commanded.",
+        "Replay a hardware recording as a device.",
         "cardsflow replay-hardware results/hardware.rec --listen udp://127.0.0.1:5005",
+        "The device sends the recorded states, whatever the commands are. It runs until Ctrl-C.",
     )
     parser.add_argument("recording", type=Path, help="the hardware.rec of a run")
     _add_serving(parser)
 
 
 def _add_imperfections(parser: argparse.ArgumentParser) -> None:
-    said = "motors and sensors; where silent, as [hardware.emulator] of the experiment says"
-    group = parser.add_argument_group(said)
+    group = parser.add_argument_group("motors and sensors")
     group.add_argument(
-        "--encoder",
+        "--encoder-counts",
         type=float,
         metavar="COUNTS",
-        help="counts of the encoders per rad or m; velocities are then differences of counts",
+        help="encoder counts per rad or m; velocities are then differences of counts "
+        f"{_emulator_default('joint_counts, length_counts')}",
     )
     group.add_argument(
-        "--noise", type=float, metavar="X", help="of positions, in rad or m (1 sigma)"
+        "--noise",
+        type=float,
+        metavar="X",
+        help=f"standard deviation of the position noise, in rad or m {_emulator_default('noise')}",
     )
     group.add_argument(
-        "--differences",
-        dest="differentiate_positions",
+        "--differentiate-positions",
         action="store_true",
         default=None,
-        help="velocities are differences of positions",
+        help="compute velocities as differences of positions "
+        f"{_emulator_default('differentiate_positions')}",
     )
-    group.add_argument("--motor-lag", type=float, metavar="MS", help="motors' time constant")
+    group.add_argument(
+        "--motor-time-constant",
+        type=float,
+        metavar="MS",
+        help=f"time constant of the motors, in ms {_emulator_default('motor_lag')}",
+    )
+
+
+def _emulator_default(keys: str) -> str:
+    return f"(default: {keys} of [hardware.emulator] in the experiment)"
 
 
 def _add_serving(parser: argparse.ArgumentParser) -> None:
@@ -110,47 +132,52 @@ def _add_serving(parser: argparse.ArgumentParser) -> None:
         "--listen",
         default=DEFAULT_ADDRESS,
         metavar="udp://HOST:PORT",
-        help=f"where to listen; port 0 takes a free one; {DEFAULT_ADDRESS}",
+        help=f"address to listen on; port 0 selects a free port (default: {DEFAULT_ADDRESS})",
     )
     parser.add_argument(
         "--watchdog",
         type=float,
         metavar="MS",
-        help="without a command for so long the device goes to its safe state; that of the "
-        "experiment, or 20",
+        help="time without a command after which the device enters its safe state, in ms "
+        "(default: hardware.watchdog of the experiment, or 20)",
     )
     parser.add_argument(
         "--key-file",
         type=Path,
-        help="the key that frames must be signed with; that of the experiment, or of the "
-        "environment variable CARDSFLOW_HARDWARE_KEY_FILE, when left out",
+        metavar="FILE",
+        help="file with the key for signed frames (default: hardware.key_file of the experiment, "
+        "or the environment variable CARDSFLOW_HARDWARE_KEY_FILE)",
     )
-    parser.add_argument("--duration", type=float, metavar="S", help="end after so many seconds")
-    parser.add_argument("--json", action="store_true", help="print every line as JSON")
+    parser.add_argument(
+        "--duration", type=float, metavar="S", help="stop after this time, in s (default: never)"
+    )
+    add_json(parser, "every line")
     _add_faults(parser)
 
 
 def _add_faults(parser: argparse.ArgumentParser) -> None:
-    said = "faults of the link, in each direction; where silent, as the experiment says"
-    group = parser.add_argument_group(said)
+    group = parser.add_argument_group("faults of the link, in each direction")
     for name, what in (
         ("loss", "are lost"),
-        ("duplicate", "come twice"),
-        ("reorder", "are overtaken by the next"),
+        ("duplicate", "arrive twice"),
+        ("reorder", "arrive after the next one"),
         ("corrupt", "are damaged"),
     ):
-        text = f"part of the frames that {what}, 0 to 1"
+        text = f"part of the frames that {what}, from 0 to 1 {_emulator_default(name)}"
         group.add_argument(f"--{name}", type=float, metavar="P", help=text)
-    group.add_argument("--delay", type=float, metavar="MS", help="delay of frames")
-    group.add_argument("--jitter", type=float, metavar="MS", help="largest additional delay")
+    for name, what in (("delay", "delay of frames"), ("jitter", "maximum additional delay")):
+        text = f"{what}, in ms {_emulator_default(name)}"
+        group.add_argument(f"--{name}", type=float, metavar="MS", help=text)
     group.add_argument(
         "--outage",
         action="append",
         default=[],
         metavar="START:LENGTH",
-        help="no frame gets through, in s from the first frame on; may be repeated",
+        help="interval in which all frames are lost, in s after the first frame; repeatable "
+        f"{_emulator_default('outages')}",
     )
-    group.add_argument("--seed", type=int, metavar="N", help="of noise and faults; 0")
+    text = f"seed of noise and faults {_emulator_default('seed')}"
+    group.add_argument("--seed", type=int, metavar="N", help=text)
 
 
 def _device(options: argparse.Namespace) -> int:
@@ -163,7 +190,7 @@ def _device(options: argparse.Namespace) -> int:
     key = _key(options, settings.key_file)
     device = device_of(robot, settings, key)
 
-    def beside(server: DeviceServer, report: Callable[[str], object]) -> DeviceNode | None:
+    def create_node(server: DeviceServer, report: Callable[[str], object]) -> DeviceNode | None:
         if address is None:
             return None
         from cardsflow_fmu.ros.device_node import DeviceNode
@@ -173,20 +200,21 @@ def _device(options: argparse.Namespace) -> int:
             device, shown, settings, server.own_uri, address, key, report, takes_commands
         )
         if takes_commands:
-            what = "topics have no key: whoever reaches them can command the robot"
-            print(f"cardsflow: warning: {options.ros2} {what}", file=sys.stderr)
+            print_warning(
+                f"{options.ros2}: topics are not signed: anyone on the network can send commands"
+            )
         report(node.description)
         return node
 
-    _serve(device, options, settings.emulator, beside=beside)
+    _serve(device, options, settings.emulator, create_node=create_node)
     return FAILED if device.counters["faults"] else GOOD
 
 
 def _node_address(options: argparse.Namespace) -> NodeAddress | None:
-    """The address of the node of ROS beside a device; None where none is asked for.
+    """Return the address of the ROS node of a device, or None if no node is requested.
 
     Raises:
-        InputError: It is none, or commands are to be taken and no timeout is stated.
+        InputError: The address is invalid, or it accepts commands and has no timeout.
     """
     from cardsflow_fmu.ros_interface.address import node_address
 
@@ -194,7 +222,7 @@ def _node_address(options: argparse.Namespace) -> NodeAddress | None:
         return None if options.publish is None else node_address(options.publish)
     address = node_address(options.ros2)
     if address.timeout is None:
-        what = "commands by a topic need a stated timeout, such as ros2://?timeout=0.1"
+        what = "commands from a topic need a timeout, such as ros2://?timeout=0.1"
         raise InputError(what, key="--ros2")
     return address
 
@@ -202,7 +230,7 @@ def _node_address(options: argparse.Namespace) -> NodeAddress | None:
 def _emulated(
     options: argparse.Namespace,
 ) -> tuple[EmulatedRobot, HardwareSettings, Shown]:
-    """The robot of an experiment or of a robot's files, and the settings of its hardware."""
+    """Return the robot of an experiment or of robot files, with its hardware settings."""
     from cardsflow_fmu.experiment.experiment import Experiment
     from cardsflow_fmu.experiment.settings.hardware import HardwareSettings
     from cardsflow_fmu.hardware.emulator.emulator import EmulatedRobot
@@ -212,7 +240,7 @@ def _emulated(
     if (thing / "experiment.toml").is_file() or thing.suffix in (".toml", ".json"):
         for option, key in (("cable_set", "robot.cable_set"), ("step", "plant.step")):
             if getattr(options, option) is not None:
-                what = f"of an experiment is changed by --set {key}=..."
+                what = f"is only for robots; for an experiment use --set {key}=..."
                 raise InputError(what, key=f"--{option.replace('_', '-')}")
         experiment = Experiment.load(thing, settings_of(options.set))
         settings = _with_imperfections(options, experiment.hardware)
@@ -225,7 +253,7 @@ def _emulated(
     from cardsflow_fmu.experiment.carried_files import mesh_roots
 
     if options.set:
-        raise InputError("changes an experiment, and this is a robot", key="--set")
+        raise InputError("is only for experiments; this is a robot", key="--set")
     settings = _with_imperfections(options, HardwareSettings())
     own = settings.emulator
     robot = read(thing, options.cable_set).require()
@@ -235,20 +263,20 @@ def _emulated(
 
 
 def _with_imperfections(options: argparse.Namespace, own: HardwareSettings) -> HardwareSettings:
-    """The settings with those imperfections of robot and line that options name."""
+    """Return the settings with the imperfections of robot and link from the options."""
     return own.replaced(emulator=_imperfections(options, own.emulator))
 
 
 def _imperfections(options: argparse.Namespace, own: EmulatorSettings) -> EmulatorSettings:
     words = {key: value for key, value in vars(options).items() if value is not None}
-    given: dict[str, Any] = {key: words[key] for key in _AS_GIVEN if key in words}
-    given |= {key: words[key] * 1e-3 for key in _MILLISECONDS if key in words}
+    given: dict[str, Any] = {key: words[key] for key in _SETTINGS if key in words}
+    given |= {key: words[name] * 1e-3 for name, key in _MILLISECONDS.items() if name in words}
     if options.outage:
         given["outages"] = tuple(map(_outage, options.outage))
-    counts = words.get("encoder")
+    counts = words.get("encoder_counts")
     if counts is not None:
         if not counts > 0:
-            raise InputError(f"must be above 0 counts, not {counts!r}", key="--encoder")
+            raise InputError(f"must be positive, not {counts!r}", key="--encoder-counts")
         given |= {"joint_counts": counts, "length_counts": counts, "differentiate_positions": True}
     return type(own)(**{**own.data(), **given})
 
@@ -261,8 +289,8 @@ def _replay(options: argparse.Namespace) -> int:
 
     recording = read_recording(options.recording)
     if recording.lost_bytes:
-        what = f"the last {recording.lost_bytes} bytes are no whole record, and are left out"
-        print(f"cardsflow: warning: {options.recording}: {what}", file=sys.stderr)
+        what = f"the last {recording.lost_bytes} bytes are an incomplete record and are ignored"
+        print_warning(f"{options.recording}: {what}")
     header, robot = recording.header, ReplayedRobot(recording)
     device = Device(
         robot,
@@ -275,7 +303,7 @@ def _replay(options: argparse.Namespace) -> int:
         f_max=math.inf,
     )
     faults = _imperfections(options, EmulatorSettings())
-    _serve(device, options, faults, lambda: {"largest change of a command": robot.deviation})
+    _serve(device, options, faults, lambda: {"largest difference of a command": robot.deviation})
     return GOOD
 
 
@@ -288,7 +316,7 @@ def _key(options: argparse.Namespace, own: Path | None) -> bytes | None:
         return None
     warning = key_warning(Path(given), str(given))
     if warning is not None:
-        print(f"cardsflow: warning: {warning}", file=sys.stderr)
+        print_warning(warning)
     return read_key(given)
 
 
@@ -297,7 +325,9 @@ def _serve(
     options: argparse.Namespace,
     faults: Faults,
     report: Callable[[], dict[str, Any]] = dict,
-    beside: Callable[[DeviceServer, Callable[[str], object]], DeviceNode | None] = lambda *_: None,
+    create_node: Callable[[DeviceServer, Callable[[str], object]], DeviceNode | None] = lambda *_: (
+        None
+    ),
 ) -> None:
     """Serve a device until Ctrl-C, SIGTERM or the end of its duration; print its events."""
     from cardsflow_fmu.cosim.pacing import real_time_priority
@@ -309,19 +339,19 @@ def _serve(
     line = FaultyLine(device, faults) if faults.any else None
     duration = _duration(options)
 
-    def say(text: str, **data: Any) -> None:
+    def print_line(text: str, **data: Any) -> None:
         print(json_text(data) if options.json else text, flush=True)
 
     def report_event(event: Event) -> None:
-        say(str(event), **asdict(event))
+        print_line(str(event), **asdict(event))
 
     with interruptible() as pressed, DeviceServer(device, options.listen, line=line) as server:
         status = StatusReporter(device, report_event)
         if server.is_open and not device.is_signed:
-            what = "has no key: whoever reaches it can command the robot; give it a --key-file"
-            print(f"cardsflow: warning: {server.uri} {what}", file=sys.stderr)
-        say(f"listening on {server.uri}", listening=server.uri)
-        node = beside(server, lambda line: say(line, ros2=line))
+            what = "frames are not signed: anyone on the network can send commands; use --key-file"
+            print_warning(f"{server.uri}: {what}")
+        print_line(f"listening on {server.uri}", listening=server.uri)
+        node = create_node(server, lambda line: print_line(line, ros2=line))
         end = time.monotonic() + duration
 
         def stop() -> bool:
@@ -336,11 +366,11 @@ def _serve(
         totals = {"device": dict(device.counters), "slipped": server.slipped, **report()}
         totals |= {} if line is None else {"faults": line.counters}
         totals |= {} if node is None else node.totals
-        say("\n".join(_lines(totals)), **totals)
+        print_line("\n".join(_lines(totals)), **totals)
 
 
 def _lines(totals: Mapping[str, Any], prefix: str = "") -> list[str]:
-    """Totals for people, a line a group."""
+    """Return the totals as text, one line per group."""
     groups = {name: value for name, value in totals.items() if isinstance(value, Mapping)}
     numbers = {name: value for name, value in totals.items() if name not in groups}
     shown = ", ".join(
@@ -366,5 +396,5 @@ def _duration(options: argparse.Namespace) -> float:
     if options.duration is None:
         return math.inf
     if not options.duration > 0:
-        raise InputError(f"must be above 0 s, not {options.duration!r}", key="--duration")
+        raise InputError(f"must be positive, not {options.duration!r}", key="--duration")
     return float(options.duration)

@@ -1,16 +1,25 @@
-"""`cardsflow init`, `schema` and `completion`: preparations of a first run."""
+"""`cardsflow init`, `schema` and `completion`: preparations for a first run."""
 
 from __future__ import annotations
 
 import argparse
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot.json_text import json_text
 
-from .common import GOOD, Commands, add_json, add_output, add_robot, print_files, print_findings
+from .common import (
+    GOOD,
+    add_json,
+    add_output,
+    add_overwrite,
+    add_robot,
+    print_files,
+    print_findings,
+)
+from .parser import Commands
+from .terminal.messages import print_warning
 
 KINDS = ("experiment", "study", "snapshot")
 SHELLS = ("bash", "zsh", "fish")
@@ -26,9 +35,10 @@ def add_init(commands: Commands) -> None:
         "cardsflow init examples/planar_2r/robot -o my_arm/experiment.toml",
     )
     add_robot(parser)
-    what = "the file, which must not exist; experiment.toml"
+    what = "the file to write, or a folder for experiment.toml"
     add_output(parser, what, default=Path("experiment.toml"), metavar="FILE")
-    add_json(parser, "the file")
+    add_overwrite(parser)
+    add_json(parser, "the file name")
 
 
 def add_schema(commands: Commands) -> None:
@@ -36,11 +46,12 @@ def add_schema(commands: Commands) -> None:
     parser = commands.add(
         "schema",
         _schema,
-        "Print the JSON Schema of experiment.toml or study.toml, by which editors complete and "
-        "check them, or of a design's snapshot.",
+        "Print the JSON Schema of experiment.toml, study.toml or a CAD snapshot.",
         "cardsflow schema > experiment.schema.json",
+        "Editors use the schema to complete and check such files.",
     )
-    parser.add_argument("kind", nargs="?", choices=KINDS, default=KINDS[0], help="of which file")
+    text = f"the kind of file (default: {KINDS[0]})"
+    parser.add_argument("kind", nargs="?", choices=KINDS, default=KINDS[0], help=text)
 
 
 def add_completion(commands: Commands) -> None:
@@ -48,7 +59,7 @@ def add_completion(commands: Commands) -> None:
     parser = commands.add(
         "completion",
         _completion,
-        "Print what makes a shell complete commands, options and files.",
+        "Print a shell script that completes commands, options and files.",
         "cardsflow completion bash > ~/.local/share/bash-completion/completions/cardsflow",
     )
     parser.add_argument("shell", choices=SHELLS, help="the shell")
@@ -57,17 +68,17 @@ def add_completion(commands: Commands) -> None:
 def _init(options: argparse.Namespace) -> int:
     from cardsflow_fmu.simulation.starter import init
 
-    starter = init(options.robot, options.output, options.cable_set)
+    starter = init(options.robot, options.output, options.cable_set, overwrite=options.overwrite)
     if not options.json:
         print_findings(starter.findings, rest="cardsflow check")
         for note in starter.notes:
-            print(f"cardsflow: warning: {note}", file=sys.stderr)
+            print_warning(note)
     findings = [finding.as_dict() for finding in starter.findings]
     print_files([starter.file], options.json, notes=starter.notes, findings=findings)
     if not options.json and starter.trial is not None and starter.trial.is_good:
         error, peak = starter.trial.error, starter.trial.peak
-        forces = f", forces up to {peak:.4g} N" if math.isfinite(peak) else ""  # of muscles
-        print(f"a trial of it tracks: errors up to {error:.2g}{forces}")
+        forces = f", muscle forces up to {peak:.4g} N" if math.isfinite(peak) else ""
+        print(f"test run passed: largest tracking error {error:.2g}{forces}")
     return GOOD
 
 
@@ -77,12 +88,12 @@ def _schema(options: argparse.Namespace) -> int:
 
 
 def schema(kind: str = "experiment") -> dict[str, Any]:
-    """The JSON Schema of a file of settings, from the models of its tables.
+    """Return the JSON Schema of a file of settings, from the models of its tables.
 
-    It is independent of a robot: names of muscles, links and coordinates are checked by the reader.
+    The schema does not depend on a robot; the reader checks the names of its parts.
 
     Args:
-        kind: `experiment`, `study`, or `snapshot`, which is JSON.
+        kind: `experiment`, `study` or `snapshot`. A snapshot is a JSON file.
     """
     if kind == "snapshot":
         from addin_sdfusion.snapshot_file import file_schema
@@ -110,7 +121,7 @@ def _completion(options: argparse.Namespace) -> int:
 
 def _complete_files(parser: argparse.ArgumentParser, files: object) -> None:
     """Set the completion of every argument that is a path."""
-    for action in parser._actions:  # argparse has no other way to walk a parser
+    for action in parser._actions:  # argparse has no public way to walk a parser
         if isinstance(action, argparse._SubParsersAction):
             for inner in action.choices.values():
                 _complete_files(inner, files)

@@ -1,4 +1,4 @@
-"""The command line `cardsflow`: parsing, exit codes, messages of errors."""
+"""The command line `cardsflow`: parsing, exit codes, error messages."""
 
 from __future__ import annotations
 
@@ -18,46 +18,34 @@ from cardsflow_fmu.version import __version__  # noqa: E402
 
 from .addin import add_addin, add_import_cad  # noqa: E402
 from .calibrate import add_calibrate, add_excite  # noqa: E402
-from .common import BAD_INPUT, EXIT_CODES, FAILED, INTERRUPTED, Commands  # noqa: E402
+from .common import EXIT_CODES, FAILED, INTERRUPTED  # noqa: E402
 from .device import add_device, add_replay  # noqa: E402
 from .init import add_completion, add_init, add_schema  # noqa: E402
+from .parser import BAD_INPUT, Commands, Parser  # noqa: E402
 from .results import add_compare, add_plot, add_report  # noqa: E402
 from .robot import add_activations, add_check, add_convert, add_info, add_size  # noqa: E402
 from .run import add_build, add_run  # noqa: E402
-from .streams import let_go, printable_streams  # noqa: E402
 from .study import add_study  # noqa: E402
+from .terminal.messages import print_error, quiet_messages  # noqa: E402
+from .terminal.streams import discard_output, printable_streams  # noqa: E402
+from .terminal.suggestions import suggest_file  # noqa: E402
 from .view import add_view  # noqa: E402
 
-_COMMANDS = (
-    add_init,
-    add_schema,
-    add_completion,
-    add_run,
-    add_build,
-    add_check,
-    add_info,
-    add_convert,
-    add_size,
-    add_activations,
-    add_excite,
-    add_calibrate,
-    add_device,
-    add_replay,
-    add_import_cad,
-    add_addin,
-    add_view,
-    add_plot,
-    add_compare,
-    add_report,
-    add_study,
-)
+_COMMANDS = {
+    "Start": (add_init, add_check, add_info),
+    "Simulate": (add_run, add_build, add_view, add_report, add_plot, add_compare),
+    "Analyse and design": (add_size, add_activations, add_study),
+    "Hardware": (add_device, add_replay, add_excite, add_calibrate),
+    "CAD and files": (add_import_cad, add_convert, add_addin),
+    "Shell and editor": (add_schema, add_completion),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command.
 
     Args:
-        arguments: Words after `cardsflow`; the process' own when None.
+        arguments: Words after `cardsflow`; those of the process when None.
 
     Returns:
         The exit code; see `EXIT_CODES`.
@@ -66,50 +54,51 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             with interrupts.terminable():
                 given = argparse.Namespace(started=_STARTED)
-                return _run(_parsed(arguments, given))
+                return _run(_parse(arguments, given))
         except KeyboardInterrupt:
-            print(f"cardsflow: {interrupts.INTERRUPTED}", file=sys.stderr)
+            print_error(interrupts.INTERRUPTED)
             return INTERRUPTED
 
 
-def _parsed(arguments: Sequence[str] | None, given: argparse.Namespace) -> argparse.Namespace:
-    """The options; SystemExit of what is printed instead, such as `--help`."""
+def _parse(arguments: Sequence[str] | None, given: argparse.Namespace) -> argparse.Namespace:
+    """Parse the options; raise SystemExit after `--help`, `--version` and usage errors."""
     try:
         return _parser().parse_args(arguments, given)
     except SystemExit:
-        if not _is_printed():
+        if not _flush_output():
             raise SystemExit(FAILED) from None
         raise
 
 
 def _run(options: argparse.Namespace) -> int:
     try:
-        code = int(options.command(options))
-        return code if _is_printed() else FAILED
+        with quiet_messages(options.quiet):
+            code = int(options.command(options))
+        return code if _flush_output() else FAILED
     except Exception as error:
         if options.debug:
             traceback.print_exc()
         if isinstance(error, OSError):
             place = "" if error.filename is None else f"{error.filename}: "
-            print(f"cardsflow: {place}{error.strerror or error}", file=sys.stderr)
-            _is_printed()
+            print_error(f"{place}{error.strerror or error}")
+            _flush_output()
             return _code_of(file_error(error, "", place)) if place else FAILED
         if isinstance(error, CardsflowError):
-            print(f"cardsflow: {error}", file=sys.stderr)
+            print_error(f"{error}{suggest_file(error)}")
             return _code_of(error)
         what = f"{type(error).__name__}: {error}"
-        print(f"cardsflow: internal error: {what} (--debug shows where)", file=sys.stderr)
+        print_error(f"internal error: {what} (--debug prints the traceback)")
         return FAILED
 
 
-def _is_printed() -> bool:
-    """Whether all output is where it should be, as it is not on a full disk."""
+def _flush_output() -> bool:
+    """Flush stdout; return whether everything was written, which a full disk prevents."""
     try:
         sys.stdout.flush()
         return True
     except OSError as error:
-        print(f"cardsflow: {error.filename}: {error.strerror}", file=sys.stderr)
-        let_go(sys.stdout)
+        print_error(f"{error.filename}: {error.strerror}")
+        discard_output(sys.stdout)
         return False
 
 
@@ -120,18 +109,20 @@ def _code_of(error: CardsflowError) -> int:
     return INTERRUPTED if reason == interrupts.INTERRUPTED else FAILED
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="cardsflow",
-        description="Cable-driven robots: simulate, control, package as FMUs.",
-        epilog=f"example:\n  cardsflow run examples/planar_2r -o results\n\n{EXIT_CODES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        description="Simulate and control musculoskeletal (cable-driven) robots; build their FMUs.",
+        epilog="example:\n  cardsflow run examples/planar_2r -o results\n\n"
+        f"`cardsflow COMMAND --help` lists the options of a command.\n\n{EXIT_CODES}",
     )
     parser.set_defaults(parser=parser)
     parser.add_argument("--version", action="version", version=f"cardsflow {__version__}")
     commands = Commands(parser, "COMMAND")
-    for add in _COMMANDS:
-        add(commands)
+    for title, group in _COMMANDS.items():
+        commands.start_group(title)
+        for add in group:
+            add(commands)
     return parser
 
 

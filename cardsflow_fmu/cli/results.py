@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 from addin_sdfusion.robot.json_text import json_text
 
-from .common import FAILED, GOOD, Commands, add_json, add_output, add_words, print_files
+from .common import (
+    FAILED,
+    GOOD,
+    add_json,
+    add_output,
+    add_overwrite,
+    add_words,
+    print_files,
+)
+from .parser import Commands
+from .terminal.messages import print_warning
 
-_RESULTS = "the folder of a run, or a table: .csv, .parquet"
+_RESULTS = "the folder of a run, or a table (.csv, .parquet)"
+_PANELS = (
+    "forces, torques, tracking, errors, estimate, loads, innovation, lengths, moment_arms, "
+    "solve_times, slack"
+)
 
 
 def add_plot(commands: Commands) -> None:
@@ -19,16 +32,18 @@ def add_plot(commands: Commands) -> None:
     parser = commands.add(
         "plot",
         _plot,
-        "Draw results over time: forces, torques, tracking and errors, or what you name.",
-        "cardsflow plot results --what forces,moment_arms -o arms.pdf",
+        "Plot results over time as a figure.",
+        "cardsflow plot results --panels forces,moment_arms -o arms.pdf",
     )
     parser.add_argument("results", type=Path, help=_RESULTS)
-    add_output(parser, "a .png, .svg or .pdf; plot.png", default=Path("plot.png"), metavar="FILE")
-    panels = "forces, torques, tracking, errors, estimate, loads, innovation, lengths, "
-    panels += "moment_arms, solve_times, slack"
-    add_words(parser, "--what", "NAME", panels)
-    add_words(parser, "--columns", "PATTERN", "columns by name, such as 'q.*,f.cable_1'")
-    add_json(parser, "the file")
+    what = "the figure: .png, .svg or .pdf"
+    add_output(parser, what, default=Path("plot.png"), metavar="FILE")
+    add_overwrite(parser)
+    default = "(default: forces, torques, tracking and errors, unless --columns is given)"
+    add_words(parser, "--panels", "NAME", f"panels to draw: {_PANELS} {default}")
+    what = "columns to draw by name, such as 'q.*,f.cable_1' (default: none)"
+    add_words(parser, "--columns", "PATTERN", what)
+    add_json(parser, "the file name")
 
 
 def add_compare(commands: Commands) -> None:
@@ -36,22 +51,30 @@ def add_compare(commands: Commands) -> None:
     parser = commands.add(
         "compare",
         _compare,
-        "Compare two results column by column; the exit code is 1 if they differ.",
-        "cardsflow compare results reference --tol 1e-9",
+        "Compare two results column by column.",
+        "cardsflow compare results reference --atol 1e-9",
+        "The exit code is 1 if they differ.",
     )
     parser.add_argument("first", type=Path, help=_RESULTS)
-    parser.add_argument("second", type=Path, help="the other")
+    parser.add_argument("second", type=Path, help=f"the reference: {_RESULTS}")
     parser.add_argument(
-        "--tol", type=float, default=0.0, help="difference allowed, in the column's unit; 0"
+        "--atol",
+        type=float,
+        default=0.0,
+        metavar="X",
+        help="absolute tolerance, in the unit of each column (default: 0)",
     )
     parser.add_argument(
         "--rtol",
         type=float,
         default=0.0,
-        help="part of the second's magnitude that is allowed besides; 0",
+        metavar="X",
+        help="relative tolerance, added to the absolute one: part of the magnitude of the second "
+        "result (default: 0)",
     )
-    add_words(parser, "--columns", "PATTERN", "compare these alone, such as 'q.*,f.cable_1'")
-    add_json(parser)
+    what = "columns to compare by name, such as 'q.*,f.cable_1' (default: all)"
+    add_words(parser, "--columns", "PATTERN", what)
+    add_json(parser, "the comparison")
 
 
 def add_report(commands: Commands) -> None:
@@ -59,12 +82,14 @@ def add_report(commands: Commands) -> None:
     parser = commands.add(
         "report",
         _report,
-        "Write one page that opens from disk: summary, replay, figures, robot, experiment.",
+        "Write a self-contained HTML page of a run.",
         "cardsflow report results -o report.html",
+        "It contains the summary, a 3-D replay, figures, the robot and the experiment.",
     )
     parser.add_argument("results", type=Path, help="the folder of a run")
-    add_output(parser, "the page; report.html", default=Path("report.html"), metavar="FILE")
-    add_json(parser, "the file")
+    add_output(parser, "the HTML page", default=Path("report.html"), metavar="FILE")
+    add_overwrite(parser)
+    add_json(parser, "the file name")
 
 
 def _plot(options: argparse.Namespace) -> int:
@@ -72,11 +97,14 @@ def _plot(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.saved_run import read_any
 
     with read_any(options.results) as result:
-        file = plot(result, options.output, options.what, options.columns)
+        file = plot(
+            result, options.output, options.panels, options.columns, overwrite=options.overwrite
+        )
         signs = missing_signs(result)
     if signs and file.suffix.lower() != ".svg":
-        what = f"the font of figures has no {signs!r}: boxes stand there; an .svg has them as text"
-        print(f"cardsflow: warning: {what}", file=sys.stderr)
+        print_warning(
+            f"the font of the figure lacks {signs!r} and shows boxes; an .svg keeps them as text"
+        )
     print_files([file], options.json)
     return GOOD
 
@@ -84,7 +112,7 @@ def _plot(options: argparse.Namespace) -> int:
 def _compare(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.compare import compare, describe_comparison
 
-    comparison = compare(options.first, options.second, options.tol, options.rtol, options.columns)
+    comparison = compare(options.first, options.second, options.atol, options.rtol, options.columns)
     print(json_text(comparison, indent=1) if options.json else describe_comparison(comparison))
     return GOOD if comparison["equal"] else FAILED
 
@@ -92,17 +120,18 @@ def _compare(options: argparse.Namespace) -> int:
 def _report(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.report.page import report
 
-    print_files([report(options.results, options.output)], options.json)
+    page = report(options.results, options.output, overwrite=options.overwrite)
+    print_files([page], options.json)
     return GOOD
 
 
 def convert_recording(options: argparse.Namespace) -> int:
-    """Write results as a recording of ROS 2, or its joint states as a motion; see `convert`."""
+    """Convert results to a ROS 2 recording, or a recording to a motion; see `convert`."""
     file = Path(options.to)
     for option in ("output", "cable_set"):
         if getattr(options, option) is not None:
             key = f"--{option.replace('_', '-')}"
-            raise InputError("is for robots; --to names the file", key=key)
+            raise InputError("is only for robots; --to names the file", key=key)
     if file.suffix == ".csv":
         from cardsflow_fmu.experiment.recorded_motion import write_motion
 
@@ -115,6 +144,6 @@ def convert_recording(options: argparse.Namespace) -> int:
     recorded = convert_run(options.robot, file)
     if not options.json:
         for note in recorded.notes:
-            print(f"warning: {note}", file=sys.stderr)
+            print_warning(note)
     print_files([recorded.file], options.json, topics=recorded.topics, notes=recorded.notes)
     return GOOD

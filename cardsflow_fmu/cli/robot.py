@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING
 from addin_sdfusion.robot import CardsflowError, Finding, InputError, RobotError
 from addin_sdfusion.robot.finding import errors_first
 from addin_sdfusion.robot.json_text import json_text
+from cardsflow_fmu.utils.overwrite import NOT_OWN
 
 from .common import (
     FAILED,
     GOOD,
     ROBOT_FILE,
-    Commands,
     add_cable_set,
     add_experiment,
     add_json,
     add_output,
+    add_overwrite,
     add_robot,
     add_verbose,
     experiment_of,
@@ -27,7 +28,9 @@ from .common import (
     print_files,
     print_findings,
 )
+from .parser import Commands
 from .results import convert_recording
+from .terminal.messages import print_coloured
 
 if TYPE_CHECKING:
     from addin_sdfusion.robot.formats.read import Reading
@@ -41,32 +44,39 @@ def add_check(commands: Commands) -> None:
     parser = commands.add(
         "check",
         _check,
-        "List everything that is wrong or doubtful in a robot's files, or in an experiment.",
+        "List errors and warnings about a robot or an experiment.",
         "cardsflow check examples/planar_2r/robot",
     )
-    add_robot(parser, "; or an experiment.toml, or the folder that holds one")
+    add_robot(parser, "; or an experiment.toml or the folder that contains it")
     add_json(parser, "the findings")
     add_verbose(parser)
     parser.add_argument(
         "--for",
         dest="format",
         metavar="FORMAT",
-        help=f"add what a format refuses or loses: {_FORMATS}",
+        help="also list what a conversion to this format would reject or lose: "
+        f"{_FORMATS} (default: none)",
     )
     _add_repair(parser)
     parser.add_argument(
         "--motion",
-        help="look for muscles that meet one another or links: random, the name of a trajectory "
-        "beside the robot, or a .csv with the joints' positions, such as a run's results",
+        help="check a motion for muscles that collide with muscles or links: random, the name of a "
+        "trajectory of the robot, or a .csv with joint positions, such as the results of a run "
+        "(default: none)",
     )
     parser.add_argument(
-        "--clearance", type=float, default=0.0, help="smallest distance allowed, in m; 0"
+        "--clearance",
+        type=float,
+        default=0.0,
+        metavar="X",
+        help="minimum distance for --motion, in m (default: 0)",
     )
     parser.add_argument(
         "--capsules",
         type=float,
         metavar="RADIUS",
-        help="take capsules of this radius, in m, for the links instead of their collision meshes",
+        help="use capsules of this radius for the links in --motion, in m (default: collision "
+        "meshes)",
     )
 
 
@@ -75,7 +85,7 @@ def add_info(commands: Commands) -> None:
     parser = commands.add(
         "info",
         _info,
-        "Show what a robot, an FMU or a system of FMUs is made of.",
+        "Show the contents of a robot, an FMU or an .ssp file.",
         "cardsflow info examples/planar_2r/robot --cable-set basic_multi_segment",
     )
     parser.add_argument("thing", type=Path, help=f"{ROBOT_FILE}, an .fmu or an .ssp")
@@ -88,20 +98,20 @@ def add_convert(commands: Commands) -> None:
     parser = commands.add(
         "convert",
         _convert,
-        "Write a robot in another format, or a run as a recording that tools of ROS 2 open, and "
-        "say what that cannot hold.",
+        "Convert a robot to another format, or results to a ROS 2 recording.",
         "cardsflow convert examples/planar_2r/robot --to mjcf -o planar_2r_mjcf",
+        "It lists everything that the new format cannot represent.",
     )
-    others = "; or the results of a run, a hardware.rec, a recording of ROS 2 for --to FILE"
+    others = "; for --to FILE also the results of a run, a hardware.rec or a ROS 2 recording"
     add_robot(parser, others)
     parser.add_argument(
         "--to",
         required=True,
         metavar="FORMAT",
-        help=f"{_FORMATS}; CASPR gets trajectories too; or a file: run.mcap of results, "
-        "motion.csv of the joint states in a recording",
+        help=f"new format: {_FORMATS} (caspr includes trajectories); or a file: run.mcap for "
+        "results, motion.csv for the joint states of a recording (required)",
     )
-    add_output(parser, "folder for the files of a robot")
+    add_output(parser, "folder for the robot (required for a format)", metavar="FOLDER")
     _add_repair(parser)
     add_json(parser, "files and findings")
     add_verbose(parser)
@@ -112,12 +122,17 @@ def add_size(commands: Commands) -> None:
     parser = commands.add(
         "size",
         _size,
-        "Say how strong each muscle must be for an experiment's motion, and what is in the way.",
+        "Compute the muscle forces that the motion of an experiment needs.",
         "cardsflow size examples/planar_2r --margin 0.5",
+        "It also lists the points of the motion that the muscles cannot hold.",
     )
     add_experiment(parser)
     parser.add_argument(
-        "--margin", type=float, default=0.2, help="part of the peak to add to it; 0.2"
+        "--margin",
+        type=float,
+        default=0.2,
+        metavar="X",
+        help="safety margin, as part of the peak force (default: 0.2)",
     )
     add_json(parser)
 
@@ -127,30 +142,35 @@ def add_activations(commands: Commands) -> None:
     parser = commands.add(
         "activations",
         _activations,
-        "Find the muscle activations of a recorded motion: static optimisation.",
+        "Estimate muscle activations of a recorded motion by static optimisation.",
         "cardsflow activations arm26.osim --motion reach.mot -o reach",
     )
     add_robot(parser)
-    what = "joint positions over time: .mot, .sto, .csv, .npy, .npz or a recording of ROS 2"
+    what = "joint positions over time: .mot, .sto, .csv, .npy, .npz or a ROS 2 recording (required)"
     parser.add_argument("--motion", type=Path, required=True, metavar="FILE", help=what)
     parser.add_argument(
         "--noise",
         type=float,
-        help="standard deviation of the positions' noise, in rad or m; 0 for a spline through all "
-        "of them; found from them when left out",
+        metavar="X",
+        help="standard deviation of the position noise, in rad or m; 0 interpolates the positions "
+        "(default: estimated from the positions)",
     )
     parser.add_argument(
         "--passive",
         action="store_true",
-        help="count passive forces of muscles as well, which OpenSim leaves out",
+        help="include passive muscle forces (default: exclude them, like OpenSim)",
     )
-    add_output(parser, "folder for activations.sto and forces.sto", default=Path("activations"))
+    what = "folder for activations.sto and forces.sto"
+    add_output(parser, what, default=Path("activations"), metavar="FOLDER")
+    add_overwrite(parser)
     add_json(parser)
 
 
 def _add_repair(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--repair", action="store_true", help="undo the known defects of published inertias"
+        "--repair",
+        action="store_true",
+        help="correct the known errors of published inertias (default: off)",
     )
 
 
@@ -170,8 +190,8 @@ def _check(options: argparse.Namespace) -> int:
         reading = readings[0]
         findings = [finding for one in readings for finding in one.findings]
     sound = not any(finding.is_error for finding in findings)
-    refused = _refusal(experiment) if sound else None
-    if sound and refused is None:
+    failure = _opening_error(experiment) if sound else None
+    if sound and failure is None:
         findings += _drive_findings(reading, experiment)
         findings += _motion_findings(options, reading)
         findings += _losses(options, reading)
@@ -179,15 +199,15 @@ def _check(options: argparse.Namespace) -> int:
     if options.json:
         print(json_text([finding.as_dict() for finding in findings], indent=1))
     else:
-        for line in finding_lines(findings, options.verbose):
-            print(line)
-    if refused is not None:
-        raise refused
+        for _, line in finding_lines(findings, options.verbose):
+            print_coloured(line)
+    if failure is not None:
+        raise failure
     if not options.json:
         errors = sum(finding.is_error for finding in findings)
         asked = {"--motion": options.motion, "--for": options.format}
         later = [] if sound else [option for option, value in asked.items() if value is not None]
-        hint = f"; {' and '.join(later)} want a robot without errors" if later else ""
+        hint = f"; {' and '.join(later)} skipped because of the errors" if later else ""
         warnings = len(findings) - errors
         counts = f"{errors} error{'s' * (errors != 1)}, {warnings} warning{'s' * (warnings != 1)}"
         print(f"{counts}{hint}")
@@ -195,7 +215,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _experiment(path: Path) -> Experiment | None:
-    """The experiment of an experiment.toml, or of a folder that holds one and no robot."""
+    """Load the experiment of an experiment.toml or a folder; None for a robot."""
     from addin_sdfusion.robot.formats.read import holds_robot
     from cardsflow_fmu.experiment.experiment import Experiment
 
@@ -203,8 +223,8 @@ def _experiment(path: Path) -> Experiment | None:
     return Experiment.load(path) if path.suffix == ".toml" or inside else None
 
 
-def _refusal(experiment: Experiment | None) -> CardsflowError | None:
-    """What a run of an experiment would end with before its first step."""
+def _opening_error(experiment: Experiment | None) -> CardsflowError | None:
+    """Return the error that would end a run of the experiment before its first step."""
     if experiment is None:
         return None
     from cardsflow_fmu.simulation.open import require_openable
@@ -217,7 +237,7 @@ def _refusal(experiment: Experiment | None) -> CardsflowError | None:
 
 
 def _drive_findings(reading: Reading, experiment: Experiment | None) -> list[Finding]:
-    """What muscles cannot do."""
+    """Return findings about motions and torques that the muscles cannot produce."""
     from cardsflow_fmu.results.analysis.drive_check import drive_findings, experiment_findings
 
     if experiment is not None:
@@ -226,7 +246,7 @@ def _drive_findings(reading: Reading, experiment: Experiment | None) -> list[Fin
 
 
 def _motion_findings(options: argparse.Namespace, reading: Reading) -> list[Finding]:
-    """Muscles that meet one another or links along the motion, if one is given."""
+    """Return collisions of muscles along the motion of --motion."""
     if options.motion is None:
         return []
     from cardsflow_fmu.results.analysis.motion_check import motion_findings
@@ -236,7 +256,7 @@ def _motion_findings(options: argparse.Namespace, reading: Reading) -> list[Find
 
 
 def _losses(options: argparse.Namespace, reading: Reading) -> list[Finding]:
-    """What a format cannot hold of the robot and its trajectories, if one is given."""
+    """Return what the format of --for cannot represent."""
     if options.format is None:
         return []
     from addin_sdfusion.robot.formats.convert import format_of, losses_in
@@ -276,11 +296,11 @@ def _convert(options: argparse.Namespace) -> int:
     if Path(options.to).suffix:
         return convert_recording(options)
     if options.output is None:
-        raise InputError("missing: the folder for the files of a robot", key="--output")
+        raise InputError("is required: the folder for the robot", key="--output")
     reading = read(options.robot, options.cable_set, repair=options.repair)
     findings = list(reading.findings)
     files: list[Path] = []
-    refused: RobotError | None = None
+    failure: RobotError | None = None
     try:
         robot = reading.require()
         trajectories, unread = read_trajectories(reading.files[0])
@@ -297,12 +317,12 @@ def _convert(options: argparse.Namespace) -> int:
         findings += lost
     except RobotError as error:
         findings += [finding for finding in error.findings if finding not in findings]
-        refused = error
+        failure = error
     if not options.json:
         print_findings(findings, options.verbose)
     print_files(files, options.json, findings=[finding.as_dict() for finding in findings])
-    if refused is not None:
-        raise refused
+    if failure is not None:
+        raise failure
     return GOOD
 
 
@@ -332,7 +352,8 @@ def _activations(options: argparse.Namespace) -> int:
     found = static_optimisation(robot, motion, passive=options.passive)
     contents, summary = activation_files(found), activation_summary(found)
     for name, text in contents.items():
-        _require_ours(options.output / name, text.partition("\n")[0])
+        if not options.overwrite:
+            _require_own_file(options.output / name, text.partition("\n")[0])
     print_findings(reading.findings)
     if not options.json:
         print(describe_activations(summary))
@@ -345,12 +366,12 @@ def _activations(options: argparse.Namespace) -> int:
     return FAILED if summary["infeasible"] else GOOD
 
 
-def _require_ours(file: Path, title: str) -> None:
-    """Refuse to replace a file that `activations` has not written.
+def _require_own_file(file: Path, title: str) -> None:
+    """Check that `activations` wrote a file, if it exists.
 
     Raises:
-        InputError: It is another one.
+        InputError: Another program or a person wrote it.
     """
     with contextlib.suppress(FileNotFoundError, NotADirectoryError), file.open("rb") as stream:
         if stream.readline(100).strip() != title.encode():
-            raise InputError("is there already, and is another file; choose another -o", file=file)
+            raise InputError(NOT_OWN, file=file)

@@ -1,10 +1,9 @@
-"""`cardsflow run` and `build`: experiments, the FMUs of an .ssp file, hardware, and FMUs alone."""
+"""`cardsflow run` and `build`: experiments, .ssp files, hardware, and FMUs."""
 
 from __future__ import annotations
 
 import argparse
 import shlex
-import sys
 from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import InputError
@@ -13,7 +12,6 @@ from addin_sdfusion.robot.json_text import json_text
 from .common import (
     DOUBTFUL,
     GOOD,
-    Commands,
     add_experiment,
     add_json,
     add_output,
@@ -21,70 +19,73 @@ from .common import (
     experiment_of,
     print_files,
     print_result,
-    refuse_flags,
     settings_of,
 )
-from .progress import progress_bar
-from .view import add_live_options, refuse_view, watched
+from .parser import Commands
+from .terminal.messages import print_note, print_warning
+from .terminal.progress import show_progress
+from .view import add_live_options, reject_view, watched
 
 if TYPE_CHECKING:
     from cardsflow_fmu.experiment.experiment import Experiment
     from cardsflow_fmu.simulation.result import SystemResult
 
-_INSTEAD = "give --compute c or python, and --coupling fmu or direct"
-
 
 def add_run(commands: Commands) -> None:
-    """Add `run`; its options have `started`, `time.perf_counter()` at the start of the program."""
+    """Add `run`; the option `started` is `time.perf_counter()` at the start of the program."""
     parser = commands.add(
         "run",
         _run,
-        "Build the FMUs of an experiment, or take those of an .ssp file; co-simulate them; "
-        "write results and a figure.",
+        "Simulate an experiment or an .ssp file; write results and a figure.",
         "cardsflow run examples/planar_2r --set controller.period=0.01 -o at_100_hz",
+        "The FMUs of an experiment are built first.",
     )
     add_experiment(parser, "; or an .ssp file")
-    add_output(parser, "folder for the results")
-    add_verbose(parser, "print every signal, not the worst of each kind")
+    what = "folder for the results (default: `results` next to the experiment)"
+    add_output(parser, what, metavar="FOLDER")
+    add_verbose(parser, "print every signal (default: the worst signal of each kind)")
     parser.add_argument(
         "--compute",
         choices=("c", "python"),
-        help="who computes: C wherever C can, or models that a Python process hosts; "
-        "run.compute of the experiment when left out",
+        help="engine of the models: C where available, or Python (default: run.compute of the "
+        "experiment)",
     )
     parser.add_argument(
         "--coupling",
         choices=("fmu", "direct"),
-        help="FMUs, or the models directly, in one loop in C where all of them compute in C; "
-        "run.coupling of the experiment when left out",
+        help="couple FMUs, or couple the models directly, in one C loop if all models are in C "
+        "(default: run.coupling of the experiment)",
     )
-    refuse_flags(parser, ("--direct", "--native", "--python"), _INSTEAD)
     parser.add_argument(
         "--hardware",
         metavar="URI",
-        help="drive hardware instead of the plant, such as udp://127.0.0.1:5005",
+        help="drive hardware instead of the simulated plant, such as udp://127.0.0.1:5005 "
+        "(default: hardware.use and hardware.link of the experiment)",
     )
     parser.add_argument(
-        "--realtime", action="store_true", help="let steps wait for their time by the clock"
+        "--realtime", action="store_true", help="run in real time (default: as fast as possible)"
     )
     parser.add_argument(
-        "--strict", action="store_true", help="exit with 3 where the run has warnings"
+        "--strict", action="store_true", help="exit with 3 if the run has warnings (default: off)"
     )
     add_json(parser, "the summary")
     parser.add_argument(
         "--as-script",
         action="store_true",
-        help="print the Python that does it, in plain FMPy where FMUs are stepped; run nothing",
+        help="print a Python script of the run, which uses only FMPy if it couples FMUs; run "
+        "nothing (default: off)",
     )
     parser.add_argument(
-        "--view", action="store_true", help="show the run in the browser while it goes on"
+        "--view",
+        action="store_true",
+        help="show the simulation in the browser during the run (default: off)",
     )
     add_live_options(parser)
     parser.add_argument(
         "--publish",
         metavar="URI",
-        help="publish the run as topics of ROS 2 while it goes on, in real time: "
-        "ros2://NAMESPACE?domain=N&node=NAME",
+        help="publish the run as ROS 2 topics in real time: ros2://NAMESPACE?domain=N&node=NAME "
+        "(default: none)",
     )
 
 
@@ -100,20 +101,21 @@ def _run(options: argparse.Namespace) -> int:
     if experiment.hardware.use:
         from cardsflow_fmu.hardware.session.connect import require_connectable
 
-        require_connectable(experiment)  # before anything is built
+        require_connectable(experiment)  # fails before the FMUs are built
     for warning in experiment.warnings():
-        print(f"cardsflow: warning: {warning}", file=sys.stderr)
+        print_warning(warning)
     _print_observability(experiment)
     if options.as_script:
         return _print_script(options, experiment)
     try:
         with watched(experiment, options) as (watch, replay):
-            with progress_bar(experiment.run.steps) as progress:
+            with show_progress("run", "steps") as update:
+                steps = experiment.run.steps
                 result = run(
                     experiment,
                     options.output,
                     realtime=options.realtime or options.publish is not None,
-                    progress=progress,
+                    progress=lambda done: update(done, steps),
                     watch=watch,
                     started=options.started,
                 )
@@ -126,48 +128,49 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _print_observability(experiment: Experiment) -> None:
-    """What an estimator can tell of the reference's poses."""
+    """Print which poses of the reference the estimator cannot observe."""
     if experiment.estimator is None:
         return
     from cardsflow_fmu.results.analysis import observable
 
     found = observable.observed_poses(experiment)
     for line in observable.observability_warnings(found):
-        print(f"cardsflow: warning: {line}", file=sys.stderr)
+        print_warning(line)
     for line in observable.observability_remarks(found):
-        print(f"cardsflow: note: {line}", file=sys.stderr)
+        print_note(f"note: {line}")
 
 
 def _run_system(options: argparse.Namespace) -> int:
     from cardsflow_fmu.simulation.run import RunError, run_system
 
-    refuse_view(options, "is for experiments; run the .ssp, and then view its results")
+    reject_view(options, "is only for experiments; run the .ssp, then view its results")
     if engine := _engine(options):
-        what = f"holds FMUs, which --{next(iter(engine))} cannot change or do without"
+        what = f"contains built FMUs; --{next(iter(engine))} is only for experiments"
         raise InputError(what, file=options.experiment)
     settings = settings_of(options.set)
     if options.hardware is not None:
-        if not options.hardware.startswith(
-            ("loopback:", "emulated:")
-        ):  # whose device hardware.fmu makes
+        # hardware.fmu creates the device of a loopback or an emulator itself
+        if not options.hardware.startswith(("loopback:", "emulated:")):
             from cardsflow_fmu.hardware.session.open_link import open_link
 
-            open_link(options.hardware)  # is refused where no link understands it
+            open_link(options.hardware)  # raises an error for an invalid URI
         settings["variant"] = "hardware"
     if options.as_script:
         if options.hardware is not None:
-            what = "is not in a script of an .ssp; give run_system its argument `hardware`"
+            what = (
+                "is not supported in a script of an .ssp; use the argument `hardware` of run_system"
+            )
             raise InputError(what, key="--hardware")
         return _print_script(options)
     try:
-        with progress_bar() as progress:
+        with show_progress("run", "steps") as update:
             result = run_system(
                 options.experiment,
                 options.output,
                 settings,
                 hardware=options.hardware or "",
                 realtime=options.realtime,
-                progress=progress,
+                progress=lambda done: update(done, 0),
                 started=options.started,
             )
     except RunError as error:
@@ -178,7 +181,7 @@ def _run_system(options: argparse.Namespace) -> int:
 
 
 def _engine(options: argparse.Namespace) -> dict[str, str]:
-    """Who computes and how they are coupled, where the options say."""
+    """Return the settings of `run` that --compute and --coupling specify."""
     given = {"compute": options.compute, "coupling": options.coupling}
     return {key: value for key, value in given.items() if value is not None}
 
@@ -186,7 +189,7 @@ def _engine(options: argparse.Namespace) -> dict[str, str]:
 def _print_script(options: argparse.Namespace, experiment: Experiment | None = None) -> int:
     from .run_script import fmpy_script, missing_in_fmpy, run_script
 
-    refuse_view(options, "is not in a script; leave it out")
+    reject_view(options, "is not supported in a script; omit it")
     path, output = options.experiment, options.output
     if experiment is not None and experiment.run.coupling == "fmu":
         missing = missing_in_fmpy(experiment, options.realtime)
@@ -194,8 +197,9 @@ def _print_script(options: argparse.Namespace, experiment: Experiment | None = N
             python, hardware = experiment.run.compute == "python", experiment.hardware.use
             print(fmpy_script(path, output, options.set, python=python, hardware=hardware), end="")
             return GOOD
-        what = f"{missing} is not in the script in plain FMPy; this one is by cardsflow_fmu"
-        print(f"cardsflow: warning: {what}", file=sys.stderr)
+        print_warning(
+            f"a script with only FMPy does not support {missing}; this script uses cardsflow_fmu"
+        )
     settings = settings_of(options.set)
     print(run_script(path, output, settings, realtime=options.realtime), end="")
     return GOOD
@@ -222,39 +226,39 @@ def add_build(commands: Commands) -> None:
     parser = commands.add(
         "build",
         _build,
-        "Build plant, controller, reference and hardware.fmu of an experiment, sensors and "
-        "estimator.fmu where it has an estimator, and system.ssp.",
+        "Build the FMUs of an experiment, and system.ssp.",
         "cardsflow build examples/planar_2r -o fmus",
+        "The FMUs are plant, controller, reference and hardware.fmu; also sensors and "
+        "estimator.fmu if the experiment has an estimator.",
     )
     add_experiment(parser)
-    add_output(parser, "folder for the FMUs", required=True)
+    add_output(parser, "folder for the FMUs", required=True, metavar="FOLDER")
     parser.add_argument(
         "--fmi",
         choices=("2.0", "3.0"),
         default="2.0",
-        help="version of FMI; the .ssp holds FMUs of FMI 2.0 all the same",
+        help="FMI version; system.ssp always contains FMUs of FMI 2.0 (default: 2.0)",
     )
     parser.add_argument(
         "--scalars",
         action="store_true",
-        help="variables one by one in FMI 3.0 too, for tools without arrays",
+        help="use scalar variables in FMI 3.0, for tools without arrays (default: arrays)",
     )
     parser.add_argument(
         "--platforms",
         type=lambda text: text.split(","),
         metavar="NAME,...",
-        help="what the FMUs run on: linux64, win64, darwin64, aarch64-linux, ...; when not given "
-        "this platform, native ones all that came with the package; others need the extra `cross`",
+        help="platforms of the FMUs: linux64, win64, darwin64, aarch64-linux, ...; platforms "
+        "without a prebuilt library need the extra `cross` (default: this platform, and every "
+        "prebuilt one for FMUs in C)",
     )
     parser.add_argument(
         "--compute",
         choices=("c", "python"),
-        help="who computes: c in all FMUs, which need no Python where they run, or nothing is "
-        "built; python in none, a Python process hosts the models; c in those that can when left "
-        "out",
+        help="engine of the models: c requires C in every FMU, so that they run without Python; "
+        "python uses a Python process in every FMU (default: C where available)",
     )
-    refuse_flags(parser, ("--native", "--python"), "give --compute c or --compute python")
-    add_json(parser, "the files")
+    add_json(parser, "the file names")
 
 
 def _build(options: argparse.Namespace) -> int:
@@ -272,8 +276,8 @@ def _build(options: argparse.Namespace) -> int:
     )
     if options.compute is None:
         for model, what in why_python(experiment).items():
-            print(f"cardsflow: {model}.fmu is in Python: C does not have {what}", file=sys.stderr)
+            print_note(f"{model}.fmu uses Python; the C engine does not support {what}")
     engines = ", ".join(f"{model} {engine}" for model, engine in system_engines(files).items())
-    print(f"cardsflow: {engines}", file=sys.stderr)
+    print_note(f"engines: {engines}")
     print_files((*files.values(), options.output / SYSTEM_FILE), options.json)
     return GOOD

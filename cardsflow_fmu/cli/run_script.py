@@ -1,4 +1,4 @@
-"""Scripts in Python that do what `cardsflow run` does: in plain FMPy, or by this package."""
+"""Python scripts that do the same as `cardsflow run`: with only FMPy, or with this package."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _FMPY = files("cardsflow_fmu.simulation") / "cosimulate.txt"
 
 
 def missing_in_fmpy(experiment: Experiment, realtime: bool) -> str | None:
-    """What an experiment has that the script in plain FMPy does not; None where it has all.
+    """Return a feature of the experiment that a script with only FMPy lacks, or None.
 
     Args:
         experiment: The experiment.
-        realtime: Whether steps are to wait for their time by the clock.
+        realtime: Whether the run is in real time.
     """
     loads = [*load_signals(experiment.robot), *wrench_signals(experiment.plant.wrenches)]
     hidden = experiment.disturbance is not None and not experiment.disturbance.known
@@ -35,34 +35,34 @@ def missing_in_fmpy(experiment: Experiment, realtime: bool) -> str | None:
             source != 0.0 or target.partition(".")[2] not in loads
             for target, source in experiment.wiring.items()
         ),
-        "a disturbance that the controller does not know of": hidden,
+        "a disturbance that is hidden from the controller": hidden,
         f"the coupling scheme {experiment.run.scheme}": experiment.run.stepping != Coupling(),
         "hardware.approach": experiment.hardware.use and experiment.hardware.approach is not None,
     }
-    return next((name for name, is_there in found.items() if is_there), None)
+    return next((name for name, is_used in found.items() if is_used), None)
 
 
 def fmpy_script(
     path: Path, output: Path | None, settings: Sequence[str], *, python: bool, hardware: bool
 ) -> str:
-    """A script in plain FMPy that steps the FMUs of an experiment, as `cardsflow run` does.
+    """Return a script with only FMPy that steps the FMUs of an experiment like `cardsflow run`.
 
     Args:
-        path: An experiment.toml, or its folder.
-        output: Folder for the FMUs in its description; `fmus` when None.
-        settings: Changes, as in the words behind `--set`.
-        python: Whether models are in Python where C has them as well.
-        hardware: Whether hardware.fmu is in the plant's place unless its user says otherwise.
+        path: An experiment.toml or its folder.
+        output: Folder of the FMUs in the description (default: `fmus`).
+        settings: Changes, as `KEY=VALUE` words of `--set`.
+        python: Whether all models use the Python engine.
+        hardware: Whether hardware.fmu replaces plant.fmu by default.
     """
     words = [str(path), *(word for change in settings for word in ("--set", change))]
     words += ["--compute", "python"] if python else []
     folder = shlex.quote("fmus" if output is None else str(output))
     description = f"""\
-The FMUs of {path.as_posix()}, stepped in plain FMPy; no import of this package.
+The FMUs of {path.as_posix()}, stepped with FMPy only; no import of this package.
 
 cardsflow build {shlex.join(words)} -o {folder}
 python cosimulate.py {folder} results.csv plant        # the simulated robot
-python cosimulate.py {folder} hardware.csv hardware    # hardware.fmu in its place
+python cosimulate.py {folder} hardware.csv hardware    # hardware.fmu instead
 """
     escaped = description.replace("\\", "\\\\").replace('"', '\\"')
     body = _FMPY.read_text(encoding="utf-8")
@@ -76,13 +76,13 @@ def run_script(
     *,
     realtime: bool = False,
 ) -> str:
-    """A script that runs an experiment, or the FMUs of an .ssp file, by this package.
+    """Return a script that runs an experiment or an .ssp file with this package.
 
     Args:
-        experiment: An experiment.toml, its folder, or an .ssp.
-        output: Folder for the results; the experiment's own when None.
-        settings: Changes by full key.
-        realtime: Whether steps wait for their time by the clock.
+        experiment: An experiment.toml, its folder, or an .ssp file.
+        output: Folder for the results; that of the experiment when None.
+        settings: Changed values by full key.
+        realtime: Whether the run is in real time.
     """
     is_system = experiment.suffix == ".ssp"
     options: dict[str, Any] = {} if output is None else {"output": str(output)}

@@ -12,15 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 from addin_sdfusion.robot.json_text import json_text
 
-from .common import FAILED, GOOD, Commands, add_json, add_output
-from .progress import study_progress
+from .common import FAILED, GOOD, add_json, add_output
+from .parser import Commands
+from .terminal.messages import print_warning
+from .terminal.progress import show_progress
 
 if TYPE_CHECKING:
     from cardsflow_fmu.studies.execution.executors import RunExecutor
     from cardsflow_fmu.studies.run import StudyResult
 
 
-_ERRORS = 5
+_MAX_ERRORS = 5
 
 
 def add_study(commands: Commands) -> None:
@@ -28,23 +30,33 @@ def add_study(commands: Commands) -> None:
     parser = commands.add(
         "study",
         _study,
-        "Run an experiment many times, varied; or search for its best robot. Writes a table, a "
-        "report, and a file a run, so that it can be resumed.",
+        "Run many variants of an experiment, or optimise its parameters.",
         "cardsflow study examples/design_study/attachments.toml -j 2",
+        "It writes a table, a report, and a file for each run, so that it can be resumed.",
     )
-    parser.add_argument("study", type=Path, help="a study.toml, or its folder")
+    parser.add_argument("study", type=Path, help="a study.toml or its folder")
     parser.add_argument(
-        "-j", "--jobs", type=int, metavar="N", help="runs at once; one a core if left out"
+        "-j",
+        "--jobs",
+        type=int,
+        metavar="N",
+        help="number of parallel runs (default: one per core)",
     )
-    add_output(parser, "folder for runs, table and report")
-    parser.add_argument("--resume", action="store_true", help="go on where runs are there already")
+    what = "folder for runs, table and report (default: next to the study)"
+    add_output(parser, what, metavar="FOLDER")
+    parser.add_argument(
+        "--resume", action="store_true", help="continue a study; keep finished runs (default: off)"
+    )
     parser.add_argument(
         "--dask",
         metavar="ADDRESS",
-        help="a Dask scheduler, such as tls://host:8786, or `local`; needs the extra `sweep`",
+        help="Dask scheduler to use, such as tls://host:8786, or `local`; needs the extra `sweep` "
+        "(default: processes on this machine)",
     )
     parser.add_argument(
-        "--only", metavar="HASH", help="do the one run whose hash begins so, and write nothing"
+        "--only",
+        metavar="HASH",
+        help="repeat only the run whose hash starts with HASH; write nothing (default: all runs)",
     )
     add_json(parser, "the summary")
 
@@ -57,14 +69,14 @@ def _study(options: argparse.Namespace) -> int:
     study = Study.load(options.study)
     if options.only is not None:
         return _only(options)
-    with _executor(options) as executor, study_progress() as progress:
+    with _executor(options) as executor, show_progress("study", "runs") as update:
         result = run_study(
             study,
             jobs=options.jobs,
             executor=executor,
             resume=options.resume,
             output=options.output,
-            progress=progress,
+            progress=update,
         )
     if options.json:
         print(summary_text(result.summary), end="")
@@ -87,7 +99,7 @@ def _only(options: argparse.Namespace) -> int:
 
 @contextlib.contextmanager
 def _executor(options: argparse.Namespace) -> Iterator[RunExecutor | None]:
-    """The executor of `--dask`; None without."""
+    """Provide the executor of `--dask`, or None without it."""
     if options.dask is None:
         yield None
         return
@@ -95,7 +107,7 @@ def _executor(options: argparse.Namespace) -> Iterator[RunExecutor | None]:
 
     warning = dask_warning(options.dask)
     if warning is not None:
-        print(f"cardsflow: warning: {warning}", file=sys.stderr)
+        print_warning(warning)
     jobs = os.cpu_count() or 1 if options.jobs is None else options.jobs
     with dask_executor(options.dask, jobs) as executor:
         yield executor
@@ -105,10 +117,9 @@ def _print(result: StudyResult) -> None:
     summary = result.summary
     print(f"{summary['study']}: {summary['runs']} runs, {summary['failed']} failed")
     if others := summary.get("other_runs"):
-        what = "of another study, or from before a change; they stay, and count for nothing"
-        print(f"  {others} more in the folder are {what}")
-    for error, count in list(summary["failures"].items())[:_ERRORS]:
-        print(f"  {count} of them: {error}")
+        print(f"  {others} other runs in the folder belong to another study and are not used")
+    for error, count in list(summary["failures"].items())[:_MAX_ERRORS]:
+        print(f"  {count} failed: {error}")
     for name, numbers in summary["metrics"].items():
         print(
             f"  {name:<24} median {numbers['median']:.4g}, 5 to 95 % {numbers['p05']:.4g} to "
@@ -116,10 +127,10 @@ def _print(result: StudyResult) -> None:
         )
     if "best" in summary:
         best = summary["best"]
-        print("best: none meets the constraints" if best is None else _best_line(best))
+        print("best: no run meets the constraints" if best is None else _best_line(best))
     for name, path in sorted(result.files.items()):
         print(f"{name:<18} {path}")
 
 
 def _best_line(best: dict[str, Any]) -> str:
-    return f"best: {best['objective']:.6g} in run {best['run']}, {best['hash']}; its robot: best/"
+    return f"best: {best['objective']:.6g} in run {best['run']} ({best['hash']}); robot: best/"

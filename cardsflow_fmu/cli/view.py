@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING
 
 from addin_sdfusion.robot import Finding, InputError
 
-from .common import GOOD, ROBOT_FILE, Commands, add_json, print_files, print_findings
+from .common import (
+    GOOD,
+    ROBOT_FILE,
+    add_cable_set,
+    add_json,
+    add_overwrite,
+    print_files,
+    print_findings,
+)
+from .parser import Commands
 
 if TYPE_CHECKING:
     from cardsflow_fmu.cosim.recording import Watch
@@ -25,38 +34,52 @@ def add_view(commands: Commands) -> None:
     parser = commands.add(
         "view",
         _view,
-        "Show the results of a run, or a robot, in 3-D: live in the browser of this machine, or "
-        "as a page that opens from disk.",
+        "Show a run or a robot in 3-D in the browser.",
         "cardsflow view results --html arm.html",
+        "With --html it writes a self-contained HTML page instead.",
     )
     parser.add_argument("thing", type=Path, help=f"the folder of a run; or {ROBOT_FILE}")
     parser.add_argument(
-        "other", type=Path, nargs="?", help="the folder of another run, shown beside the first"
+        "other",
+        type=Path,
+        nargs="?",
+        help="the folder of another run to show next to it (default: none)",
     )
-    parser.add_argument("--html", type=Path, metavar="FILE", help="write a page and open nothing")
-    parser.add_argument("--cable-set", help="the cable set of a robot; the file's own if left out")
+    parser.add_argument(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="write a self-contained HTML page; open no browser (default: none)",
+    )
+    add_cable_set(parser)
     parser.add_argument(
         "--full-scale",
         action="store_true",
-        help="colours reach to f_max, instead of the largest tension of the run",
+        help="scale the colours of muscles to f_max (default: to the largest tension of the run)",
     )
     parser.add_argument(
         "--rrd",
         type=Path,
         metavar="FILE",
-        help="write a recording for Rerun and open nothing; needs the extra `rerun`",
+        help="write a Rerun recording; open no browser; needs the extra `rerun` (default: none)",
     )
+    add_overwrite(parser)
     add_live_options(parser)
-    add_json(parser, "the files of --html and --rrd")
+    add_json(parser, "the file names of --html and --rrd")
 
 
 def add_live_options(parser: argparse.ArgumentParser) -> None:
     """Add port and browser of the live view."""
     parser.add_argument(
-        "--port", type=_port, help="port of the live view; a free one from 8080 on if left out"
+        "--port",
+        type=_port,
+        metavar="N",
+        help="port of the live view (default: the first free one from 8080)",
     )
     parser.add_argument(
-        "--no-browser", action="store_true", help="print the address and open no browser"
+        "--no-browser",
+        action="store_true",
+        help="only print the address of the live view (default: open a browser)",
     )
 
 
@@ -75,11 +98,13 @@ def _view(options: argparse.Namespace) -> int:
         acts = acts_of(
             paths, cable_set=options.cable_set, full_scale=options.full_scale, note=_note
         )
-        files = [write_page(acts, options.html)] if options.html else []
-        files += [write_recording(acts, options.rrd)] if options.rrd else []
+        overwrite = options.overwrite
+        files = [write_page(acts, options.html, overwrite=overwrite)] if options.html else []
+        if options.rrd:
+            files.append(write_recording(acts, options.rrd, overwrite=overwrite))
         print_files(files, options.json)
     elif options.json:
-        raise InputError("lists files: give --html or --rrd besides", key="--json")
+        raise InputError("needs --html or --rrd", key="--json")
     else:
         view(
             paths,
@@ -101,11 +126,11 @@ def _note(findings: Sequence[Finding]) -> None:
 def watched(
     experiment: Experiment, options: argparse.Namespace
 ) -> Iterator[tuple[Watch | None, Callable[[Result], None]]]:
-    """Functions that draw and publish a run in progress, and replay it at its end until Ctrl-C.
+    """Provide functions that show and publish a run, and that replay it until Ctrl-C.
 
     Args:
         experiment: The experiment of the run.
-        options: Of the command line: `view`, `port`, `no_browser` and `publish`.
+        options: Options of the command: `view`, `port`, `no_browser` and `publish`.
     """
     watches: list[Watch] = []
 
@@ -156,11 +181,11 @@ def _print_line(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def refuse_view(options: argparse.Namespace, what: str) -> None:
-    """Refuse `--view` and `--publish` where there is nothing to draw.
+def reject_view(options: argparse.Namespace, what: str) -> None:
+    """Reject `--view` and `--publish` if nothing can be shown.
 
     Raises:
-        InputError: One is asked for.
+        InputError: One of the options is given.
     """
     if options.view or options.publish is not None:
         raise InputError(what, key="--view" if options.view else "--publish")

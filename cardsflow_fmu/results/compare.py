@@ -47,7 +47,7 @@ def compare(
     Raises:
         InputError: A result cannot be read, or a bound is negative.
     """
-    for key, value in (("--tol", tol), ("--rtol", rtol)):
+    for key, value in (("--atol", tol), ("--rtol", rtol)):
         if not value >= 0:
             raise InputError(f"must be a number that is not negative, not {value!r}", key=key)
     return compare_results(

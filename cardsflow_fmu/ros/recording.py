@@ -17,7 +17,7 @@ from cardsflow_fmu.results.files import EXPERIMENT
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import opened_run, read_any
 from cardsflow_fmu.ros_interface.message_types import require_ros
-from cardsflow_fmu.utils.overwrite import own_place
+from cardsflow_fmu.utils.overwrite import output_file
 
 from .diagnostics import TOPIC as DIAGNOSTICS
 from .diagnostics import run_diagnostics
@@ -64,7 +64,7 @@ def convert_run(path: str | Path, file: str | Path) -> Recorded:
             written.
     """
     require_ros("--to")
-    place = own_place(file, (SUFFIX,))
+    place = output_file(file, (SUFFIX,))
     with _opened(Path(path)) as run:
         return write_recording(run, place)
 

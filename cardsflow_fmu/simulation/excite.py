@@ -157,7 +157,7 @@ def _next(folder: Path, robot: str | Path, free: Sequence[str]) -> list[str]:
     return [
         f"record      cardsflow run {folder} --hardware udp://HOST:PORT",
         f"calibrate   cardsflow calibrate {folder / 'results'} --robot {robot} "
-        f'--free "{patterns}" -o calibrated',
+        f'--parameters "{patterns}" -o calibrated',
     ]
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from addin_sdfusion.robot import Finding, InputError, Robot
 from addin_sdfusion.robot.checks.not_simulated import NOT_SIMULATED
-from addin_sdfusion.robot.files import file_error, is_folder
+from addin_sdfusion.robot.files import file_error, is_folder, write_files
 from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.template import experiment_text
@@ -37,7 +37,11 @@ class Starter:
 
 
 def init(
-    robot: str | Path, output: str | Path = EXPERIMENT_TOML, cable_set: str | None = None
+    robot: str | Path,
+    output: str | Path = EXPERIMENT_TOML,
+    cable_set: str | None = None,
+    *,
+    overwrite: bool = False,
 ) -> Starter:
     """Write an experiment.toml for a robot, which `cardsflow run` runs as it is.
 
@@ -45,6 +49,7 @@ def init(
         robot: A robot's file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its folder.
         output: The file, or a folder for experiment.toml.
         cable_set: The cable set to use; the file's own when None.
+        overwrite: Whether to replace an existing file.
 
     Returns:
         The file, and what there is to know of it.
@@ -58,7 +63,8 @@ def init(
         file /= EXPERIMENT_TOML
     if file.suffix != ".toml":
         raise InputError("an experiment is a .toml", file=file, key="-o")
-    _require_new(file)
+    if not overwrite:
+        _require_new(file)
     found, findings = read_movable(robot, cable_set)
     path = path_from(file.parent, Path(robot))
     try:
@@ -66,7 +72,11 @@ def init(
     except InputError as error:
         error.file = error.file or Path(robot)
         raise
-    _write_new(file, experiment_text(found, path, beginning, cable_set))
+    text = experiment_text(found, path, beginning, cable_set)
+    if overwrite:
+        write_files(file.parent, {file.name: text})
+    else:
+        _write_new(file, text)
     return Starter(file, beginning.remarks, findings, trial)
 
 
@@ -97,7 +107,7 @@ def path_from(folder: Path, robot: Path) -> str:
 
 def _require_new(file: Path) -> None:
     if os.path.lexists(file):
-        what = "is there already, and is not overwritten; choose another place by -o"
+        what = "already exists; choose another file with -o, or use --overwrite"
         raise InputError(what, file=file)
 
 

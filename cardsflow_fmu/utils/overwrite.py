@@ -1,4 +1,4 @@
-"""Single output files that replace earlier ones of this package, and no others."""
+"""Single output files: they replace earlier files of CARDSFlow, and no other files."""
 
 from __future__ import annotations
 
@@ -10,51 +10,57 @@ from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import file_error, is_folder, opened_file, write_files
 
 MARK = "cardsflow"
-"""Who has made a picture or a page, where its format says so."""
+"""Name of the program in the metadata of figures and pages."""
 
 GENERATOR = f'<meta name="generator" content="{MARK}">'
 
-_FAR = 2**16
+NOT_OWN = "already exists and was not written by cardsflow; choose another name or use --overwrite"
+
+_MARK_RANGE = 2**16
 
 
-def own_place(file: str | Path, suffixes: Collection[str]) -> Path:
-    """A place for a file that is new, or that we have written before: asked for before the work.
+def output_file(file: str | Path, suffixes: Collection[str], *, overwrite: bool = False) -> Path:
+    """Check that an output file may be written: call it before the work starts.
+
+    Args:
+        file: The file to write.
+        suffixes: The suffixes that are allowed, such as `.png`.
+        overwrite: Whether to replace a file that CARDSFlow did not write.
 
     Raises:
-        InputError: The name does not fit, or somebody else's file is there.
+        InputError: The suffix is not allowed, or the file exists and CARDSFlow did not write it.
     """
     file = Path(file)
     if file.suffix.lower() not in suffixes:
         raise InputError(f"must end in {' or '.join(suffixes)}", file=file)
     if is_folder(file):
         raise InputError("is a folder; name a file", file=file)
-    if not _is_free(file):
-        what = "is there already, and is not of cardsflow; choose another name"
-        raise InputError(what, file=file)
+    if not overwrite and not _is_replaceable(file):
+        raise InputError(NOT_OWN, file=file)
     return file
 
 
-def write_own(place: Path, content: str | bytes) -> Path:
+def write_output(file: Path, content: str | bytes) -> Path:
     """Write a file.
 
     Args:
-        place: From `own_place`.
-        content: The content; it holds `MARK`.
+        file: The file, from `output_file`.
+        content: The content, which contains `MARK`.
 
     Raises:
-        InputError: It cannot be written.
+        InputError: The file cannot be written.
     """
-    return write_files(place.parent, {place.name: content})[0]
+    return write_files(file.parent, {file.name: content})[0]
 
 
-def _is_free(file: Path) -> bool:
-    """Whether there is nothing, or something of ours."""
+def _is_replaceable(file: Path) -> bool:
+    """Return whether a file does not exist, is empty, or contains the mark of CARDSFlow."""
     try:
         if not file.exists():
             return True
         with opened_file(file, sys.maxsize) as stream:
-            head = stream.read(_FAR)
-            stream.seek(max(file.stat().st_size - _FAR, 0))
-            return not head or MARK.encode() in head or MARK.encode() in stream.read(_FAR)
+            head = stream.read(_MARK_RANGE)
+            stream.seek(max(file.stat().st_size - _MARK_RANGE, 0))
+            return not head or MARK.encode() in head or MARK.encode() in stream.read(_MARK_RANGE)
     except (OSError, ValueError) as error:
         raise file_error(error, "cannot be written", file) from None

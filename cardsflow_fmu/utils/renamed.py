@@ -1,4 +1,4 @@
-"""What has another name now: arguments, flags and keys, refused with a line that says which."""
+"""Old names of arguments and options, with their new names for the error message."""
 
 from __future__ import annotations
 
@@ -11,9 +11,46 @@ from addin_sdfusion.robot import InputError
 P = ParamSpec("P")
 R = TypeVar("R")
 
+RENAMED_OPTIONS = {
+    "calibrate": {"--free": "--parameters"},
+    "compare": {"--tol": "--atol"},
+    "device": {
+        "--differences": "--differentiate-positions",
+        "--encoder": "--encoder-counts",
+        "--motor-lag": "--motor-time-constant",
+    },
+    "excite": {"--free": "--parameters"},
+    "import-cad": {"FOLDER": "-o FOLDER"},
+    "plot": {"--what": "--panels"},
+}
+"""New option by command and old option; a positional argument is its metavar."""
+
+REMOVED_OPTIONS = {
+    "build": dict.fromkeys(("--native", "--python"), "use --compute c or --compute python"),
+    "run": dict.fromkeys(
+        ("--direct", "--native", "--python"),
+        "use --compute c or python, and --coupling fmu or direct",
+    ),
+}
+"""What to use instead, by command and old option."""
+
+
+def renamed_option(command: str, option: str) -> str | None:
+    """Return the message for an old option of a command, or None if the option is not an old one.
+
+    Args:
+        command: The words after `cardsflow`, such as `import-cad`.
+        option: The option, such as `--free`, or the metavar of a positional argument.
+    """
+    if new := RENAMED_OPTIONS.get(command, {}).get(option):
+        return f"{option} was renamed to {new}"
+    if instead := REMOVED_OPTIONS.get(command, {}).get(option):
+        return f"{option} is no longer an option; {instead}"
+    return None
+
 
 def refuse_arguments(**instead: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Refuse old arguments of a function with an InputError.
+    """Reject old arguments of a function with an InputError.
 
     Args:
         instead: What to do instead, by the name of the old argument.

@@ -1,6 +1,6 @@
 """The two-link arm of the CARDSFlow paper, drawn with build123d: in millimetres, standing upright.
 
-cardsflow import-cad examples/from_cad/two_link_arm.py arm
+cardsflow import-cad examples/from_cad/two_link_arm.py -o arm
 cardsflow run arm -o results
 """
 

@@ -53,7 +53,7 @@ def tracking_error(results: Path) -> float:
 def test_the_drawn_left_arm_is_roboys(tmp_path: Path) -> None:
     """Eleven muscles on four joints: M, L, l, J and G at random poses within the limits."""
     snapshot = EXAMPLES / "from_cad/roboy_left_arm.json"
-    assert main(["import-cad", str(snapshot), str(tmp_path / "arm")]) == 0
+    assert main(["import-cad", str(snapshot), "-o", str(tmp_path / "arm")]) == 0
     robot, example = (read_robot(f) for f in (tmp_path / "arm", EXAMPLES / "roboy_left_arm/robot"))
     assert [m.name for m in robot.muscles] == [m.name for m in example.muscles]
     assert len(robot.muscles) == 11

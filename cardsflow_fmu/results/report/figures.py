@@ -17,7 +17,7 @@ from matplotlib.font_manager import findfont, get_font
 
 from addin_sdfusion.robot import UnknownNameError
 from cardsflow_fmu.results.run_data import RunData
-from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
+from cardsflow_fmu.utils.overwrite import MARK, output_file, write_output
 
 from .chosen_curves import chosen, colours_of, short
 from .downsample import BINS, downsample
@@ -42,6 +42,8 @@ def plot(
     file: str | Path,
     what: Sequence[str] = (),
     columns: Sequence[str] = (),
+    *,
+    overwrite: bool = False,
 ) -> Path:
     """Write a figure of a result.
 
@@ -50,6 +52,7 @@ def plot(
         file: A .png, .svg or .pdf.
         what: Such as `forces` and `tracking`; forces, tracking and errors when both are empty.
         columns: Patterns of names, such as `q.*`.
+        overwrite: Whether to replace a file that CARDSFlow did not write.
 
     Raises:
         InputError: There is nothing to draw, or the file cannot be written.
@@ -58,8 +61,8 @@ def plot(
     form = file.suffix.lower().removeprefix(".")
     if form not in FORMATS:
         raise UnknownNameError("kind of figure", form, FORMATS, file=file)
-    place = own_place(file, [f".{form}"])
-    return write_own(place, image(figure_of(result, what, columns), form))
+    place = output_file(file, [f".{form}"], overwrite=overwrite)
+    return write_output(place, image(figure_of(result, what, columns), form))
 
 
 def figure_of(result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:

@@ -18,7 +18,7 @@ from cardsflow_fmu.results.saved_run import opened_run
 from cardsflow_fmu.results.viewer.html.page import replay_page
 from cardsflow_fmu.results.viewer.scene.act import Act
 from cardsflow_fmu.results.viewer.view import PAGES, act_of
-from cardsflow_fmu.utils.overwrite import own_place, write_own
+from cardsflow_fmu.utils.overwrite import output_file, write_output
 
 from .figures import figure_of_panels, inline_svg
 from .html import folded, page, section, table
@@ -28,16 +28,16 @@ from .summary_html import in_short, summary_tables
 _BINS = 500
 
 
-def report(path: str | Path, file: str | Path) -> Path:
+def report(path: str | Path, file: str | Path, *, overwrite: bool = False) -> Path:
     """Write the report of a run.
 
     Raises:
         InputError: The folder does not hold what is needed, or the file cannot be written.
     """
-    place = own_place(file, PAGES)
+    place = output_file(file, PAGES, overwrite=overwrite)
     with opened_run(path) as result:
         text = report_page(result)
-    return write_own(place, text)
+    return write_output(place, text)
 
 
 def report_page(result: ExperimentRunData) -> str:

@@ -82,12 +82,12 @@ def panels_of(
         raise InputError("the run gave no rows: there is nothing to draw")
     for kind in what:
         if kind not in KINDS:
-            raise UnknownNameError("figure", kind, KINDS, key="--what")
+            raise UnknownNameError("figure", kind, KINDS, key="--panels")
     panels = []
     for kind in what:
         found = KINDS[kind](result)
         if not found:
-            raise InputError(f"the results hold nothing for {kind!r}", key="--what")
+            raise InputError(f"the results hold nothing for {kind!r}", key="--panels")
         panels += found
     if columns:
         panels += _chosen(result, columns)

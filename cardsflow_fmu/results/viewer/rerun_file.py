@@ -16,7 +16,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.utils.extras import install
-from cardsflow_fmu.utils.overwrite import MARK, own_place, write_own
+from cardsflow_fmu.utils.overwrite import MARK, output_file, write_output
 from cardsflow_fmu.utils.temporary import temporary_folder
 
 from .scene import shapes as s
@@ -41,13 +41,13 @@ def require_rerun() -> Any:
     return rerun
 
 
-def write_rrd(acts: Sequence[Act], file: str | Path) -> Path:
+def write_rrd(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False) -> Path:
     """Write a recording that Rerun opens.
 
     Raises:
         InputError: rerun-sdk is missing, or the file cannot be written.
     """
-    target, rr = own_place(file, [".rrd"]), require_rerun()
+    target, rr = output_file(file, [".rrd"], overwrite=overwrite), require_rerun()
     with temporary_folder() as aside:
         draft = aside / "recording.rrd"
         recording = rr.RecordingStream(MARK, recording_id=acts[0].title)
@@ -56,7 +56,7 @@ def write_rrd(acts: Sequence[Act], file: str | Path) -> Path:
             _Recorder(rr, recording, f"{number + 1} {act.title}").record(act)
         recording.flush()
         recording.disconnect()
-        return write_own(target, draft.read_bytes())
+        return write_output(target, draft.read_bytes())
 
 
 class _Recorder:

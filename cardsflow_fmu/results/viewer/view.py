@@ -13,7 +13,7 @@ from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu.experiment.carried_files import left_out
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.results.saved_run import is_run, opened_run
-from cardsflow_fmu.utils.overwrite import own_place, write_own
+from cardsflow_fmu.utils.overwrite import output_file, write_output
 
 from .html.page import replay_page
 from .live.live import Ended, address, pose, replay, server
@@ -96,16 +96,16 @@ def notes(result: RunData) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def write_page(acts: Sequence[Act], file: str | Path) -> Path:
+def write_page(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False) -> Path:
     """Write the page that shows motions side by side.
 
     Raises:
         InputError: The file cannot be written.
     """
-    return write_own(own_place(file, PAGES), replay_page(acts))
+    return write_output(output_file(file, PAGES, overwrite=overwrite), replay_page(acts))
 
 
-def write_recording(acts: Sequence[Act], file: str | Path) -> Path:
+def write_recording(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False) -> Path:
     """Write a recording of motions for Rerun.
 
     Raises:
@@ -113,7 +113,7 @@ def write_recording(acts: Sequence[Act], file: str | Path) -> Path:
     """
     from .rerun_file import write_rrd
 
-    return write_rrd(acts, file)
+    return write_rrd(acts, file, overwrite=overwrite)
 
 
 def view(

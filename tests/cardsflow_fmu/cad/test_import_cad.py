@@ -37,7 +37,7 @@ def test_both_commands_make_the_same_folder(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("a").mkdir()
-    assert main(["import-cad", str(EXAMPLE), "a/arm", "--set", "collision=none"]) == 0
+    assert main(["import-cad", str(EXAMPLE), "-o", "a/arm", "--set", "collision=none"]) == 0
     options = ["-o", "b/arm", "--set", "collision=none"]
     assert main(["addin", "export-snapshot", str(EXAMPLE), *options]) == 0
     ours = files_of(Path("a/arm"))

@@ -132,7 +132,7 @@ def test_masses_are_those_of_closed_forms(kind: str) -> None:
 
 def test_tables_make_a_robot_of_it(step: Path, tables: Tables, tmp_path: Path) -> None:
     words = ["--joints", tables.joints, "--muscles", tables.muscles, "--density", 7850]
-    arguments = ["import-cad", step, tmp_path / "hand", *words]
+    arguments = ["import-cad", step, "-o", tmp_path / "hand", *words]
     assert main(list(map(str, arguments))) == 0
     robot = read_robot(tmp_path / "hand")
     held = "händ_händ_palm"  # a part that no joint moves goes with what holds it
@@ -175,7 +175,7 @@ def test_muscles_wrap_over_faces_near_a_point(step: Path, tables: Tables, tmp_pa
         f"thumb,händ:2,{face},m,0,,,",
     )
     words = ["--joints", tables.joints, "--muscles", tables.muscles, "--wraps", file]
-    arguments = ["import-cad", step, tmp_path / "hand", *words, "--density", 7850]
+    arguments = ["import-cad", step, "-o", tmp_path / "hand", *words, "--density", 7850]
     assert main(list(map(str, arguments))) == 0
     robot = read_robot(tmp_path / "hand")
     first, second = robot.wrap_surfaces
@@ -221,7 +221,7 @@ def test_a_file_that_takes_too_long_is_one_line(
     step: Path, tables: Tables, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["--joints", str(tables.joints), "--time-limit", "0.01"]
-    assert main(["import-cad", str(step), str(tmp_path / "no"), *words]) == 2
+    assert main(["import-cad", str(step), "-o", str(tmp_path / "no"), *words]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "takes longer than 0.01 s; allow more (--time-limit)" in line
     assert not (tmp_path / "no").exists()
@@ -248,7 +248,7 @@ def test_what_is_wrong_is_one_line(
     step: Path, tables: Tables, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def said(*words: Any) -> str:
-        assert main(["import-cad", str(step), str(tmp_path / "no"), *map(str, words)]) == 2
+        assert main(["import-cad", str(step), "-o", str(tmp_path / "no"), *map(str, words)]) == 2
         (line,) = capsys.readouterr().err.splitlines()
         return line.removeprefix("cardsflow: ")
 

@@ -49,7 +49,7 @@ def written(file: Path, names: list[str], rows: np.ndarray) -> Path:
 
 def command(recording: Path, folder: Path) -> list[object]:
     free = "muscles.*.offset, joints.*.damping"
-    return ["calibrate", recording, "--robot", ROBOT, "--free", free, "-o", folder]
+    return ["calibrate", recording, "--robot", ROBOT, "--parameters", free, "-o", folder]
 
 
 def test_a_robot_and_a_report_are_written(
@@ -103,7 +103,7 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
     monkeypatch.chdir(folder)
     assert "recorded: there are" in cardsflow.refused(*command(Path(), tmp_path / "new"))
     missing = ["calibrate", file, "--robot", ROBOT, "-o", tmp_path / "new"]
-    assert "--free" in cardsflow.refused(*missing)
+    assert "--parameters" in cardsflow.refused(*missing)
 
 
 def test_recordings_of_hardware(cardsflow: CommandLine, tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ def test_a_designed_motion_is_run_and_calibrated_from(
 ) -> None:
     """The commands of the report; the robot is the true one, so that nothing moves."""
     there = tmp_path / "exciting"
-    code, out, _ = cardsflow("excite", ROBOT, "--free", FREE, "--duration", "6", "-o", there)
+    code, out, _ = cardsflow("excite", ROBOT, "--parameters", FREE, "--duration", "6", "-o", there)
     assert code == 0
     assert "6 numbers; a recording of the motion identifies 6 of them" in out
     assert f"cardsflow run {there} --hardware" in out
@@ -36,7 +36,7 @@ def test_a_designed_motion_is_run_and_calibrated_from(
 
     assert cardsflow("run", there, "--coupling", "direct")[0] == 0
     new = tmp_path / "calibrated"
-    words = [there / "results", "--robot", ROBOT, "--free", FREE, "-o", new]
+    words = [there / "results", "--robot", ROBOT, "--parameters", FREE, "-o", new]
     assert cardsflow("calibrate", *words)[0] == 0
     for one in json.loads((new / "calibration.json").read_text())["parameters"]:
         assert one["identifiable"]
@@ -51,7 +51,7 @@ def test_nothing_is_written_of_what_cannot_be_designed(
     for words, message in (
         (("--duration", "1"), "--duration"),
         (("--speed", "0"), "--speed"),
-        (("--free", "muscles.*.ofset"), "nothing of this robot"),
+        (("--parameters", "muscles.*.ofset"), "nothing of this robot"),
     ):
         assert message in cardsflow.refused("excite", ROBOT, *words, "-o", there)
         assert not there.exists()

@@ -248,7 +248,8 @@ def test_a_robot_without_an_experiment_with_motors_and_sensors_as_they_are(
     """And with one sender at a time: a second one is refused, and the device says so."""
     robot = read(PLANAR_2R / "robot").require()
     write_sdf(robot, tmp_path)
-    words = "--step 0.002 --encoder 1000 --noise 1e-3 --motor-lag 10 --seed 4 --watchdog 10000"
+    words = "--step 0.002 --encoder-counts 1000 --noise 1e-3 --motor-time-constant 10 --seed 4"
+    words += " --watchdog 10000"
     with served("device", str(tmp_path), *words.split()) as device:
         with Line(device.uri, recorded) as line:
             line.exchange(10)
@@ -309,9 +310,9 @@ def test_a_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
         (["device", ARM, "--outage", "1"], 2, "--outage: must be START:LENGTH"),
         (["device", ARM, "--outage", "1:0"], 2, "an outage begins"),
         (["device", ARM, "--watchdog", "0"], 2, "watchdog must be a positive"),
-        (["device", ARM, "--encoder", "0"], 2, "--encoder: must be above 0 counts"),
+        (["device", ARM, "--encoder-counts", "0"], 2, "--encoder-counts: must be positive"),
         (["device", ARM, "--noise", "-1"], 2, "noise: must not be negative: -1.0"),
-        (["device", ARM, "--motor-lag", "nan"], 2, "motor_lag: must be a finite number"),
+        (["device", ARM, "--motor-time-constant", "nan"], 2, "motor_lag: must be a finite number"),
         (["device", ARM, "--seed", "-1"], 2, "seed: must not be negative: -1"),
         (["device", ARM, "--duration", "0"], 2, "must be above 0 s"),
         (["device", ARM, "--key-file", "nowhere.key"], 2, "nowhere.key"),

@@ -39,7 +39,7 @@ def test_an_arm_of_unknown_truth_is_calibrated_and_then_needs_no_encoders(
     convert(cad, "sdf", tmp_path / "cad")
     convert(true_arm.true_robot(cad, rng), "sdf", tmp_path / "truth")
     exciting, new = tmp_path / "exciting", tmp_path / "calibrated"
-    words = [tmp_path / "cad", "--free", FREE, "--duration", "6", "-o", exciting]
+    words = [tmp_path / "cad", "--parameters", FREE, "--duration", "6", "-o", exciting]
     assert cardsflow("excite", *words)[0] == 0
 
     offsets = dict(zip((m.name for m in cad.muscles), 5e-3 * rng.normal(size=4), strict=True))
@@ -56,7 +56,7 @@ def test_an_arm_of_unknown_truth_is_calibrated_and_then_needs_no_encoders(
             return run(driven, tmp_path / out, coupling="direct").summary
 
     recorded(tmp_path / "cad", "recorded")
-    words = [tmp_path / "recorded", "--robot", tmp_path / "cad", "--free", FREE, "-o", new]
+    words = [tmp_path / "recorded", "--robot", tmp_path / "cad", "--parameters", FREE, "-o", new]
     code, out, _ = cardsflow("calibrate", *words)
     assert code == 0, out
     found = json.loads((new / "calibration.json").read_text())["offsets"]

@@ -142,7 +142,7 @@ def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[st
     file = tmp_path / "experiment.toml"
     file.write_text("mine")
     for place in (file, tmp_path):
-        with pytest.raises(InputError, match="is there already, and is not overwritten"):
+        with pytest.raises(InputError, match="already exists; choose another file"):
             init(PLANAR_2R / "robot", place)
     assert main(["init", str(PLANAR_2R / "robot"), "-o", str(file)]) == 2
     assert str(file) in capsys.readouterr().err

@@ -18,7 +18,7 @@ from addin_sdfusion.robot import Finding, InputError, Subject
 from addin_sdfusion.robot.errors import MachineError
 from addin_sdfusion.robot.files import file_error
 from cardsflow_fmu.cli.main import main
-from cardsflow_fmu.cli.streams import printable
+from cardsflow_fmu.cli.terminal.streams import printable
 
 CARDSFLOW = f"{sys.executable} -m cardsflow_fmu.cli"
 INFO = f"{CARDSFLOW} info {PLANAR_2R / 'robot'}"

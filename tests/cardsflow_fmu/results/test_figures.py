@@ -41,7 +41,7 @@ def many(tmp_path: Path) -> Path:
 def test_the_ten_largest_are_drawn_and_the_others_counted(
     many: Path, cardsflow: CommandLine, tmp_path: Path
 ) -> None:
-    assert cardsflow("plot", many, "-o", tmp_path / "f.svg", "--what", "forces")[0] == 0
+    assert cardsflow("plot", many, "-o", tmp_path / "f.svg", "--panels", "forces")[0] == 0
     texts = re.findall(r"<text[^>]*>([^<]*)</text>", (tmp_path / "f.svg").read_text())
     assert sorted(int(t.split("_")[-1]) for t in texts if t.startswith("f.")) == LARGE
     assert "without 66 that are smaller" in texts

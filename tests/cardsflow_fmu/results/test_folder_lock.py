@@ -117,7 +117,7 @@ def test_many_who_lock_at_once_come_one_after_another(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-CALIBRATE = ["calibrate", "nothing.csv", "--free", "x", "--robot", PLANAR_2R / "robot", "-o"]
+CALIBRATE = ["calibrate", "nothing.csv", "--parameters", "x", "--robot", PLANAR_2R / "robot", "-o"]
 EXCITE = ["excite", "nothing.urdf", "-o"]
 CONVERT = ["convert", PLANAR_2R / "robot", "--to", "mjcf", "-o"]
 

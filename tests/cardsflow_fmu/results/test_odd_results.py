@@ -244,7 +244,7 @@ def test_external_files_stay_and_our_own_are_replaced(
     assert cardsflow(*words)[0] == 0
     assert file.read_bytes() == first
     file.write_text("mine")
-    assert f"{file}: is there already, and is not of cardsflow" in cardsflow.refused(*words)
+    assert f"{file}: already exists and was not written by cardsflow" in cardsflow.refused(*words)
     assert file.read_text() == "mine"
     file.unlink()
     file.mkdir()

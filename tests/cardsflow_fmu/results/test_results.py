@@ -175,7 +175,7 @@ def test_what_is_no_number_equals_itself_only() -> None:
 def test_missing_columns_and_rows_are_reported(tmp_path: Path, cardsflow: CommandLine) -> None:
     (tmp_path / "a.csv").write_text("time,x,y\n0.0,1.0,2.0\n0.1,1.0,2.0\n0.2,1.0,2.0\n")
     (tmp_path / "b.csv").write_text("time,x,z\n0.1,1.5,2.0\n0.2,1.0,2.0\n0.3,1.0,2.0\n")
-    words = ["compare", tmp_path / "a.csv", tmp_path / "b.csv", "--tol", "1"]
+    words = ["compare", tmp_path / "a.csv", tmp_path / "b.csv", "--atol", "1"]
     code, out, _ = cardsflow(*words, "--json")
     assert code == 1
     comparison = json.loads(out)
@@ -188,7 +188,7 @@ def test_missing_columns_and_rows_are_reported(tmp_path: Path, cardsflow: Comman
         assert line in text
     cardsflow.refused(*words, "--columns", "nothing.*")
     cardsflow.refused("compare", tmp_path / "a.csv", tmp_path / "none.csv")
-    cardsflow.refused(*words[:3], "--tol", "-1")
+    cardsflow.refused(*words[:3], "--atol", "-1")
     assert cardsflow(*words[:3], "--rtol", "1e308")[2] == ""
     assert cardsflow("compare", words[1], words[1])[0] == 0
     refused = cardsflow.refused("plot", tmp_path / "nowhere")
@@ -246,7 +246,7 @@ def test_figures_are_written(
     ("words", "says"),
     [
         (["-o", "a.gif"], "no kind of figure 'gif'"),
-        (["--what", "force"], "no figure 'force'; did you mean 'forces'"),
+        (["--panels", "force"], "no figure 'force'; did you mean 'forces'"),
         (["--columns", "q.joint_9"], "no column 'q.joint_9'; did you mean 'q.joint_"),
     ],
 )

@@ -334,7 +334,7 @@ def test_a_run_without_rows_and_files_of_others_are_refused(tmp_path: Path) -> N
     assert not list(tmp_path.iterdir())
     (tmp_path / "theirs.mcap").write_bytes(b"\x89MCAP0\r\n of somebody else")
     (tmp_path / "a.csv").write_text("time,q.a\n0,1\n1,2\n")
-    with pytest.raises(InputError, match="not of cardsflow"):
+    with pytest.raises(InputError, match="not written by cardsflow"):
         convert_run(tmp_path / "a.csv", tmp_path / "theirs.mcap")
 
 

@@ -61,10 +61,10 @@ class Kind:
 _TO_RUN = ("convert", ".", "--to", "run.mcap")
 _TO_MOTION = ("--to", "motion_of.csv")
 _IMPORT = (
-    *("import-cad", "hands.step", "x", "--joints", "joints.csv", "--muscles", "muscles.csv"),
+    *("import-cad", "hands.step", "-o", "x", "--joints", "joints.csv", "--muscles", "muscles.csv"),
     *("--materials", "materials.csv", "--wraps", "wraps.csv"),
 )
-_CALIBRATE = ("calibrate", ".", "--robot", "robot", "--free", "muscles.*.offset", "-o", "x")
+_CALIBRATE = ("calibrate", ".", "--robot", "robot", "--parameters", "muscles.*.offset", "-o", "x")
 _SEEN = ("--capture", "seen.csv")
 _CHECK = ("check", "experiment.toml")
 _ROBOT = [

@@ -1,4 +1,4 @@
-"""Output streams of the commands: no control characters, and closed pipes without errors."""
+"""Output streams of the commands: without control characters, tolerant of closed pipes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 _CONTROLS = (*range(0x20), *range(0x7F, 0xA0), 0x2028, 0x2029)
 _MARKS = (0x061C, 0x200E, 0x200F)
-_DIRECTIONS = (*_MARKS, *range(0x202A, 0x202F), *range(0x2066, 0x206A))  # reorder what is read
+_DIRECTIONS = (*_MARKS, *range(0x202A, 0x202F), *range(0x2066, 0x206A))  # reorder shown text
 _ESCAPED = {
     code: f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
     for code in (*_CONTROLS, *_DIRECTIONS)
@@ -19,65 +19,68 @@ _ESCAPED = {
 
 
 def printable(text: str, encoding: str = "utf-8") -> str:
-    """A text with what steers a terminal, and what an encoding lacks, written as escapes."""
+    """Return a text with control characters and unencodable characters as escapes."""
     text = text.translate(_ESCAPED)
     return text.encode(encoding, "backslashreplace").decode(encoding)
 
 
 class PrintableStream:
-    """A stream that prints printable text.
+    """Stream that escapes control characters.
 
     Args:
-        stream: Where to.
-        is_needed: Whether it is an error where nothing can be written; a reader that has stopped
-            reading, as `head` does, never is one.
+        stream: The stream to write to.
+        is_needed: Whether a failed write is an error. A closed pipe, such as one of `head`, is not.
 
     Attributes:
-        inner: The stream itself, for progress bars, which steer the terminal.
+        inner: The stream itself, for progress bars, which need control characters.
     """
 
     def __init__(self, stream: TextIO, *, is_needed: bool) -> None:
         self.inner, self._is_needed = stream, is_needed
 
     def write(self, text: str) -> int:
-        """Write a text."""
-        with self._excused():
-            self.inner.write(printable(text, self.inner.encoding or "utf-8"))
+        """Write a text with its control characters escaped."""
+        return self.write_control(printable(text, self.inner.encoding or "utf-8"))
+
+    def write_control(self, text: str) -> int:
+        """Write a text as it is, such as the code of a colour."""
+        with self._tolerate_closed():
+            self.inner.write(text)
         return len(text)
 
     def flush(self) -> None:
         """Write what is buffered."""
-        with self._excused():
+        with self._tolerate_closed():
             self.inner.flush()
 
     def __getattr__(self, name: str) -> Any:
-        """Everything else is as of the stream."""
+        """Return any other attribute of the inner stream."""
         return getattr(self.inner, name)
 
     @contextlib.contextmanager
-    def _excused(self) -> Iterator[None]:
+    def _tolerate_closed(self) -> Iterator[None]:
         try:
             yield
-        except (OSError, ValueError) as error:  # a closed one gives ValueError
+        except (OSError, ValueError) as error:  # a closed stream raises ValueError
             if self._is_needed and not isinstance(error, BrokenPipeError):
                 if isinstance(error, OSError):
                     error.filename = "the output"
                 raise
-            let_go(self.inner)
+            discard_output(self.inner)
 
 
-def let_go(stream: Any) -> None:
-    """Send what a stream still has, and all that comes, nowhere: so that its end is no error."""
+def discard_output(stream: Any) -> None:
+    """Redirect a stream to the null device, so that closing it raises no error."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @contextlib.contextmanager
 def printable_streams() -> Iterator[None]:
-    """Standard output and error that print printable text; a closed one prints nowhere.
+    """Replace stdout and stderr by `PrintableStream`; closed ones discard their output.
 
-    The numbers of closed ones are taken, so that no file gets one of them, into which libraries
-    would print.
+    The context also occupies file descriptors 0 to 2 if they are closed. Otherwise a file could get
+    one of them, and libraries would print into it.
     """
     with contextlib.suppress(OSError):
         while (taken := os.open(os.devnull, os.O_RDWR)) <= 2:
