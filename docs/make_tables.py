@@ -59,8 +59,8 @@ def commands_page() -> str:
         MADE,
         "# Commands",
         f"```text\n{EXIT_CODES}\n```",
-        "Every command except `addin` accepts `--quiet` (print no progress, notes and warnings) and "
-        "`--debug` (print the traceback of an error). Colours are used only on a terminal; the "
+        "Every command except `addin` accepts `--quiet` (print no progress, notes and warnings) "
+        "and `--debug` (print the traceback of an error). Colours are used only on a terminal; the "
         "environment variable `NO_COLOR` turns them off.",
         "Commands replace files that CARDSFlow wrote, and no other files. `--overwrite` also "
         "replaces other files. `init` needs `--overwrite` for every existing file, because an "

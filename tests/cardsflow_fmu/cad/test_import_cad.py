@@ -94,7 +94,7 @@ def test_programs_that_leave_no_design(
 
 
 def test_options_that_do_not_fit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    said = one_line(capsys, EXAMPLE, tmp_path / "arm", "--density", "7850")
+    said = one_line(capsys, EXAMPLE, "-o", tmp_path / "arm", "--density", "7850")
     assert said.startswith(f"{EXAMPLE}: ")
     assert "STEP" in said
     assert "--density" in one_line(capsys, "arm.step", "--density", "nan")

@@ -223,7 +223,7 @@ def test_a_device_that_others_reach_without_a_key_warns(
         words = ["--key-file", str(tmp_path / "key.bin")]
     with served("device", ROBOT, "--listen", f"udp://{host}:0", *words) as device:
         assert device.end() == 0
-    warned = "whoever reaches it can command the robot" in device.errors
+    warned = "anyone on the network can send commands" in device.errors
     assert warned == (host == "0.0.0.0" and key is None)
 
 
@@ -314,7 +314,7 @@ def test_a_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
         (["device", ARM, "--noise", "-1"], 2, "noise: must not be negative: -1.0"),
         (["device", ARM, "--motor-time-constant", "nan"], 2, "motor_lag: must be a finite number"),
         (["device", ARM, "--seed", "-1"], 2, "seed: must not be negative: -1"),
-        (["device", ARM, "--duration", "0"], 2, "must be above 0 s"),
+        (["device", ARM, "--duration", "0"], 2, "--duration: must be positive"),
         (["device", ARM, "--key-file", "nowhere.key"], 2, "nowhere.key"),
         (["replay-hardware", "nowhere.rec"], 2, "nowhere.rec: cannot be read"),
         (["replay-hardware", __file__], 2, "is no hardware recording"),
@@ -349,7 +349,7 @@ def test_a_cut_off_recording_causes_a_warning(
     file.write_bytes(recorded.read_bytes()[:-7])
     code, _, err = cardsflow("replay-hardware", file, *FREE, "--duration", 0.01)
     assert code == 0
-    assert "the last 161 bytes are no whole record" in err
+    assert "the last 161 bytes are an incomplete record" in err
 
 
 class StillRobot:

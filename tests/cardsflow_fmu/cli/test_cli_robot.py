@@ -165,7 +165,7 @@ def test_a_broken_robot_is_checked_before_what_formats_make_of_it(
     words = ("check", tmp_path, "--for", "sdf", "--motion", "random")
     code, out, _ = cardsflow(*words)
     assert code == 1
-    assert out.splitlines()[-1].endswith("; --motion and --for want a robot without errors")
+    assert out.splitlines()[-1].endswith("; --motion and --for skipped because of the errors")
     code, _, err = cardsflow("convert", tmp_path, "--to", "sdf", "-o", tmp_path / "made")
     assert code == 2
     assert err.count("is negative [") == 2
@@ -192,7 +192,7 @@ def test_findings_that_repeat_are_one_line(tmp_path: Path, cardsflow: CommandLin
     code, out, _ = cardsflow("check", tmp_path / "robot")
     (line,) = [line for line in out.splitlines() if "no-force-limit" in line]
     assert "'cable_1': no largest force" in line
-    assert "and 3 more such: 'cable_2', 'cable_3', 'cable_4' (--verbose: all)" in line
+    assert "and 3 more of this kind: 'cable_2', 'cable_3', 'cable_4' (list all: --verbose)" in line
     _, every, _ = cardsflow("check", tmp_path / "robot", "--verbose")
     assert every.count("no-force-limit") == 4
     assert code == 0

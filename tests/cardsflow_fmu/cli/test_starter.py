@@ -149,7 +149,7 @@ def test_nothing_is_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert file.read_text() == "mine"
     dangling = tmp_path / "link.toml"
     dangling.symlink_to(tmp_path / "nowhere.toml")
-    with pytest.raises(InputError, match="is there already"):
+    with pytest.raises(InputError, match="already exists"):
         init(PLANAR_2R / "robot", dangling)
 
 

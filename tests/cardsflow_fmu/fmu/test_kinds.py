@@ -41,18 +41,18 @@ IN_C = {"plant": True, "controller": True, "reference": True, "hardware": False}
         (
             (PICK_UP,),
             IN_C | {"plant": False},
-            "plant.fmu is in Python: C does not have worlds with contacts",
+            "plant.fmu uses Python; the C engine does not support worlds with contacts",
         ),
         ((PLANAR_2R, "--set", "controller.type=lyapunov"), IN_C, ""),
         (
             (PLANAR_2R, "--set", "controller.solver=daqp"),
             IN_C | {"controller": False},
-            "controller.fmu is in Python: C does not have the QP solver 'daqp'",
+            "controller.fmu uses Python; the C engine does not support the QP solver 'daqp'",
         ),
         (
             (PLANAR_2R, "--set", "plant.engine=dart"),
             IN_C | {"plant": False},
-            'plant.fmu is in Python: C does not have the engine "dart"',
+            'plant.fmu uses Python; the C engine does not support the engine "dart"',
         ),
     ],
 )

@@ -52,4 +52,4 @@ def test_a_device_states_its_timeout(cardsflow: CommandLine) -> None:
     line = cardsflow.refused(
         "device", PLANAR_2R, "--listen", "udp://127.0.0.1:0", "--ros2", "ros2://"
     )
-    assert "commands by a topic need a stated timeout, such as ros2://?timeout=0.1" in line
+    assert "commands from a topic need a timeout, such as ros2://?timeout=0.1" in line

@@ -133,7 +133,7 @@ def test_a_search_of_which_every_run_fails_ends_and_says_so(
     file = write_study(tmp_path, negative + SEARCH % ("differential_evolution", 2, "[0]"))
     code, text, _ = cardsflow("study", file, "-j", 1)
     assert code == 1
-    assert "none meets the constraints" in text
+    assert "no run meets the constraints" in text
     assert "kp: must be above 0" in text
     assert json.loads((tmp_path / "results/summary.json").read_text())["best"] is None
 

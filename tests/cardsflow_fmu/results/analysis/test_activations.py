@@ -103,7 +103,7 @@ def test_the_command_writes_tables_of_opensim(tmp_path: Path, cardsflow: Command
     np.testing.assert_array_equal(table.rows[:, 1:], expected.activations)
     assert cardsflow(*words)[0] == 0  # its own files are replaced
     (tmp_path / "out/forces.sto").write_text("something else\n")
-    assert "is there already" in cardsflow.refused(*words)
+    assert "already exists" in cardsflow.refused(*words)
 
 
 def test_degrees_and_states_are_read_as_radians(tmp_path: Path) -> None:
