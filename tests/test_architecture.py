@@ -39,7 +39,7 @@ def test_import_contracts_hold() -> None:
             "matplotlib",
             ("cardsflow_fmu/results/report/", "cardsflow_fmu/studies/analysis/plots.py"),
         ),
-        ("tqdm", "cardsflow_fmu/cli/progress.py"),
+        ("tqdm", "cardsflow_fmu/cli/terminal/progress.py"),
         ("shtab", "cardsflow_fmu/cli/init.py"),
         ("rerun", "cardsflow_fmu/results/viewer/rerun_file.py"),
         ("mcap", "cardsflow_fmu/ros/mcap_file.py"),
