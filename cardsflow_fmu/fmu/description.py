@@ -1,4 +1,4 @@
-"""FMU descriptions, and the elements that FMI 2.0 and FMI 3.0 have in common."""
+"""Contents of model descriptions, and elements common to FMI 2.0 and FMI 3.0."""
 
 from __future__ import annotations
 
@@ -36,31 +36,31 @@ _QUANTITIES = {
 }
 
 _LOG_CATEGORIES = {
-    "logEvents": "Instantiation, initialization, reset and end",
-    "logStatusWarning": "Calls that were answered with a warning",
-    "logStatusDiscard": "Calls that were answered with discard",
-    "logStatusError": "Why a call failed",
-    "logAll": "All of these",
+    "logEvents": "Instantiation, initialization, reset and termination",
+    "logStatusWarning": "Calls that returned a warning",
+    "logStatusDiscard": "Calls that returned discard",
+    "logStatusError": "Reasons for failed calls",
+    "logAll": "All categories",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class FmuDescription:
-    """An FMU as its model description states it.
+    """Contents of the model description of an FMU.
 
     Attributes:
-        variables: The variables, which hold all ports of the model in their order.
+        variables: The variables, which contain all ports of the model in order.
         model_name: Name of the model and of its library: a C identifier.
-        description: One line for people.
+        description: Description in one line.
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
         internal_step: Divisor of communication steps, in [s].
         any_step: Whether communication steps may have any length.
         has_derivatives: Whether the model has directional derivatives.
-        has_state: Whether it can go back to an earlier state.
-        needs_tool: Whether a Python with this package has to be there.
-        dependencies: What the outputs depend on; on everything when None.
-        sources: C files in the FMU that its library is compiled of, relative to its sources.
+        has_state: Whether an earlier state can be restored.
+        needs_tool: Whether Python with this package is required.
+        dependencies: Dependencies of the outputs; on all inputs if None.
+        sources: C files in the FMU from which its library is compiled, relative to its sources.
     """
 
     variables: Sequence[Variable]
@@ -78,7 +78,7 @@ class FmuDescription:
 
     @property
     def ports(self) -> list[Port]:
-        """The model's table."""
+        """The ports of the model."""
         return [port for variable in self.variables for port in variable.ports]
 
 
@@ -90,7 +90,7 @@ def document(
     variables: Iterable[ET.Element],
     structure: ET.Element,
 ) -> ET.Element:
-    """The root element of a model description, with what both versions have in common.
+    """Return the root element of a model description with the parts common to both versions.
 
     Args:
         fmu: The FMU.
@@ -129,16 +129,16 @@ def document(
 def known(
     fmu: FmuDescription, output: Variable, causalities: Sequence[str], *, at_start: bool
 ) -> list[int] | None:
-    """The variables that an output depends on, as places among the variables of the FMU.
+    """Return the variables that an output depends on, as positions in the FMU's variables.
 
     Args:
         fmu: The FMU.
         output: One of its variables.
-        causalities: Of those that count.
-        at_start: Whether at the start, instead of over a step.
+        causalities: Causalities to include.
+        at_start: Whether at the start instead of over a step.
 
     Returns:
-        In ascending order; None where nothing is known.
+        The positions in ascending order; None if unknown.
     """
     if fmu.dependencies is None:
         return None
@@ -153,22 +153,22 @@ def known(
 
 
 def flag(value: bool) -> str:
-    """A truth value in XML."""
+    """Format a boolean for XML."""
     return "true" if value else "false"
 
 
 def number(value: float) -> str:
-    """A number that reads back exactly."""
+    """Format a number so that it reads back exactly."""
     return repr(float(value))
 
 
 def start(port: Port) -> str:
-    """The start value of a port."""
+    """Format the start value of a port."""
     return flag(port.start != 0) if port.boolean else number(port.start)
 
 
 def _units(fmu: FmuDescription) -> Iterator[ET.Element]:
-    """The units that are used."""
+    """Return the units that are used."""
     used = {variable.unit for variable in fmu.variables}
     for name, exponents in SI_UNITS.items():
         if name in used:
@@ -178,7 +178,7 @@ def _units(fmu: FmuDescription) -> Iterator[ET.Element]:
 
 
 def type_names(fmu: FmuDescription) -> dict[str, str]:
-    """Names of the types that variables are declared by, by unit: a type a quantity.
+    """Return the type names of variables by unit, one type per quantity.
 
     A type must not share its name with a variable.
     """
@@ -193,7 +193,7 @@ def _log_categories() -> Iterator[ET.Element]:
 
 
 def _default_experiment(fmu: FmuDescription) -> ET.Element:
-    """The element with the preferred times."""
+    """Return the element with the preferred times."""
     experiment = ET.Element("DefaultExperiment", startTime="0.0")
     if fmu.stop_time is not None:
         experiment.set("stopTime", number(fmu.stop_time))

@@ -1,4 +1,4 @@
-"""The documentation/index.html of an FMU: its ports and its use."""
+"""Page documentation/index.html of an FMU: its variables and its use."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cardsflow_fmu.version import __version__
 
 from .description import FmuDescription
 
-_HEADS = ("variable", "size", "unit", "variability", "start", "what it is")
+_HEADS = ("variable", "size", "unit", "variability", "start", "description")
 _TITLES = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters"}
 _STYLE = (
     "body{font:15px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em}"
@@ -19,7 +19,7 @@ _STYLE = (
 
 
 def documentation_page(fmu: FmuDescription) -> bytes:
-    """The contents of index.html."""
+    """Return the contents of index.html."""
     title = escape(f"{fmu.model_name}: {fmu.description}")
     parts = [
         "<!DOCTYPE html>",
@@ -44,39 +44,39 @@ def _notes(fmu: FmuDescription) -> list[str]:
         + (
             f", or whole multiples of {fmu.internal_step!r} s."
             if fmu.internal_step is not None
-            else "; other lengths may be refused."
+            else "; other lengths may be rejected."
         )
     )
     derivatives = (
-        "Directional derivatives are of the outputs behind a step of the preferred length, with "
-        "respect to inputs and tunable parameters at its beginning, and to positions and "
-        "velocities of a plant; in initialization mode of the outputs at the start, with respect "
-        "to inputs and parameters. "
+        "Directional derivatives are derivatives of the outputs after a step of the preferred "
+        "length, with respect to inputs and tunable parameters at its beginning, and to positions "
+        "and velocities of a plant. In initialization mode, they are derivatives of the outputs at "
+        "the start with respect to inputs and parameters. "
         + (
-            "They are central differences, each known changed by at most 1e-6 (1 + |value|)."
+            "They are central differences with changes of at most 1e-6 (1 + |value|)."
             if fmu.needs_tool
-            else "They are exact, and with respect to states of muscles, too."
+            else "They are exact, also with respect to states of muscles."
         )
-        + " A plant's command at an end of its range, as a cable's force at 0, has the derivative "
-        "of the range's inside."
+        + " At a limit of a command's range, such as a cable force of 0, the derivative is "
+        "one-sided, towards the inside of the range."
         if fmu.has_derivatives
         else "There are no directional derivatives."
     )
     model = (
-        "The model is Python: the FMU needs an interpreter with "
-        f"the package cardsflow {__version__}, which is the importer's own, or one that a worker "
-        "process is started with."
+        "The model is implemented in Python. The FMU requires a Python interpreter with "
+        f"the package cardsflow {__version__}: that of the importing tool, or that of a worker "
+        "process."
         if fmu.needs_tool
-        else "The model is compiled: the FMU needs no other program."
+        else "The model is compiled. The FMU requires no other software."
     )
     return [
-        f"Made by CARDSFlow {__version__}. {model}",
-        "All values are in SI units. Outputs change with steps alone, not with inputs.",
+        f"Created by CARDSFlow {__version__}. {model}",
+        "All values are in SI units. Outputs change only in steps, not when inputs are set.",
         multiple,
         derivatives,
-        "The state can be saved, restored and serialised; restoring it continues bit by bit."
+        "The state can be saved, restored and serialised. Restoring it gives bit-identical results."
         if fmu.has_state
-        else "The state cannot be saved or restored: the world does not go back.",
+        else "The state cannot be saved or restored, because it is the state of hardware.",
     ]
 
 

@@ -1,4 +1,4 @@
-"""Files of an FMU for people and tools: documentation, licence, icon, terminals."""
+"""Additional files of an FMU: documentation, licence, icon, terminals."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _HERE = Path(__file__).parent
 
 
 def extra_files(fmu: FmuDescription, fmi: FmiVersion) -> dict[str, bytes]:
-    """The files by their path in the FMU.
+    """Return the files by their path in the FMU.
 
     Raises:
         InputError: The installation is incomplete.
@@ -34,7 +34,7 @@ def extra_files(fmu: FmuDescription, fmi: FmiVersion) -> dict[str, bytes]:
 
 
 def _license() -> str:
-    """The licence: in a source tree's root, or with the installed package's metadata."""
+    """Return the licence from the source tree or from the installed package's metadata."""
     path = _HERE.parents[1] / "LICENSE"
     if path.is_file():
         return path.read_text("utf-8")
@@ -43,7 +43,7 @@ def _license() -> str:
     except PackageNotFoundError:
         text = None
     if text is None:
-        raise InputError("the package's licence is missing: install the package again")
+        raise InputError("the licence of the package is missing; install the package again")
     return text
 
 
@@ -51,4 +51,4 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError:
-        raise InputError("is missing: install the package again", file=path) from None
+        raise InputError("is missing; install the package again", file=path) from None

@@ -11,7 +11,7 @@ from .description import FmuDescription, document, flag, known, start, type_name
 
 
 def describe(fmu: FmuDescription, guid: str) -> ET.Element:
-    """The root element."""
+    """Return the root element."""
     types = type_names(fmu)
     return document(
         fmu,
@@ -71,7 +71,7 @@ def _variable(variable: Variable, types: dict[str, str]) -> ET.Element:
 
 
 def _model_structure(fmu: FmuDescription) -> ET.Element:
-    """What outputs depend on: over a step on inputs, at the start on parameters as well."""
+    """Return the dependencies: on inputs over a step, also on parameters at the start."""
     structure = ET.Element("ModelStructure")
     outputs = [(i, v) for i, v in enumerate(fmu.variables, 1) if v.port.causality == "output"]
     knowns = {"Outputs": ("input",), "InitialUnknowns": ("input", "parameter")}

@@ -14,7 +14,7 @@ _TIME = "time"
 
 
 def describe(fmu: FmuDescription, token: str) -> ET.Element:
-    """The root element.
+    """Return the root element.
 
     Raises:
         InputError: A variable has the name of the independent variable.
@@ -90,7 +90,7 @@ def _independent(reference: int) -> ET.Element:
 
 
 def _model_structure(fmu: FmuDescription) -> ET.Element:
-    """What outputs depend on: inputs and tunable parameters; at the start other ones as well."""
+    """Return the dependencies: on inputs and tunable parameters, at the start on all of them."""
     structure = ET.Element("ModelStructure")
     outputs = [variable for variable in fmu.variables if variable.port.causality == "output"]
     for tag in ("Output", "InitialUnknown"):

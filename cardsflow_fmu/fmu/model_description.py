@@ -21,7 +21,7 @@ _CONTINUOUS_OR_DISCRETE = ("continuous", "discrete")
 
 
 def model_description(fmu: FmuDescription, guid: str, fmi: FmiVersion = "2.0") -> bytes:
-    """The contents of modelDescription.xml.
+    """Return the contents of modelDescription.xml.
 
     Args:
         fmu: The FMU.
@@ -29,7 +29,7 @@ def model_description(fmu: FmuDescription, guid: str, fmi: FmiVersion = "2.0") -
         fmi: Version of FMI; FMI 2.0 has no arrays.
 
     Raises:
-        InputError: A name, a unit or a combination of attributes that FMI does not allow.
+        InputError: FMI does not allow a name, a unit or a combination of attributes.
     """
     _check(fmu)
     root = (fmi2 if fmi == "2.0" else fmi3).describe(fmu, guid)
@@ -40,11 +40,13 @@ def model_description(fmu: FmuDescription, guid: str, fmi: FmiVersion = "2.0") -
 
 def _check(fmu: FmuDescription) -> None:
     if not _IDENTIFIER.fullmatch(fmu.model_name):
-        raise InputError(f"an FMU's model name is letters, digits and _, unlike {fmu.model_name!r}")
+        raise InputError(
+            f"an FMU's model name must consist of letters, digits and _, not {fmu.model_name!r}"
+        )
     if not fmu.variables:
-        raise InputError(f"the FMU {fmu.model_name} needs at least one variable")
+        raise InputError(f"the FMU {fmu.model_name} must have at least one variable")
     if not 0 < fmu.step < float("inf"):
-        raise InputError(f"an FMU's step is a positive time in s, not {fmu.step!r}")
+        raise InputError(f"an FMU's step must be a positive time in s, not {fmu.step!r}")
     for names in ([p.name for p in fmu.ports], [v.name for v in fmu.variables]):
         if len(set(names)) < len(names):
             twice = sorted({name for name in names if names.count(name) > 1})
@@ -66,11 +68,13 @@ def _check_port(port: Port) -> None:
     if port.boolean and port.variability == "continuous":
         raise InputError(f"{port.name}: a boolean variable cannot be continuous")
     if port.boolean and port.start not in (0, 1):
-        raise InputError(f"{port.name}: a boolean variable starts at 0 or 1, not {port.start!r}")
+        raise InputError(
+            f"{port.name}: the start value of a boolean variable must be 0 or 1, not {port.start!r}"
+        )
     if port.start - port.start != 0:
         raise InputError(f"{port.name}: the start value {port.start!r} is not finite")
 
 
 def _check_text(text: str) -> None:
     if _NOT_IN_XML.search(text):
-        raise InputError(f"{text!r} has characters that XML cannot hold")
+        raise InputError(f"{text!r} contains characters that XML does not allow")

@@ -17,8 +17,8 @@ The sources of this FMU's binaries, for FMI 2.0 and FMI 3.0 alike. In this folde
     gcc {options} -fPIC -shared -o ../binaries/{folder}/{name}.so \\
         $(find . -name '*.c') -lm
 
-The plant's directional derivatives are computed with C99's complex numbers. What a compiler without
-them makes, as Microsoft's, refuses to give derivatives.
+The plant's directional derivatives use C99's complex numbers. Without them, as with Microsoft's
+compiler, the FMU has no derivatives.
 
 -ffp-contract=off keeps a compiler from fusing multiplications and additions: with it every
 platform computes the same bits. The functions of FMI keep their plain names, for a shared library.
@@ -26,7 +26,7 @@ platform computes the same bits. The functions of FMI keep their plain names, fo
 
 
 def source_files(model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
-    """Contents by path in the FMU.
+    """Return the contents by path in the FMU.
 
     Raises:
         InputError: The installation is incomplete.
@@ -42,16 +42,16 @@ def source_files(model_name: str, fmi: FmiVersion) -> dict[str, bytes]:
 
 @cache
 def _contents() -> dict[str, bytes]:
-    """Sources and headers, which every native FMU has."""
+    """Return the sources and headers of every native FMU."""
     names = [*NATIVE.sources(), *NATIVE.headers()]
     try:
         return {name: (ROOT / name).read_bytes() for name in names}
     except OSError:
-        raise InputError("the C sources are missing: install the package again") from None
+        raise InputError("the C sources are missing; install the package again") from None
 
 
 def compiled_files() -> list[str]:
-    """C files to be compiled, relative to the FMU's sources."""
+    """Return the C files to compile, relative to the FMU's sources."""
     return NATIVE.sources()
 
 

@@ -21,24 +21,24 @@ from cardsflow_fmu.utils.extras import install
 def libraries_for(
     platforms: Iterable[str], folder: Path, *, native: bool = False
 ) -> dict[str, Path]:
-    """The C library for each platform: those that are there as they are, the others compiled.
+    """Return the C library for each platform; missing ones are cross-compiled.
 
     Args:
         platforms: Names as in FMI 2.0, `linux64`, or FMI 3.0, `x86_64-linux`.
-        folder: Where to compile to; it exists.
-        native: Whether it is for native FMUs, whose libraries come with the package.
+        folder: Existing folder for compiled libraries.
+        native: Whether the library is for native FMUs, which is part of the package.
 
     Returns:
         The files, by FMI 3.0's name of the platform.
 
     Raises:
-        UnknownNameError: There is no such platform.
-        InputError: None is named, or the compiler is missing.
-        SimulationError: The compiler fails.
+        UnknownNameError: The platform does not exist.
+        InputError: `platforms` is empty, or the compiler is missing.
+        SimulationError: The compilation failed.
     """
     names = list(dict.fromkeys(find_platform(name).tuple for name in platforms))
     if not names:
-        raise InputError("an FMU needs a platform, such as linux64")
+        raise InputError("an FMU requires at least one platform, such as linux64")
     there = {this_platform().tuple: library_path(native=native)}
     if native:
         there = prebuilt_libraries() | there
@@ -46,18 +46,18 @@ def libraries_for(
 
 
 def compile_for(platform: str, folder: Path, *, native: bool = False) -> Path:
-    """Compile the library for a platform by FMI 3.0's name; returns the file.
+    """Compile the library for a platform by FMI 3.0's name; return the file.
 
-    The first time for a platform takes a minute or two: the compiler then makes its C library too.
+    The first time takes a minute or two, because the compiler also builds the C library.
 
     Raises:
         InputError: The compiler is missing.
-        SimulationError: The compiler fails.
+        SimulationError: The compilation failed.
     """
     if importlib.util.find_spec("ziglang") is None:
-        prebuilt = " no prebuilt library for it is in this installation, and" if native else ""
+        prebuilt = " this installation contains no prebuilt library for it, and" if native else ""
         raise InputError(
-            f"FMUs for {platform}:{prebuilt} compiling one needs the ziglang package: "
+            f"FMUs for {platform}:{prebuilt} compiling one requires the ziglang package: "
             f"{install('cross')}"
         )
     file = folder / f"{platform}{find_platform(platform).suffix}"

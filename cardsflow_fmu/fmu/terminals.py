@@ -13,15 +13,15 @@ _GROUPS = {
     "tasks": ("Signals of task frames", ("y", "y_d", "yd_d", "ydd_d", "w")),
 }
 _SIZE = "100"
-_FMI = "3.0"  # that defines this file, for FMI 2.0 as well
+_FMI = "3.0"  # FMI 3.0 defines this file; it is used in FMI 2.0 as well
 
 
 def terminals_and_icons(variables: Sequence[Variable]) -> bytes:
-    """The contents of terminalsAndIcons.xml.
+    """Return the contents of terminalsAndIcons.xml.
 
-    Terminals are matched member by member, as the rule `bus` says: a plant's `joint_1` has `q` and
-    `qd`, which are members of a controller's `joint_1` as well. With arrays, a terminal is all
-    joints or all muscles.
+    By the rule `bus`, members of terminals are matched by name: a plant's `joint_1` has `q` and
+    `qd`, which are members of a controller's `joint_1` as well. With arrays, one terminal contains
+    all joints or all muscles.
     """
     root = ET.Element("fmiTerminalsAndIcons", fmiVersion=_FMI)
     graphics = ET.SubElement(root, "GraphicalRepresentation")
@@ -43,7 +43,7 @@ def terminals_and_icons(variables: Sequence[Variable]) -> bytes:
 def _group(
     name: str, description: str, prefixes: Sequence[str], variables: Sequence[Variable]
 ) -> ET.Element:
-    """A terminal with a member for each array and a terminal for each thing that has scalars."""
+    """Return a terminal with a member per array and a terminal per joint, muscle or frame."""
     terminal = _terminal(name, description)
     inner: dict[str, ET.Element] = {}
     for variable in variables:

@@ -1,4 +1,4 @@
-"""FMU archives: byte for byte the same for the same input."""
+"""FMU archives, which are byte-identical for equal input."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from .model_description import model_description
 from .native_sources import compiled_files, source_files
 
 _PORTS_FILE = "ports.bin"
-_PYTHON_FILE = "python.txt"  # the interpreter that a worker process uses, where it exists
+_PYTHON_FILE = "python.txt"  # the interpreter for a worker process, if it exists
 
 
 def write_fmu(
@@ -57,26 +57,26 @@ def write_fmu(
 
     Args:
         path: The file to write.
-        model_class: The model; the FMU imports it by its name.
+        model_class: Class of the model, which the FMU imports by name.
         model_name: Name of the model and of its library: a C identifier.
-        ports: The variables, as the model made from the resources has them.
+        ports: The variables of the model.
         resources: Contents by relative path with `/`, for `model_class.from_resources`.
         step: Preferred communication step, in [s].
         stop_time: Preferred end, in [s].
         internal_step: Divisor of communication steps, in [s].
         fmi: Version of FMI.
-        arrays: Whether ports that stand together are arrays, `q[2]`, in FMI 3.0; FMI 2.0 has none.
-        libraries: The C library for each platform, by FMI 3.0's name; this platform's own when
-            None.
-        native: From `native_model`: the model computes in C alone, without any Python.
-        dependencies: What the outputs depend on; when None, hosts take it that on everything.
-        sources: Whether a native model carries its C sources, for other platforms.
+        arrays: Whether adjacent ports are arrays, `q[2]`, in FMI 3.0. FMI 2.0 has no arrays.
+        libraries: The C library for each platform, by FMI 3.0's name (default: that of this
+            platform).
+        native: The model in C, from `model_in_c`; None for a model in Python.
+        dependencies: Dependencies of the outputs; on all inputs if None.
+        sources: Whether the FMU of a native model contains C sources, for other platforms.
 
     Returns:
         The path.
 
     Raises:
-        InputError: A name that FMI does not allow, or a file that cannot be read or written.
+        InputError: FMI does not allow a name, or a file cannot be read or written.
     """
     path = Path(path)
     variables = array_variables(ports) if arrays and fmi == "3.0" else scalar_variables(ports)
@@ -107,7 +107,7 @@ def write_fmu(
         variables, guid=guid, model_name=model_name, package=__version__, step=step
     )
     if native is None:
-        # Not in the fingerprint: the same model built by another Python is the same FMU.
+        # Not in the fingerprint: an FMU does not depend on the Python that builds it.
         files[f"resources/{_PYTHON_FILE}"] = os.fsencode(sys.executable) + b"\n"
     if libraries is None:
         libraries = {this_platform().tuple: library_path(native=native is not None)}
@@ -117,7 +117,7 @@ def write_fmu(
 
 
 def _python_files(model_class: type[FmuModel], ports: Sequence[Port]) -> dict[str, bytes]:
-    """Files from which a Python makes the model."""
+    """Return the files from which Python creates the model."""
     record = ModelFile(__version__, class_path(model_class), ports_digest(ports))
     carried = carried_files(model_class)
     files = {f"resources/{name}": contents_of(source) for name, source in carried.items()}
@@ -135,14 +135,14 @@ def _binaries(libraries: Mapping[str, Path], model_name: str, fmi: FmiVersion) -
 def _resource_name(name: str) -> str:
     parts = PurePosixPath(name).parts
     if not parts or name.startswith("/") or ".." in parts or "\\" in name or ":" in name:
-        raise InputError(f"{name!r} is not a relative path below an FMU's resources")
+        raise InputError(f"{name!r} is not a relative path in an FMU's resources")
     if name in (MODEL_FILE, NATIVE_FILE, _PORTS_FILE, _PYTHON_FILE):
-        raise InputError(f"the resource name {name!r} is taken by the FMU itself")
+        raise InputError(f"the resource name {name!r} is reserved")
     return str(PurePosixPath("resources", *parts))
 
 
 def _guid(files: Mapping[str, bytes]) -> str:
-    """A fingerprint of the contents."""
+    """Return a fingerprint of the contents."""
     digest = hashlib.sha256()
     for name in sorted(files):
         digest.update(f"{name}\0{len(files[name])}\0".encode())

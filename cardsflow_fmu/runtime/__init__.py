@@ -1,1 +1,1 @@
-"""The runtime of FMUs: the C library, and the Python end that it calls."""
+"""Runtime of FMUs: the C library and its Python part."""

@@ -1,8 +1,8 @@
-"""Python modules of models that travel in their FMUs as files.
+"""Python modules of models that FMUs carry as files.
 
-Classes of packages are imported from where those are installed. A class from a module of its own,
-a single file beside someone's script, would not be found there, or another file of the same name
-would be; so the file travels along, and is used wherever the name does not lead to the same text.
+Classes in packages are imported from the installed package. A class in a single file next to a
+script is usually not importable where the FMU runs, or another file has the same name. Therefore
+the FMU contains the file, which is used if the import finds no file or another text.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _FOLDER = "python"
 
 
 def carried_files(model_class: type[FmuModel]) -> dict[str, Path]:
-    """The module of a class as a resource, by its path there; nothing for a package's."""
+    """Return the module of a class as a resource by path; empty for classes in packages."""
     name = model_class.__module__
     file = getattr(sys.modules.get(name), "__file__", None)
     if "." in name or file is None or not file.endswith(".py"):
@@ -32,7 +32,7 @@ def import_module(name: str, folder: Path) -> ModuleType:
     """Import the module of a model.
 
     Returns:
-        The module that the name leads to, or the one that is carried where that is another.
+        The installed module, or the carried one if their texts differ.
     """
     file = folder / _FOLDER / f"{name}.py"
     if not file.is_file():
@@ -44,7 +44,7 @@ def import_module(name: str, folder: Path) -> ModuleType:
 
 
 def _installed_text(name: str) -> bytes | None:
-    """The source that a name leads to, without importing it."""
+    """Return the source of a module without importing it."""
     try:
         spec = importlib.util.find_spec(name)
         return None if spec is None or not spec.origin else Path(spec.origin).read_bytes()
@@ -53,7 +53,7 @@ def _installed_text(name: str) -> bytes | None:
 
 
 def _load(alias: str, file: Path) -> ModuleType:
-    """The module in a file, once for every text."""
+    """Load the module in a file, once per text."""
     if alias in sys.modules:
         return sys.modules[alias]
     spec = importlib.util.spec_from_file_location(alias, file)

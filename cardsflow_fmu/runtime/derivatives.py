@@ -1,22 +1,20 @@
 """Directional derivatives of a model's outputs, by central differences.
 
-In co-simulation FMI describes a model by y[i+1] = Γ(x[i], u[i], p, h): the outputs behind a step
-are functions of state, inputs and tunable parameters at its beginning. These are the unknowns and
-the knowns here, h being the preferred communication step; an output that is a state counts, as a
-known, as the state at the beginning. At the start, before the first step, the outputs are functions
-of the parameters and inputs that the initialization takes.
+In co-simulation, FMI describes a model by y[i+1] = Γ(x[i], u[i], p, h): the outputs after a step
+are functions of state, inputs and tunable parameters at its beginning. The outputs are the
+unknowns, the others are the knowns, and h is the preferred communication step. An output that is a
+state is a known as well: the state at the beginning. At the start, before the first step, the
+outputs are functions of the parameters and inputs that the initialization uses.
 
-The answer is (Γ(v + s d) - Γ(v - s d)) / 2s along the direction d, with s so small that no known
-changes by more than 1e-6 (1 + |v|). Its error is of order 1e-10 relative to the second and third
-derivative where Γ is smooth.
+The derivative along the direction d is (Γ(v + s d) - Γ(v - s d)) / 2s, where s is so small that no
+known changes by more than 1e-6 (1 + |v|). If Γ is smooth, the error is of order 1e-10 relative to
+the second and third derivative.
 
-What lies beyond the end of an input's range acts as the end does, which makes a kink there: an
-ideal cable cannot push. The difference is taken on one side of it, so that an input at its end has
-the derivative of the range's inside, and one beyond has zero: as those of native plants,
-see `tangent.h`. The values v are moved off the end by as much as they change, at most by
-1e-6 (1 + |v|), and the error grows to that, relative to the second derivative. Where other kinks
-lie, as a joint's limit or a controller's force bound makes them, the answer is the mean of both
-sides.
+Values beyond a limit of an input's range act like the limit, so Γ has a kink there: an ideal cable
+cannot push. The difference is one-sided at a limit, towards the inside of the range, and zero
+beyond it, as in native plants (see `tangent.h`). For this, v is moved away from the limit by at
+most 1e-6 (1 + |v|), and the error is of this order relative to the second derivative. At other
+kinks, such as joint limits or force limits of a controller, the result is the mean of both sides.
 """
 
 from __future__ import annotations
@@ -34,11 +32,11 @@ from cardsflow_fmu.utils.arrays import FloatArray
 Indices = NDArray[np.intp]
 
 DIFFERENCE = 1e-6
-"""Largest change of a known to either side, relative to 1 + |value|."""
+"""Largest change of a known in each direction, relative to 1 + |value|."""
 
 
 class Differentiable(Protocol):
-    """A model whose state and variables can be set, stepped and restored; see `FmuModel`.
+    """Model whose state and variables can be set, stepped and restored; see `FmuModel`.
 
     Attributes:
         ports: The table of variables.
@@ -61,7 +59,7 @@ class Differentiable(Protocol):
         """Advance from t to t + h."""
 
     def get_state(self) -> bytes:
-        """The state beyond `values`."""
+        """Return the state that is not in `values`."""
 
     def set_state(self, state: bytes) -> None:
         """Restore a state."""
@@ -73,21 +71,21 @@ class Differentiable(Protocol):
 def directional_derivative(
     model: Differentiable, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
 ) -> FloatArray:
-    """Derivative of outputs along a direction; the model stays as it is.
+    """Return the derivative of outputs along a direction; the model does not change.
 
     Args:
         model: The model, initialised.
         t: The present time, in [s].
         h: Length of a step, in [s]; 0 for the outputs at the start.
         unknowns: Indices of outputs.
-        knowns: Indices of what is changed.
+        knowns: Indices of the variables that change.
         seeds: The direction, shape (len(knowns),).
 
     Returns:
-        Shape (len(unknowns),).
+        The derivative, shape (len(unknowns),).
 
     Raises:
-        InputError: A known is none.
+        InputError: A variable in `knowns` is not a known.
     """
     _check(model, knowns, at_start=h == 0)
     direction = np.zeros(len(model.ports))
@@ -105,7 +103,7 @@ def directional_derivative(
 
 
 def _off_the_ends(model: Differentiable, sizes: FloatArray) -> FloatArray:
-    """How far the values are to be moved for changes of these sizes not to pass an end."""
+    """Return the shift of the values that keeps changes of these sizes within the range."""
     v, (low, high) = model.values, model.ranges
     inside = np.clip(v, low + sizes, high - sizes)
     below, above = np.minimum(v, low - sizes), np.maximum(v, high + sizes)
@@ -159,7 +157,7 @@ def _step(model: Differentiable, t: float, h: float, change: FloatArray) -> Floa
 def _outputs(
     model: Differentiable, go: Callable[[], None], restore: Callable[[], None], values: FloatArray
 ) -> FloatArray:
-    """The values that `go` leads to."""
+    """Return the values after `go`."""
     try:
         go()
         return model.values.copy()

@@ -1,6 +1,6 @@
-"""The Python end of an FMU in a host that is itself Python.
+"""Python part of an FMU.
 
-C must never see an exception, so everything here returns its failure as text.
+Exceptions must not pass through C, so all functions return failures as text.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ _CLOCK_BYTES = 16
 
 
 def open_model(resources: str, memory: bytearray | memoryview) -> HostedModel | str:
-    """Open the model of an FMU on the memory of its host.
+    """Create the model of an FMU on the memory of its host.
 
     Args:
         resources: Folder of the FMU's resources.
         memory: Two doubles for time and step length, in [s], then one for each variable.
 
     Returns:
-        The model, or what is wrong.
+        The model, or an error message.
     """
     try:
         return HostedModel(_model_maker(Path(resources), memory), memory)
@@ -38,10 +38,10 @@ def open_model(resources: str, memory: bytearray | memoryview) -> HostedModel | 
 
 
 class HostedModel:
-    """A model that is called by C: the methods return None, or the text of a failure.
+    """Model that is called by C. Methods return None or the text of a failure.
 
     Args:
-        create: Makes the model on the host's memory.
+        create: Function that creates the model on the host's memory.
         memory: As for `open_model`.
     """
 
@@ -71,7 +71,7 @@ class HostedModel:
         return None
 
     def reset(self) -> str | None:
-        """Back to the start values, with a new model when this one has failed."""
+        """Restore the start values, with a new model if this one has failed."""
         try:
             self._reset()
         except BaseException as error:
@@ -79,7 +79,7 @@ class HostedModel:
         return None
 
     def terminate(self) -> str | None:
-        """Give back what is held beyond this process; the variables stay as they are."""
+        """Release resources outside this process. The variables do not change."""
         try:
             self._model.close()
         except BaseException as error:
@@ -87,14 +87,14 @@ class HostedModel:
         return None
 
     def get_state(self) -> bytes | str:
-        """The model's state beyond the variables, or the text of a failure."""
+        """Return the state that is not in the variables, or the text of a failure."""
         try:
             return bytes(self._model.get_state())
         except BaseException as error:
             return self._fail(error)
 
     def set_state(self, state: bytes) -> str | None:
-        """Go back to a state from `get_state`."""
+        """Restore a state from `get_state`."""
         try:
             self._model.set_state(state)
         except BaseException as error:
@@ -102,11 +102,11 @@ class HostedModel:
         return None
 
     def derivative(self, unknowns: bytes, knowns: bytes, seeds: bytes) -> bytes | str:
-        """Derivatives of outputs, or the text of a refusal, which does no harm.
+        """Return derivatives of outputs, or an error message; the model stays usable.
 
         Args:
             unknowns: Indices of outputs, as uint32.
-            knowns: Indices of what is changed, as uint32.
+            knowns: Indices of the variables that change, as uint32.
             seeds: One float64 for each known.
 
         Returns:
@@ -136,7 +136,7 @@ class HostedModel:
 
     def _replace(self) -> None:
         if hasattr(self, "_model"):
-            del self._model  # first, for what only one model can hold, such as a network port
+            del self._model  # first, because of exclusive resources such as network ports
         self._model = self._create()
         self._has_failed = False
 
@@ -146,12 +146,12 @@ class HostedModel:
 
 
 def _model_maker(folder: Path, memory: bytearray | memoryview) -> Callable[[], FmuModel]:
-    """Check what the FMU was built with; returns what makes its model."""
+    """Check the versions with which the FMU was built; return its model factory."""
     record = read_model_file(folder)
     if record.package != __version__:
         raise InputError(
-            f"this FMU needs cardsflow {record.package}, found is {__version__} "
-            f"in {Path(__file__).parents[1]}: install that version or build the FMU again"
+            f"this FMU requires cardsflow {record.package}; found {__version__} "
+            f"in {Path(__file__).parents[1]}; install that version or build the FMU again"
         )
     model_class = load_class(record.model_class, folder)
     values = np.frombuffer(memory, offset=_CLOCK_BYTES)
@@ -160,7 +160,7 @@ def _model_maker(folder: Path, memory: bytearray | memoryview) -> Callable[[], F
         model = model_class.from_resources(folder, values)
         if ports_digest(model.ports) != record.ports:
             raise InputError(
-                f"{record.model_class} has other variables than this FMU: build the FMU again"
+                f"{record.model_class} has other variables than this FMU; build the FMU again"
             )
         if model.values.ctypes.data != values.ctypes.data:
             raise InputError(f"{record.model_class} does not compute on its host's memory")
@@ -170,7 +170,7 @@ def _model_maker(folder: Path, memory: bytearray | memoryview) -> Callable[[], F
 
 
 def _failure(error: BaseException) -> str:
-    """The exception in one line, then its trace; what the package itself refuses, in its words."""
+    """Format an exception with its trace; errors of this package without a trace."""
     try:
         if isinstance(error, CardsflowError):
             return _plain(str(error))
@@ -178,9 +178,9 @@ def _failure(error: BaseException) -> str:
         trace = "".join(traceback.format_exception(error)).strip()
         return _plain(f"{summary}\n{trace}")
     except BaseException:
-        return f"{type(error).__name__}, whose text cannot be made"
+        return f"{type(error).__name__}, whose message cannot be formatted"
 
 
 def _plain(text: str) -> str:
-    """Text that C can hold."""
+    """Return text without characters that C cannot represent."""
     return text.replace("\0", "\\0").encode(errors="backslashreplace").decode()

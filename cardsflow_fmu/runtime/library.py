@@ -14,12 +14,12 @@ from .sources import FMI, NATIVE, PREBUILT, PREBUILT_PLATFORMS
 
 
 class Platform(NamedTuple):
-    """A platform that FMUs run on.
+    """Platform on which FMUs run.
 
     Attributes:
         tuple: FMI 3.0's name, such as `x86_64-linux`.
-        fmi2: FMI 2.0's name, such as `linux64`; None where it has none.
-        suffix: Of the file name of a shared library.
+        fmi2: FMI 2.0's name, such as `linux64`; None if FMI 2.0 has no name.
+        suffix: Suffix of shared libraries.
     """
 
     tuple: str
@@ -27,7 +27,7 @@ class Platform(NamedTuple):
     suffix: str
 
     def folder(self, fmi: str) -> str:
-        """The name of its folder below an FMU's binaries.
+        """Return the name of its folder in an FMU's binaries.
 
         Args:
             fmi: `2.0` or `3.0`.
@@ -53,17 +53,17 @@ PLATFORMS = {
         Platform("aarch64-darwin", None, ".dylib"),
     )
 }
-"""By FMI 3.0's name."""
+"""Platforms by FMI 3.0's name."""
 
 _SYSTEMS = {"linux": "linux", "win32": "windows", "darwin": "darwin"}
 _MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 
 
 def find_platform(name: str) -> Platform:
-    """A platform by either of its names, such as `linux64` or `x86_64-linux`.
+    """Find a platform by its name in FMI 2.0 or 3.0, such as `linux64` or `x86_64-linux`.
 
     Raises:
-        UnknownNameError: There is no such platform.
+        UnknownNameError: The platform does not exist.
     """
     for entry in PLATFORMS.values():
         if name in (entry.tuple, entry.fmi2):
@@ -73,7 +73,7 @@ def find_platform(name: str) -> Platform:
 
 
 def this_platform() -> Platform:
-    """The platform that this runs on.
+    """Return the platform of this process.
 
     Raises:
         InputError: FMI has no name for it.
@@ -89,22 +89,22 @@ def this_platform() -> Platform:
 
 
 def library_path(*, native: bool = False) -> Path:
-    """Path of the library that was built for this platform.
+    """Return the path of the library for this platform.
 
-    The environment variable `CARDSFLOW_LIBRARY_DIR` names another folder than the installation to
-    look below, such as one with a sanitized build.
+    The environment variable `CARDSFLOW_LIBRARY_DIR` replaces the folder of the installation, for
+    example by one with a sanitized build.
 
     Args:
-        native: Whether that of native FMUs.
+        native: Whether to return the library of native FMUs.
 
     Raises:
-        InputError: There is no library.
+        InputError: The library does not exist.
     """
     target = (NATIVE if native else FMI).target
     path = _root() / f"{target}{this_platform().suffix}"
     if not path.is_file():
         raise InputError(
-            "the FMI library is missing: install the package again, "
+            "the FMI library is missing; install the package again, "
             "or run `python hatch_build.py` in a source tree",
             file=path,
         )
@@ -112,10 +112,10 @@ def library_path(*, native: bool = False) -> Path:
 
 
 def prebuilt_libraries() -> dict[str, Path]:
-    """The libraries of native FMUs that came with the package, by FMI 3.0's name of the platform.
+    """Return the prebuilt libraries of native FMUs, by FMI 3.0's name of the platform.
 
-    An installed package has one for each of `PREBUILT_PLATFORMS`; a source tree those that
-    `python hatch_build.py --platforms` has made of the sources as they are.
+    An installed package contains one for each of `PREBUILT_PLATFORMS`; a source tree those that
+    `python hatch_build.py --platforms` has compiled from the current sources.
     """
     folder = _root() / PREBUILT
     files = {name: folder / f"{name}{PLATFORMS[name].suffix}" for name in PREBUILT_PLATFORMS}
@@ -125,7 +125,7 @@ def prebuilt_libraries() -> dict[str, Path]:
 
 
 def _mark(file: Path) -> str:
-    """The fingerprint of the sources that a library was made of."""
+    """Return the fingerprint of the sources of a library."""
     try:
         return file.with_suffix(".sha256").read_text("ascii").strip()
     except (OSError, UnicodeDecodeError):

@@ -1,4 +1,4 @@
-"""The base of the models in FMUs: a plain class with ports and a step, without any FMI."""
+"""Base class of models in FMUs: variables and a step function, without FMI."""
 
 from __future__ import annotations
 
@@ -17,44 +17,44 @@ from .derivatives import Indices, directional_derivative
 
 
 class FmuModel(ABC):
-    """A model that can be stepped in a plain Python loop, in a test, or inside an FMU.
+    """Model that can be stepped in a Python loop, in a test, or in an FMU.
 
-    All variables stand in one flat array, `values`, in the order of `ports`: inputs, then outputs,
-    then parameters. A host writes inputs and parameters there and reads outputs from there; a model
-    never replaces the array, so that it may be another program's memory.
+    All variables are in one flat array, `values`, in the order of `ports`: inputs, outputs,
+    parameters. A host writes inputs and parameters to it and reads outputs from it. A model never
+    replaces the array, so it may be memory of another program.
 
-    The order of calls: parameters are set; `initialize`; then any number of `step`. `reset` leads
-    back to the beginning.
+    Order of calls: set parameters; `initialize`; any number of `step`. `reset` restores the start
+    values.
 
     Args:
-        ports: The table of variables.
-        values: Memory for the variables, shape (len(ports),); allocated when None.
+        ports: The variables.
+        values: Memory for the variables, shape (len(ports),) (default: allocated).
 
     Attributes:
-        ports: The table of variables.
-        values: Their values.
+        ports: The variables.
+        values: Values of the variables.
         inputs, outputs, parameters: Views of `values`.
-        states: Indices of outputs that are states, which `set_states` takes.
-        steady_outputs: Indices of outputs whose derivative is zero wherever there is one: numbers
-            that are counted, times that are measured.
-        ranges: Of every variable the smallest and the largest value that acts, shapes
-            (len(ports),); what lies beyond acts as these. Infinite for most.
+        states: Indices of outputs that are states, for `set_states`.
+        steady_outputs: Indices of outputs with derivative zero, such as counters and measured
+            times.
+        ranges: Smallest and largest effective value of each variable, shapes (len(ports),). Values
+            beyond act like these. Most are infinite.
     """
 
     description: ClassVar[str] = ""
-    """One line for people, written into the FMU."""
+    """Description in one line, which is part of the FMU."""
     any_step: ClassVar[bool] = False
-    """Whether steps may have any length, and another one every time."""
+    """Whether steps may have any length, also different lengths."""
     has_derivatives: ClassVar[bool] = False
-    """Whether `directional_derivative` answers."""
+    """Whether the model has `directional_derivative`."""
     has_state: ClassVar[bool] = True
-    """Whether `get_state` and `set_state` do: what goes on in the world does not go back."""
+    """Whether the model has `get_state` and `set_state`; hardware does not."""
 
     def __init__(self, ports: Sequence[Port], values: FloatArray | None = None) -> None:
         self.ports = tuple(ports)
         order = ("input", "output", "parameter")
         ranks = [order.index(port.causality) for port in self.ports]
-        assert ranks == sorted(ranks), "ports stand in the order inputs, outputs, parameters"
+        assert ranks == sorted(ranks), "ports must be in the order inputs, outputs, parameters"
         counts = [ranks.count(rank) for rank in range(3)]
         self.values: FloatArray = np.empty(len(self.ports)) if values is None else values
         assert self.values.shape == (len(self.ports),)
@@ -71,13 +71,13 @@ class FmuModel(ABC):
     @classmethod
     @abstractmethod
     def from_resources(cls, folder: Path, values: FloatArray | None = None) -> Self:
-        """Make the model from the files that travel in an FMU."""
+        """Create the model from the resources of an FMU."""
 
     @abstractmethod
     def initialize(self, t: float = 0.0) -> None:
-        """Take over the parameters, go to the start state and compute the outputs there.
+        """Read the parameters, go to the start state and compute its outputs.
 
-        May be called again before the first step, when a parameter has changed.
+        It may be called again before the first step if a parameter has changed.
 
         Args:
             t: Time at the start, in [s].
@@ -85,7 +85,7 @@ class FmuModel(ABC):
 
     @abstractmethod
     def step(self, t: float, h: float) -> None:
-        """Advance from t to t + h with the inputs as they stand.
+        """Advance from t to t + h with the current inputs.
 
         Args:
             t: Time at the beginning of the step, in [s].
@@ -94,43 +94,43 @@ class FmuModel(ABC):
 
     @abstractmethod
     def get_state(self) -> bytes:
-        """Everything that the model remembers beyond `values`, as plain bytes."""
+        """Return the state that is not in `values`, as bytes."""
 
     @abstractmethod
     def set_state(self, state: bytes) -> None:
-        """Go back to a state from `get_state`; refuses bytes of another length."""
+        """Restore a state from `get_state`; raise an error for a wrong number of bytes."""
 
     def reset(self) -> None:
-        """Back to the start values; `initialize` is due next."""
+        """Restore the start values; `initialize` must follow."""
         self.values[:] = self._start
 
-    def close(self) -> None:  # noqa: B027 - there mostly is nothing to do
-        """Give back what is held beyond this process; for most models that is nothing.
+    def close(self) -> None:  # noqa: B027 - most models have no resources
+        """Release resources outside this process; most models have none.
 
-        An FMU's model is closed when its host terminates the simulation. A second time does
-        nothing, outputs stay, and `reset` leads back to the beginning.
+        An FMU's model is closed when its host terminates the simulation. A second call does
+        nothing. Outputs do not change, and `reset` restores the start values.
         """
 
     def set_states(self, states: FloatArray) -> None:
-        """Go to other states without any time passing.
+        """Set the states without a step in time.
 
         Args:
-            states: One for each of `self.states`.
+            states: One value for each of `self.states`.
 
         Raises:
-            SimulationError: The model names states and does not say how to go to them.
+            SimulationError: The model has `states` but does not implement this method.
         """
-        raise SimulationError(f"{type(self).__name__} names states and has no set_states()")
+        raise SimulationError(f"{type(self).__name__} has states but no set_states()")
 
     def directional_derivative(
         self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
     ) -> FloatArray:
-        """Derivative of the outputs after a step with respect to knowns at its beginning.
+        """Return the derivative of outputs after a step with respect to knowns at its beginning.
 
-        See `derivatives` for the arguments, the scheme, and what may be a known.
+        See `derivatives` for the arguments, the method, and the possible knowns.
 
         Raises:
-            InputError: The model has no derivatives, or a known is none.
+            InputError: The model has no derivatives, or a variable is not a known.
         """
         if not self.has_derivatives:
             raise InputError("this FMU has no directional derivatives")

@@ -1,4 +1,4 @@
-"""`resources/model.json`: the Python class of an FMU's model, and the versions that built it."""
+"""File `resources/model.json`: Python class of an FMU's model, and versions at build time."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _FORMAT = 1
 
 
 class NativeModel(NamedTuple):
-    """The file of a native FMU's model.
+    """File of a native FMU's model.
 
     Attributes:
-        contents: Of `resources/native.bin`.
+        contents: Contents of `resources/native.bin`.
         has_derivatives: Whether it has directional derivatives.
     """
 
@@ -34,11 +34,11 @@ class NativeModel(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ModelFile:
-    """The record of an FMU's model.
+    """Record of an FMU's model.
 
     Attributes:
         package: Version of the package that built the FMU.
-        model_class: Such as `cardsflow_fmu.models.plant:PlantModel`.
+        model_class: Import path, such as `cardsflow_fmu.models.plant:PlantModel`.
         ports: `ports_digest` of the variables.
     """
 
@@ -47,7 +47,7 @@ class ModelFile:
     ports: str
 
     def encode(self) -> bytes:
-        """The contents of the file."""
+        """Return the contents of the file."""
         entries = {"format": _FORMAT, **asdict(self)}
         entries["class"] = entries.pop("model_class")
         return json_text(entries, indent=1, sort_keys=True).encode() + b"\n"
@@ -57,7 +57,7 @@ def read_model_file(folder: Path) -> ModelFile:
     """Read the file in an FMU's resources.
 
     Raises:
-        InputError: It is missing, damaged, or of a later format.
+        InputError: The file is missing, damaged, or in a later format.
     """
     path = folder / MODEL_FILE
     try:
@@ -68,27 +68,27 @@ def read_model_file(folder: Path) -> ModelFile:
     if not isinstance(entries, dict) or entries.get("format") != _FORMAT:
         raise InputError(f"is not a model file of format {_FORMAT}", file=path)
     if not all(isinstance(entries.get(key), str) for key in keys):
-        raise InputError(f"needs the texts {', '.join(keys)}", file=path)
+        raise InputError(f"requires the strings {', '.join(keys)}", file=path)
     return ModelFile(*(entries[key] for key in keys))
 
 
 def class_path(model_class: type[FmuModel]) -> str:
-    """The import path of a class, such as `cardsflow_fmu.models.plant:PlantModel`.
+    """Return the import path of a class, such as `cardsflow_fmu.models.plant:PlantModel`.
 
     Raises:
-        InputError: It cannot be imported by its name.
+        InputError: The class cannot be imported by name.
     """
     path = f"{model_class.__module__}:{model_class.__qualname__}"
     if model_class.__module__ == "__main__" or "<locals>" in path:
-        raise InputError(f"{path} cannot be imported by an FMU: define the class in a module")
+        raise InputError(f"{path} cannot be imported by an FMU; define the class in a module")
     return path
 
 
 def load_class(path: str, folder: Path) -> type[FmuModel]:
-    """The class at a path from `class_path`.
+    """Import the class at a path from `class_path`.
 
     Raises:
-        InputError: There is no such class.
+        InputError: The class does not exist.
     """
     module_name, _, name = path.partition(":")
     try:

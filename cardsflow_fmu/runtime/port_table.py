@@ -1,4 +1,4 @@
-"""The table of variables for the C library; its format is that of csrc/port_table.h."""
+"""Table of variables for the C library, in the format of csrc/port_table.h."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _VARIABILITIES = {"continuous": 0, "discrete": 1, "fixed": 2, "tunable": 3}
 def _string(text: str) -> bytes:
     encoded = text.encode()
     if len(encoded) > 0xFFFF or b"\0" in encoded:
-        raise InputError(f"{text[:40]!r} cannot be a name in an FMU")
+        raise InputError(f"{text[:40]!r} is not a valid name in an FMU")
     return struct.pack("<H", len(encoded)) + encoded + b"\0"
 
 
@@ -36,7 +36,7 @@ def _variable(variable: Variable) -> bytes:
 
 
 def ports_digest(ports: Sequence[Port]) -> str:
-    """A hash of all that a model's host has to know of its ports."""
+    """Return a hash of the properties of ports that a host uses."""
     parts = [_kinds(port) + struct.pack("<d", port.start) + _string(port.name) for port in ports]
     return hashlib.sha256(b"".join(parts)).hexdigest()
 
@@ -44,10 +44,10 @@ def ports_digest(ports: Sequence[Port]) -> str:
 def encode_port_table(
     variables: Sequence[Variable], *, guid: str, model_name: str, package: str, step: float
 ) -> bytes:
-    """The contents of `ports.bin`.
+    """Return the contents of `ports.bin`.
 
     Args:
-        variables: The variables, which hold all ports of the model in their order.
+        variables: The variables, which contain all ports of the model in order.
         guid: The GUID, or instantiation token, in the model description.
         model_name: Name of the model.
         package: Version of the package that builds the FMU.

@@ -1,7 +1,6 @@
-"""The C libraries: what each is made of, and how they are compiled, here and for other platforms.
+"""C libraries: their sources, and how they are compiled for this and other platforms.
 
-hatch_build.py reads this file when the package is built, so that it needs the standard library
-only.
+hatch_build.py imports this file when the package is built, so it uses only the standard library.
 """
 
 from __future__ import annotations
@@ -14,32 +13,32 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
 
-# Contraction off: a fused multiply-add would make results depend on the processor. Nothing needs
-# errno or traps, but a loop that might set or meet one is not made of vector instructions.
+# No contraction: with fused multiply-add, results would depend on the processor. Without errno and
+# traps, which are not used, compilers can vectorise loops.
 _NUMBERS = ("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math")
 FLAGS = ("-std=c99", "-O3", *_NUMBERS, "-fvisibility=hidden")
 WARNINGS = ("-Wall", "-Wextra")
 
 RUNTIME = "cardsflow_fmu/runtime/csrc"
 FREESTANDING = "sim_dart/csrc/freestanding"
-"""In the place of a C library, on machines without one."""
+"""Replacement for the C library on machines without one."""
 TANGENT = "sim_dart/csrc/tangent"
-"""Derivatives, which FMUs and estimators may need, and microcontrollers cannot have."""
+"""Derivatives for FMUs and estimators, but not for microcontrollers."""
 GENERATED = "sim_dart/generated"
-"""Headers that hatch_build.py makes of the table of tension laws."""
+"""Headers that hatch_build.py generates from the tables of muscle laws."""
 CONTROL_GENERATED = "controllers/generated"
-"""The list of control laws in joint space, likewise."""
+"""Generated list of control laws in joint space."""
 PREBUILT = "cardsflow_fmu/runtime/lib/prebuilt"
 
 
 class Library(NamedTuple):
-    """A shared library: the C files in folders make `target`, without a suffix.
+    """Shared library, compiled from the C files in folders.
 
     Attributes:
-        folders: Where its files are, at any depth.
-        target: What they make.
-        without: Folders and files below these that are not for it.
-        flags: Further flags.
+        folders: Folders with its files, at any depth.
+        target: Path of the library without a suffix.
+        without: Folders and files to exclude.
+        flags: Additional compiler flags.
     """
 
     folders: tuple[str, ...]
@@ -48,18 +47,18 @@ class Library(NamedTuple):
     flags: tuple[str, ...] = ()
 
     def sources(self, root: Path = ROOT) -> list[str]:
-        """Its C files, relative to the root, in order."""
+        """Return its C files, relative to the root, in order."""
         return self._files(root, "*.c")
 
     def headers(self, root: Path = ROOT) -> list[str]:
-        """The headers beside them."""
+        """Return its headers, relative to the root, in order."""
         return self._files(root, "*.h")
 
     def _files(self, root: Path, pattern: str) -> list[str]:
         return list(_found(self.folders, self.without, root, pattern))
 
     def fingerprint(self, root: Path = ROOT) -> str:
-        """Hash of all sources: a compiled library beside other sources is not theirs."""
+        """Return a hash of all sources, which identifies the compiled library."""
         digest = hashlib.sha256(repr((FLAGS, self.flags, SMALL, TARGETS)).encode())
         for name in [*self.sources(root), *self.headers(root)]:
             contents = (root / name).read_bytes()
@@ -88,23 +87,23 @@ _INSIDE = ("-DCARDSFLOW_INSIDE",)
 _NATIVE = f"{RUNTIME}/native/backend_native.c"
 _PYTHON, _LOOP = f"{RUNTIME}/python", f"{RUNTIME}/loop"
 FMI = Library(_ALL, f"{_LIB}/cardsflow_fmi", (FREESTANDING, _NATIVE), _INSIDE)
-"""That of FMUs whose model may be one in Python."""
+"""Library of FMUs whose model may be in Python."""
 NATIVE = Library(_ALL, f"{_LIB}/cardsflow_native", (FREESTANDING, _PYTHON, _LOOP), _INSIDE)
-"""That of native FMUs: without what starts a Python."""
+"""Library of native FMUs, without a Python host."""
 LIBRARIES = (CORE, CONTROL, FMI, NATIVE)
 
 
 class Target(NamedTuple):
-    """A platform as ziglang knows it: an old C library serves newer ones too."""
+    """Target platform of ziglang, with an old C library for compatibility."""
 
     name: str
     suffix: str
     flags: tuple[str, ...]
 
 
-# Small, for every FMU has it inside; what no exported function needs is left out.
+# Small, because every FMU contains it. Unused functions are removed.
 SMALL = ("-Os", "-ffunction-sections")
-NO_UNWINDING = ("-fno-unwind-tables", "-fno-asynchronous-unwind-tables")  # there are no exceptions
+NO_UNWINDING = ("-fno-unwind-tables", "-fno-asynchronous-unwind-tables")  # C has no exceptions
 _LINUX = ("-fPIC", "-D_GNU_SOURCE", *NO_UNWINDING, "-Wl,--gc-sections", "-lm", "-ldl", "-lpthread")
 _DARWIN = (
     "-fPIC",
@@ -112,7 +111,7 @@ _DARWIN = (
     "-Wl,-dead_strip",
     "-Wl,-install_name,@rpath/cardsflow_fmi.dylib",
 )
-# There code is larger, and system functions come inside: small loops stay loops.
+# Code is larger there and contains system functions, so loops are not unrolled.
 _WINDOWS = ("-Wl,--gc-sections", "-fno-unroll-loops", "-fno-vectorize", "-fno-slp-vectorize")
 TARGETS = {
     "x86_64-linux": Target("x86_64-linux-gnu.2.17", ".so", _LINUX),
@@ -122,19 +121,19 @@ TARGETS = {
     "x86_64-darwin": Target("x86_64-macos", ".dylib", _DARWIN),
     "aarch64-darwin": Target("aarch64-macos", ".dylib", _DARWIN),
 }
-"""By FMI 3.0's name."""
+"""Platforms by FMI 3.0's name."""
 
 PREBUILT_PLATFORMS = tuple(name for name in TARGETS if name != "aarch64-windows")
-"""Those whose native library comes with the package, its fingerprint beside it."""
+"""Platforms whose native library is part of the package, with its fingerprint."""
 
 
 def cross_command(library: Library, platform: str, file: Path) -> list[str]:
-    """The command that compiles a library for a platform with the ziglang package, in the root.
+    """Return the command that compiles a library for a platform with the ziglang package.
 
     Args:
-        library: Which.
-        platform: FMI 3.0's name.
-        file: What to make.
+        library: The library.
+        platform: FMI 3.0's name of the platform.
+        file: Path of the compiled library.
     """
     target = TARGETS[platform]
     compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target.name]

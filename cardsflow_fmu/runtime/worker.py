@@ -1,4 +1,4 @@
-"""The Python end of a worker process, which the C library starts beside other hosts."""
+"""Python part of a worker process, which the C library starts for hosts without Python."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ def main(library: str, version: str, resources: str, links: str) -> NoReturn:
 
     Args:
         library: The FMU's C library.
-        version: Of this package, as the FMU needs it.
+        version: Version of this package that the FMU requires.
         resources: Folder of the FMU's resources.
-        links: What the library finds the host by.
+        links: Identifiers by which the library connects to the host.
     """
-    for name in ("SIGINT", "SIGHUP"):  # Ctrl-C, or a closed terminal, is the host's to handle
+    for name in ("SIGINT", "SIGHUP"):  # the host handles Ctrl-C and a closed terminal
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     if sys.stderr is not None:
@@ -36,5 +36,5 @@ def main(library: str, version: str, resources: str, links: str) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         if stream is not None:
             stream.flush()
-    # What a model has loaded may crash or wait while it is taken down.
+    # modules of a model may crash or wait during shutdown
     os._exit(code)

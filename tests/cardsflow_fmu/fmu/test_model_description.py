@@ -95,10 +95,10 @@ REFUSED: list[tuple[list[Port], str]] = [
     ([replace(INPUT, variability="fixed")], "input cannot be fixed"),
     ([replace(INPUT, causality="parameter")], "parameter cannot be continuous"),
     ([replace(INPUT, boolean=True)], "cannot be continuous"),
-    ([replace(INPUT, boolean=True, variability="discrete")], "starts at 0 or 1, not 0.1"),
+    ([replace(INPUT, boolean=True, variability="discrete")], "must be 0 or 1, not 0.1"),
     ([replace(INPUT, start=float("nan"))], "start value nan is not finite"),
     ([replace(INPUT, start=float("inf"))], "start value inf is not finite"),
-    ([replace(INPUT, description="\x07")], "characters that XML cannot hold"),
+    ([replace(INPUT, description="\x07")], "characters that XML does not allow"),
     ([INPUT, INPUT], r"same name: f\.biceps"),
     ([], "at least one variable"),
 ]

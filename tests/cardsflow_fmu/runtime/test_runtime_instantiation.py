@@ -35,7 +35,7 @@ def test_wrong_package_version(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setenv("CARDSFLOW_FMU_HOST", "in-process")
     monkeypatch.setattr("cardsflow_fmu.runtime.in_process.__version__", "99.0")
     message = cannot_open(toy_fmu)
-    assert f"needs cardsflow {__version__}, found is 99.0" in message
+    assert f"requires cardsflow {__version__}; found 99.0" in message
     assert "\n" not in message
 
 
@@ -47,7 +47,7 @@ def test_wrong_package_version(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch) -
         (b"\xff\xfe", "decode"),
         (b"[]", "is not a model file of format 1"),
         (b'{"format": 2}', "is not a model file of format 1"),
-        (b'{"format": 1, "package": 1}', "needs the texts"),
+        (b'{"format": 1, "package": 1}', "requires the strings"),
     ],
 )
 def test_model_file(damaged: Path, content: bytes | None, message: str) -> None:
