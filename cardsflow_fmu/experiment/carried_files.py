@@ -24,7 +24,7 @@ from addin_sdfusion.robot.mesh_files import (
 )
 from addin_sdfusion.robot.model.robot import Mesh
 
-from .settings.own_law import OwnLaw
+from .settings.custom_law import CustomLaw
 
 Files = dict[str, bytes | Path]
 """Content, or a file to copy, by its path below the archive's root."""
@@ -38,7 +38,7 @@ def named_files(settings: Any, folder: Path) -> tuple[Path, ...]:
         folder: Where relative paths begin.
     """
     if isinstance(settings, str):
-        law = OwnLaw.of(settings)
+        law = CustomLaw.of(settings)
         file = folder / (settings if law is None else law.file)
         return (file,) if is_file(file) else ()
     parts = settings.values() if isinstance(settings, Mapping) else settings

@@ -210,7 +210,7 @@ class Experiment:
         from controllers.analysis.gains import sampling_warning
 
         controller = self.controller
-        if controller.torque_gains or controller.own_law is not None:
+        if controller.torque_gains or controller.custom_law is not None:
             return None
         names = robot_names(self.robot, controller.space)["followed"].names
         delay = 0 if controller.predict else controller.delay

@@ -26,13 +26,13 @@ from .loops import closing_dynamics, with_dependent, with_resting_points
 from .renamed_settings import reject_renamed, rename_old_keys
 from .settings.controller import read_controller
 from .settings.controller_types import control_type
+from .settings.custom_law import CustomLaw
 from .settings.estimator import EstimatorTable, read_estimator
 from .settings.file import ExperimentTables
 from .settings.hardware import HardwareSettings, read_hardware
 from .settings.loads import complete_wiring, read_disturbance
 from .settings.muscles import with_muscle_settings
 from .settings.names import robot_names
-from .settings.own_law import OwnLaw
 from .settings.plant import PlantSettings
 from .settings.robots import combined, read_parts, read_robot
 from .settings.run import RunSettings
@@ -124,11 +124,11 @@ def experiment_settings(
     for muscle in robot.muscles:
         if muscle.model.own is not None:
             require_own(Path(muscle.model.own.file), roots, f"muscles.{muscle.name}.model")
-    law, own_space = tables.controller.type, tables.controller.own_space
+    law, custom_space = tables.controller.type, tables.controller.custom_space
     start, reference = read_reference(
         with_resting_points(data, robot),
         data.get("start", {}),
-        "joint" if law is None else control_type(law, own_space).space,
+        "joint" if law is None else control_type(law, custom_space).space,
         context,
         robots["robot_path"],
         robot,
@@ -221,7 +221,7 @@ def _with_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
     if not isinstance(own, Mapping):
         return data
     law = own.get("type")
-    is_own = isinstance(law, str) and OwnLaw.of(law) is not None
+    is_own = isinstance(law, str) and CustomLaw.of(law) is not None
     if not is_own and not (isinstance(fmus, Mapping) and "controller" in fmus):
         return data
     return {**data, "controller": {**_GAINS, **own}}

@@ -17,9 +17,9 @@ from .carried_files import (
     world_meshes,
 )
 from .experiment import EXPERIMENT_FILE, Experiment
+from .settings.custom_law import CustomLaw
 from .settings.hardware import hardware_data
 from .settings.muscles import muscle_data
-from .settings.own_law import OwnLaw
 from .settings.robots import part_data, robot_data
 
 
@@ -90,7 +90,7 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
     if experiment.scene is not None:
         data["world"], meshes = world_meshes(data["world"], experiment.scene.mesh_roots or ())
         files |= meshes
-    if (law := experiment.controller.own_law) is not None:
+    if (law := experiment.controller.custom_law) is not None:
         carried = f"controller/{law.file.name}"
         files[carried] = require_own(law.file, experiment.roots, "controller.type")
         data["controller"]["type"] = str(law._replace(file=Path(carried)))
@@ -105,7 +105,7 @@ def _own_muscle_laws(muscles: dict[str, Any], experiment: Experiment) -> Files:
     """The files of muscle laws of one's own; the muscles' kinds become their places."""
     files: Files = {}
     for name, row in muscles.items():
-        law = OwnLaw.of(row.get("model", {}).get("kind", ""))
+        law = CustomLaw.of(row.get("model", {}).get("kind", ""))
         if law is None:
             continue
         carried = f"muscles/{law.file.name}"

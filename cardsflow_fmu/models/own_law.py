@@ -10,7 +10,7 @@ import numpy as np
 from addin_sdfusion.robot import InputError, SimulationError
 from addin_sdfusion.robot.model.trajectory import Space
 from addin_sdfusion.robot.own_code import NoSubclassError, guarded, own_class
-from cardsflow_fmu.experiment.settings.own_law import OwnLaw
+from cardsflow_fmu.experiment.settings.custom_law import CustomLaw
 from controllers import ForceSolution, JointSpaceController, OperationalSpaceController
 from controllers.dynamics import actuator_names
 
@@ -22,7 +22,7 @@ CLASSES: dict[Space, type[Law]] = {
 }
 
 
-def own_law(own: OwnLaw, space: Space) -> Callable[..., Law]:
+def own_law(own: CustomLaw, space: Space) -> Callable[..., Law]:
     """Import the class of a custom controller. This runs the file.
 
     Errors in its methods name file and line. Forces that are not finite are errors as well.

@@ -56,7 +56,7 @@ def law_in_python(experiment: Experiment) -> str | None:
     controller = experiment.controller
     if controller.engine == "dart" and not experiment.robot.loops:
         return 'the engine "dart"'
-    if controller.own_law is not None:
+    if controller.custom_law is not None:
         return f"the custom law {controller.type!r} in Python"
     if controller.solver != DEFAULT_SOLVER:
         return f"the QP solver {controller.solver!r}"
@@ -209,7 +209,7 @@ def law_dynamics(experiment: Experiment) -> CoreDynamics | DartDynamics:
 def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -> Law:
     """Create the control law of an experiment."""
     settings = experiment.controller
-    own, tasks, arrays = settings.own_law, settings.tasks, settings.law_arrays()
+    own, tasks, arrays = settings.custom_law, settings.tasks, settings.law_arrays()
     law: Callable[..., Law] = (
         CLASSES[settings.space] if own is None else own_law(own, settings.space)
     )
@@ -222,7 +222,7 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
             solver=settings.solver,
             **({"norm": settings.norm} if settings.norm != 2.0 else {}),
             **({"pretension": arrays["f_p"]} if any(settings.pretension) else {}),
-            **({"passive": settings.unfollowing} if any(settings.unfollowing) else {}),
+            **({"passive": settings.uncontrolled} if any(settings.uncontrolled) else {}),
             **({"law": settings.type} if own is None else {}),
         )
     posture = tasks.posture

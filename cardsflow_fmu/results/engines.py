@@ -10,7 +10,7 @@ from typing import Any
 from addin_sdfusion.robot import InputError, limits
 from cardsflow_fmu.cosim.signals.roles import HARDWARE
 from cardsflow_fmu.experiment.experiment import EXPERIMENT_FILE, Experiment
-from cardsflow_fmu.experiment.settings.own_law import OwnLaw
+from cardsflow_fmu.experiment.settings.custom_law import CustomLaw
 from cardsflow_fmu.models.by_role import missing_in_c
 from cardsflow_fmu.models.native_loop import missing_in_loop
 from cardsflow_fmu.runtime.model_file import NATIVE_FILE
@@ -79,7 +79,7 @@ def _fmu_engine(role: str, file: Path) -> str:
             return HARDWARE
         has_world = role == "plant" and data.get("world") is not None
         muscles = data["muscles"].values() if role == "plant" else ()
-        in_python = any(OwnLaw.of(muscle.get("model", {}).get("kind", "")) for muscle in muscles)
+        in_python = any(CustomLaw.of(muscle.get("model", {}).get("kind", "")) for muscle in muscles)
         in_dart = has_world or in_python or data[role]["engine"] == "dart"
     except (InputError, KeyError, TypeError, ValueError, AttributeError, RecursionError):
         return file.name

@@ -65,7 +65,7 @@ def summarize(
     """
     robot, columns = experiment.robot, recording.columns
     followed = followed_signals(
-        robot, experiment.reference.space, experiment.controller.unfollowing
+        robot, experiment.reference.space, experiment.controller.uncontrolled
     )
     bounds = dict(zip(tension_signals(robot), map(_bounds, robot.muscles), strict=True))
     slack = slack_signals(robot, experiment.controller.space)

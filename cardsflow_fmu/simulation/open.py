@@ -239,7 +239,7 @@ def _idle(experiment: Experiment, role: str, aside: Path) -> Participant:
     if (external := experiment.fmus.get(name)) is not None:
         unpacked = aside / f"external_{name}"
         return DescribedFmu(role, external.file, unpacked, external.parameters)
-    own_law = name == "controller" and experiment.controller.own_law is not None
+    own_law = name == "controller" and experiment.controller.custom_law is not None
     if name != HARDWARE and not own_law:
         return DirectParticipant(role, model_class(name)(experiment))
     return IdleParticipant(role, model_class(name).table(experiment))

@@ -286,6 +286,6 @@ def _tracking_unit(experiment: Experiment) -> str:
 
     return tracking_unit(
         followed_signals(
-            experiment.robot, experiment.reference.space, experiment.controller.unfollowing
+            experiment.robot, experiment.reference.space, experiment.controller.uncontrolled
         )
     )

@@ -156,7 +156,7 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c knows no friction of cables")
     if experiment.robot.motors:
         raise InputError("controller.c commands muscles, not motors at joints")
-    if experiment.controller.own_law is not None:
+    if experiment.controller.custom_law is not None:
         raise InputError("controller.c runs no Python: make controller.type a law of the package")
     if any(frame.is_orientation for frame in frames):
         raise InputError("controller.c follows points, not orientations")

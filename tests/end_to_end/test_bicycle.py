@@ -126,7 +126,7 @@ WRONG = {
         "there are no independent coordinates",
     ),
     "dart": ({"controller.engine": "dart"}, "closes a loop, which 'core' alone"),
-    "law": ({"controller.type": "lyapunov"}, "closed loops, which only 'joint_space'"),
+    "law": ({"controller.type": "lyapunov"}, "for a robot with closed loops, not 'lyapunov'"),
     "estimator": (
         {"estimator.length_noise": 1e-4},
         "closes a loop, which the estimator",

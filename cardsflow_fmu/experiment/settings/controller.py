@@ -1,4 +1,4 @@
-"""[controller]: the control law, its gains and weights, and what is around it."""
+"""Settings of [controller]: control law, gains, weights, and sampling."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ from .controller_types import (
     control_type,
     require_law,
 )
-from .own_law import OwnLaw
+from .custom_law import CustomLaw
 from .plant import Engine, StartSettings
 from .reference import ReferenceSettings
 from .run import RunSettings
 
 EXACT = "exact"
-"""An infinite weight, which no number in a file is."""
+"""Value of an infinite weight in files."""
 INFINITY = "infinity"
-"""The norm that is the largest, likewise."""
-LONGEST_HORIZON = 1e6
-"""In [s]: days; forces beyond all numbers are aimed at with 1e300."""
+"""Value of the infinity norm in files."""
+MAX_HORIZON = 1e6
+"""In [s]. A horizon of 1e300 s would overflow the predicted forces."""
 
 
 def _solver(name: str) -> str:
@@ -68,7 +68,7 @@ def _weight(value: Any, handler: ValidatorFunctionWrapHandler) -> float:
     if isinstance(value, str) and value == EXACT:
         return math.inf
     if isinstance(value, int | float) and not isinstance(value, bool) and value <= 0:
-        raise SettingError(f"must be above 0, or {EXACT!r}: {value!r}")
+        raise SettingError(f"must be positive, or {EXACT!r}, not {value!r}")
     number: float = handler(value)
     return number
 
@@ -79,14 +79,14 @@ def _norm(value: Any, handler: ValidatorFunctionWrapHandler) -> float:
     number: float = handler(value)
     if not 1 <= number <= LARGEST_NORM or number != int(number):
         raise SettingError(
-            f"must be a whole number from 1 to {LARGEST_NORM}, or {INFINITY!r}: {value!r}"
+            f"must be an integer from 1 to {LARGEST_NORM}, or {INFINITY!r}, not {value!r}"
         )
     return number
 
 
 def _rank(value: float) -> float:
     if value < 1 or value != int(value):
-        raise SettingError(f"must be whole numbers from 1 on: {value!r}")
+        raise SettingError(f"must be an integer of at least 1, not {value!r}")
     return value
 
 
@@ -118,162 +118,175 @@ def _law(law: str) -> str:
     return law
 
 
-_OWN = {"type": "string", "pattern": r"\.py:\w+$"}
+_CUSTOM_LAW = {"type": "string", "pattern": r"\.py:\w+$"}
 Law = Annotated[
     str,
     AfterValidator(_law),
-    WithJsonSchema({"anyOf": [{"enum": list(TYPES)}, _OWN]}),
+    WithJsonSchema({"anyOf": [{"enum": list(TYPES)}, _CUSTOM_LAW]}),
 ]
 
 
 class PostureSettings(Table):
-    """What a redundant robot does beside its tasks; see `controllers.Posture`."""
+    """Posture of a redundant robot in the null space of its tasks; see `controllers.Posture`."""
 
-    kp: tuple[FromZero, ...] = each("coordinate", "in 1/s²", 25.0, symbol="posture_kp")
-    kd: tuple[FromZero, ...] = each("coordinate", "in 1/s", 10.0, symbol="posture_kd")
+    kp: tuple[FromZero, ...] = each(
+        "coordinate", "position gain, in 1/s²", 25.0, symbol="posture_kp"
+    )
+    kd: tuple[FromZero, ...] = each(
+        "coordinate", "velocity gain, in 1/s", 10.0, symbol="posture_kd"
+    )
     q0: tuple[float, ...] = each(
-        "coordinate", "the preferred posture, in rad or m; that of the start", None, symbol="q0"
+        "coordinate", "preferred posture, in rad or m (default: start pose)", None, symbol="q0"
     )
 
 
 class ControllerSettings(Table):
-    """The controller."""
+    """Control law, gains, weights, and sampling."""
 
-    type: Law = setting("the control law; one's own as `file.py:Class`", None)
-    own_space: Literal["joint", "operational"] = setting(
-        "what a law of one's own follows", None, alias="space"
+    type: Law = setting("control law; a custom law as `file.py:Class`", None)
+    custom_space: Literal["joint", "operational"] = setting(
+        "space that a custom law controls (default: joint)", None, alias="space"
     )
-    kp: tuple[Positive, ...] = each("followed", "gain of position errors, in 1/s²", symbol="kp")
-    kd: tuple[FromZero, ...] = each("followed", "gain of velocity errors, in 1/s", symbol="kd")
-    ki: tuple[FromZero, ...] = each(
-        "followed", "gain of the errors' integrals, in 1/s³", 0.0, symbol="ki"
+    kp: tuple[Positive, ...] = each("followed", "position gain, in 1/s²", symbol="kp")
+    kd: tuple[FromZero, ...] = each("followed", "velocity gain, in 1/s", symbol="kd")
+    ki: tuple[FromZero, ...] = each("followed", "integral gain, in 1/s³", 0.0, symbol="ki")
+    period: Positive = setting(
+        "sampling period, in s; a multiple of run.step (default: run.step)", None
     )
-    period: Positive = setting("time between two ticks, in s: a whole multiple of run.step", None)
     solver: Annotated[Text, AfterValidator(_solver)] = setting(
-        "what solves the QP: dual_newton, or a back end of qpsolvers", DEFAULT_SOLVER
+        "QP solver: dual_newton, or a solver of qpsolvers", DEFAULT_SOLVER
     )
-    weights: tuple[Positive, ...] = each("muscle", "of squared forces, in 1/N²", None, symbol="H_f")
+    weights: tuple[Positive, ...] = each(
+        "muscle", "weight of squared muscle forces, in 1/N²", None, symbol="H_f"
+    )
     motor_weights: tuple[Positive, ...] = each(
-        "motor", "of squared torques, in 1/(N·m)² or 1/N²", None
+        "motor", "weight of squared motor torques, in 1/(N·m)² or 1/N²", None
     )
-    norm: Norm = setting("which norm of forces is least, by laws that follow q", 2.0, symbol="norm")
+    norm: Norm = setting("norm of the forces that joint-space laws minimise", 2.0, symbol="norm")
     pretension: tuple[Annotated[FromZero, Field(le=LARGEST_PRETENSION)], ...] = each(
-        "muscle", "force that is preferred, in N", 0.0, symbol="f_p"
+        "muscle", "preferred force, in N", 0.0, symbol="f_p"
     )
     passive: tuple[bool, ...] = each(
-        "coordinate", "whether it follows nothing, left to its spring and damper", False
+        "coordinate", "leave the coordinate to its spring and damper", False
     )
     dependent: tuple[bool, ...] = each(
-        "coordinate", "whether it follows from the others by loops; chosen where not said", False
+        "coordinate",
+        "the closed loops determine the coordinate (default: chosen from the loops)",
+        False,
     )
-    observer: FromZero = setting("bandwidth of the disturbance observer, in rad/s", 0.0)
+    observer: FromZero = setting(
+        "bandwidth of the disturbance observer, in rad/s; 0: no observer", 0.0
+    )
     delay: Annotated[int, Field(ge=0, le=1), AS_WHOLE] = setting(
-        "ticks until forces take effect", 0, symbol="delay"
+        "delay between measurement and force, in sampling periods", 0, symbol="delay"
     )
-    predict: bool = setting("whether the controller makes up for the delay", True, symbol="predict")
-    muscle_horizon: Annotated[FromZero, Field(le=LONGEST_HORIZON)] = setting(
-        "how far ahead commands of muscles aim, in s; 0 for the next ticks", 0.0
+    predict: bool = setting("compensate for the delay by prediction", True, symbol="predict")
+    muscle_horizon: Annotated[FromZero, Field(le=MAX_HORIZON)] = setting(
+        "prediction horizon of muscle commands, in s; 0: the next ticks", 0.0
     )
-    engine: Engine = setting("what computes the dynamics; auto is the core", "auto")
+    engine: Engine = setting("implementation of the dynamics; auto: core", "auto")
     posture: Annotated[PostureSettings | None, OR_FALSE] = setting(
-        "what a redundant robot does beside its tasks; false for nothing", {}
+        "posture control in the null space of the tasks; false: none", {}
     )
     task_weights: tuple[Weight, ...] = each(
-        "task coordinate", 'how much a task counts; "exact" to meet it exactly', None, symbol="W"
+        "task coordinate", 'weight of a task; "exact": the task is a constraint', None, symbol="W"
     )
     priorities: tuple[Rank, ...] = each(
-        "task coordinate", "rank of a task, 1 first", 1.0, symbol="priority"
+        "task coordinate", "priority of a task; 1 is the highest", 1.0, symbol="priority"
     )
     acceleration_weights: tuple[Positive, ...] = each(
-        "coordinate", "of squared accelerations", 1.0, symbol="H_q"
+        "coordinate", "weight of squared joint accelerations", 1.0, symbol="H_q"
     )
     force_rate_weights: tuple[FromZero, ...] = each(
-        "muscle", "of squared changes of force", 0.0, symbol="H_r"
+        "muscle", "weight of squared force changes", 0.0, symbol="H_r"
     )
     limit_bandwidth: Annotated[Positive | None, OR_FALSE] = setting(
-        "how joint limits are kept, in rad/s; false for not at all",
+        "bandwidth of the joint limits, in rad/s; false: ignore joint limits",
         LIMIT_BANDWIDTH,
         symbol="limit_bandwidth",
     )
 
     @model_validator(mode="after")
     def _check_space(self) -> Self:
-        if self.own_space is not None and self.own_law is None:
-            raise SettingError("is that of the law; leave it out", key="space")
-        unsaid = self.own_law is not None and self.own_space is None
-        if self.type is not None and self.space == "joint" and not unsaid:
-            self.require_only(key for key in type(self).model_fields if key not in _OF_TASKS)
+        if self.custom_space is not None and self.custom_law is None:
+            raise SettingError("is only for custom laws; remove it", key="space")
+        is_open = self.custom_law is not None and self.custom_space is None
+        if self.type is not None and self.space == "joint" and not is_open:
+            self.require_only(key for key in type(self).model_fields if key not in _TASK_KEYS)
         if any(self.passive) and self.type is not None and self.type not in JOINT_ACCELERATION:
-            what = f"is for controllers of type {' and '.join(map(repr, JOINT_ACCELERATION))}"
-            raise SettingError(f"{what}, not {self.type!r}", key="passive")
+            known = " or ".join(map(repr, JOINT_ACCELERATION))
+            what = f"requires a controller of type {known}, not {self.type!r}"
+            raise SettingError(what, key="passive")
         if self.norm != 2.0 and self.type is not None and self.space == "operational":
-            what = f"is for controllers that follow q; {self.type!r} weighs squares of forces"
+            what = f"requires a joint-space law; {self.type!r} always uses the 2-norm"
             raise SettingError(what, key="norm")
         closing = (*JOINT_ACCELERATION, *OPERATIONAL)
         if any(self.dependent) and self.type is not None and self.type not in closing:
-            what = f"the robot has closed loops, which only {', '.join(map(repr, closing))} know"
-            raise SettingError(f"{what}, not {self.type!r}", key="type")
+            known = " or ".join(map(repr, closing))
+            what = f"must be {known} for a robot with closed loops, not {self.type!r}"
+            raise SettingError(what, key="type")
         return self
 
     @property
-    def own_law(self) -> OwnLaw | None:
-        """The controller of one's own that is asked for; None for one of ours."""
-        return None if self.type is None else OwnLaw.of(self.type)
+    def custom_law(self) -> CustomLaw | None:
+        """The custom law; None for a built-in law."""
+        return None if self.type is None else CustomLaw.of(self.type)
 
     @property
     def law(self) -> ControlType:
-        """What is known of the law."""
-        return control_type(self.type, self.own_space)
+        """Properties of the law."""
+        return control_type(self.type, self.custom_space)
 
     @property
     def space(self) -> Space:
-        """What it follows: joint positions, or task coordinates."""
+        """Controlled space: joint positions or task coordinates."""
         return self.law.space
 
     @property
     def torque_gains(self) -> bool:
-        """Whether the gains make torques of errors, instead of accelerations."""
+        """Whether the gains convert errors to torques instead of accelerations."""
         return self.law.torque_gains
 
     @property
     def tasks(self) -> ControllerSettings | None:
-        """Posture, weights and priorities of a controller in operational space; else None."""
+        """Settings of an operational-space law (posture, weights, priorities); otherwise None."""
         return None if self.space == "joint" else self
 
     @property
-    def unfollowing(self) -> tuple[bool, ...]:
-        """Which coordinates follow no reference: passive ones, and those that loops move."""
+    def uncontrolled(self) -> tuple[bool, ...]:
+        """Flags of coordinates without a reference: passive and dependent coordinates."""
         return tuple(a or b for a, b in zip(self.passive, self.dependent, strict=True))
 
     def law_arrays(self) -> dict[str, Any]:
-        """The settings that are arrays of the law and of its loop in C, by their names there.
+        """Return the arrays of the law and of the control loop in C, by their C names.
 
-        Those of muscles have motors behind them. See `computed_torque.h` and `control_loop.h`.
+        Arrays of muscles end with the values of motors. See `computed_torque.h` and
+        `control_loop.h`.
         """
-        arrays = self.arrays(_OF_TASKS if self.tasks is None else ())
+        arrays = self.arrays(_TASK_KEYS if self.tasks is None else ())
         none = (0.0,) * len(self.motor_weights)
         for name, behind in {"H_f": self.motor_weights, "f_p": none, "H_r": none}.items():
             if name in arrays:
-                arrays[name] += behind  # those of motors
-        native = self.space == "joint" and self.own_law is None
+                arrays[name] += behind
+        native = self.space == "joint" and self.custom_law is None
         law = number_of(str(self.type)) if native else 0
-        return arrays | {"law": law, "passive": self.unfollowing}
+        return arrays | {"law": law, "passive": self.uncontrolled}
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """As of any table; without what only counts in operational space where it does not."""
+        """Return the table as plain data; joint-space laws omit operational-space keys."""
         if self.space == "joint":
-            whole = super().data([*leave_out, *_OF_TASKS])
+            whole = super().data([*leave_out, *_TASK_KEYS])
             return whole | ({"norm": INFINITY} if math.isinf(self.norm) else {})
         exact = [w if math.isfinite(w) else EXACT for w in self.task_weights]
         nothing = dict.fromkeys(("posture", "limit_bandwidth"), False)
         return nothing | super().data(leave_out) | {"task_weights": exact}
 
 
-_OF_TASKS = (
+_TASK_KEYS = (
     *("posture", "task_weights", "priorities", "acceleration_weights", "force_rate_weights"),
     "limit_bandwidth",
 )
-"""What counts in operational space alone."""
+"""Keys of operational-space laws."""
 
 
 def read_controller(
@@ -283,14 +296,15 @@ def read_controller(
     reference: ReferenceSettings,
     start: StartSettings,
 ) -> ControllerSettings:
-    """The controller's settings."""
+    """Read the table [controller]."""
     fitting = [name for name, known in TYPES.items() if known.space == reference.space]
     name = data.get("type", fitting[0])
     law = control_type(name, data.get("space"))
     if law.space != reference.space:
-        what = f"{name!r} does not follow a reference in {reference.space} space"
-        ours = f"use {' or '.join(map(repr, fitting))}"
-        what += f"; {ours if OwnLaw.of(name) is None else 'say what it follows by space'}"
+        what = f"{name!r} cannot follow a reference in {reference.space} space"
+        known = f"use {' or '.join(map(repr, fitting))}"
+        custom = f'set controller.space = "{reference.space}"'
+        what += f"; {known if CustomLaw.of(name) is None else custom}"
         raise context.error("controller.type", what)
     exact = math.inf if law.task_weight is None else law.task_weight
     weights = dict.fromkeys(("weights", "motor_weights"), law.force_weight)
@@ -300,13 +314,15 @@ def read_controller(
         replace(context, defaults=defaults),
         "controller",
     )
-    if settings.unfollowing and all(settings.unfollowing):
-        raise context.error("controller.passive", "leaves no coordinate to follow")
+    if settings.uncontrolled and all(settings.uncontrolled):
+        raise context.error(
+            "controller.passive", "must leave at least one coordinate to the controller"
+        )
     require_multiple(
         settings.period, run.step, "run.step", file=context.file, key="controller.period"
     )
-    if settings.own_law is None:
+    if settings.custom_law is None:
         return settings
-    own = settings.own_law._replace(file=context.file.parent / settings.own_law.file)
+    own = settings.custom_law._replace(file=context.file.parent / settings.custom_law.file)
     own.require()
     return settings.replaced(type=str(own))

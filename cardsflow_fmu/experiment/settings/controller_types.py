@@ -1,4 +1,4 @@
-"""The controllers that an experiment may ask for: by the name of their type, or one's own."""
+"""Controller types of experiments: built-in laws by name, or custom laws."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from controllers.laws.joint_laws import JOINT_LAWS
 from controllers.laws.operational_space import FORCE_WEIGHT
 from controllers.laws.reactive_qp import TASK_WEIGHT
 
-from .own_law import OWN_LAW_FORM, OwnLaw
+from .custom_law import CUSTOM_LAW_FORM, CustomLaw
 
 
 @dataclass(frozen=True, slots=True)
 class ControlType:
-    """A type of controller.
+    """Properties of a controller type.
 
     Attributes:
-        meaning: What it is, in Markdown; empty for one's own.
-        space: What it follows: joint positions, or task coordinates.
-        torque_gains: Whether its gains make torques of errors, instead of accelerations.
-        unread: What of the reference the law does not read, by the first part of its names.
-        force_weight: Default of the weights of the muscles, in [1/N²].
-        task_weight: Default of the weights of tasks; None if they are to be met exactly.
+        meaning: Description in Markdown; empty for custom laws.
+        space: Controlled space: joint positions or task coordinates.
+        torque_gains: Whether the gains convert errors to torques instead of accelerations.
+        unread: Prefixes of the reference signals that the law does not read.
+        force_weight: Default weight of squared muscle forces, in [1/N²].
+        task_weight: Default weight of tasks; None if tasks are constraints.
     """
 
     meaning: str
@@ -45,35 +45,35 @@ TYPES = {
         force_weight=FORCE_WEIGHT,
     ),
     "reactive_qp": ControlType(
-        "eq. (4) with the tasks as cost: always solvable",
+        "eq. (4) with the tasks in the cost; always feasible",
         "operational",
         force_weight=FORCE_WEIGHT,
         task_weight=TASK_WEIGHT,
     ),
 }
-"""The package's own, by name."""
+"""Built-in controller types by name."""
 JOINT_ACCELERATION = tuple(
     name for name, known in TYPES.items() if known.space == "joint" and not known.torque_gains
 )
-"""Those that command accelerations of joints, and may leave some joints to themselves."""
+"""Joint-space laws whose gains define accelerations; they support passive coordinates."""
 OPERATIONAL = tuple(name for name, known in TYPES.items() if known.space == "operational")
 
 
 def require_law(law: str) -> None:
-    """Refuse what is neither the name of a law nor of the form of one's own.
+    """Check that a setting names a built-in law or has the form of a custom law.
 
     Raises:
-        UnknownNameError: It is none.
+        UnknownNameError: The setting is neither.
     """
-    if law not in TYPES and OwnLaw.of(law) is None:
-        raise UnknownNameError("controller type", law, [*TYPES, OWN_LAW_FORM])
+    if law not in TYPES and CustomLaw.of(law) is None:
+        raise UnknownNameError("controller type", law, [*TYPES, CUSTOM_LAW_FORM])
 
 
 def control_type(law: str, space: Space | None = None) -> ControlType:
-    """What is known of a law.
+    """Return the properties of a law.
 
     Args:
-        law: The name of one of ours, or one's own.
-        space: What one's own follows.
+        law: Name of a built-in law, or a custom law.
+        space: Controlled space of a custom law.
     """
     return TYPES.get(law) or ControlType("", space or "joint")

@@ -1,4 +1,4 @@
-"""[estimator]: the state from the muscles, between plant or hardware and controller."""
+"""Settings of [estimator]: the state estimator between plant or hardware and controller."""
 
 from __future__ import annotations
 
@@ -30,120 +30,161 @@ from sim_dart.estimation.sensors import MOST_DELAY, SensorSettings
 from sim_dart.estimation.settings import EstimatorSettings, InertialUnit
 
 CALIBRATED = "calibrated"
-"""Word for offsets that the calibration of the robot has found."""
+"""Value of `offset` that selects the offsets found by `cardsflow calibrate`."""
 
 CALIBRATION_FILE = "calibration.json"
-"""Where it has written them, beside the robot."""
+"""Name of the file with these offsets, in the folder of the robot."""
 
 _ORIGIN = (0.0, 0.0, 0.0)
-_AS_BELIEVED = "as the estimator believes when left out"
+_AS_ESTIMATOR = "(default: as [estimator])"
 
 
 class ImuSettings(Table):
-    """A gyroscope and an accelerometer on a link."""
+    """IMU (gyroscope and accelerometer) on a link."""
 
-    link: Text = setting("the link that it is on")
-    position: Vector3 = setting("in the link, in m", _ORIGIN)
-    rpy: Vector3 = setting("roll, pitch and yaw in the link, in rad", _ORIGIN)
-    gyroscope_bias: Vector3 = setting("of the simulated one, in rad/s", _ORIGIN)
-    accelerometer_bias: Vector3 = setting("of the simulated one, in m/s²", _ORIGIN)
+    link: Text = setting("link that carries the IMU")
+    position: Vector3 = setting("position in the link frame, in m", _ORIGIN)
+    rpy: Vector3 = setting("roll, pitch and yaw in the link frame, in rad", _ORIGIN)
+    gyroscope_bias: Vector3 = setting("bias of the simulated gyroscope, in rad/s", _ORIGIN)
+    accelerometer_bias: Vector3 = setting("bias of the simulated accelerometer, in m/s²", _ORIGIN)
 
 
 class SensorsTable(Table):
-    """How good simulated sensors are; see `sim_dart.estimation.sensors`."""
+    """Noise and resolution of the simulated sensors; see `sim_dart.estimation.sensors`."""
 
     length_noise: tuple[FromZero, ...] = each(
-        "muscle", f"standard deviation of a length, in m; {_AS_BELIEVED}", None
+        "muscle", f"standard deviation of the length measurement, in m {_AS_ESTIMATOR}", None
     )
-    length_resolution: tuple[FromZero, ...] = each("muscle", "of a length, in m", 0.0)
-    length_offset: tuple[float, ...] = each("muscle", "of a length, in m", 0.0)
-    tension_noise: tuple[FromZero, ...] = each("muscle", "standard deviation, in N", 0.0)
-    tension_resolution: tuple[FromZero, ...] = each("muscle", "of a tension, in N", 0.0)
+    length_resolution: tuple[FromZero, ...] = each(
+        "muscle", "resolution of the length measurement, in m", 0.0
+    )
+    length_offset: tuple[float, ...] = each("muscle", "offset of the length measurement, in m", 0.0)
+    tension_noise: tuple[FromZero, ...] = each(
+        "muscle", "standard deviation of the tension measurement, in N", 0.0
+    )
+    tension_resolution: tuple[FromZero, ...] = each(
+        "muscle", "resolution of the tension measurement, in N", 0.0
+    )
     encoder_noise: tuple[FromZero, ...] = each(
-        "coordinate", f"standard deviation, in rad or m; {_AS_BELIEVED}", None
+        "coordinate",
+        f"standard deviation of the joint encoder, in rad or m {_AS_ESTIMATOR}",
+        None,
     )
-    encoder_resolution: tuple[FromZero, ...] = each("coordinate", "in rad or m", 0.0)
-    gyroscope_noise: FromZero = setting(f"in rad/s; {_AS_BELIEVED}", None)
-    accelerometer_noise: FromZero = setting(f"in m/s²; {_AS_BELIEVED}", None)
-    stuck: tuple[FromZero, ...] = each("muscle", "when its length sticks, in s; 0 for never", 0.0)
-    delay: FromZero = setting("of all readings, in s: a whole multiple of run.step", 0.0)
-    seed: Annotated[int, Field(ge=0, le=2**53), AS_WHOLE] = setting("of the noise", 0)
+    encoder_resolution: tuple[FromZero, ...] = each(
+        "coordinate", "resolution of the joint encoder, in rad or m", 0.0
+    )
+    gyroscope_noise: FromZero = setting(
+        f"standard deviation of the gyroscope, in rad/s {_AS_ESTIMATOR}", None
+    )
+    accelerometer_noise: FromZero = setting(
+        f"standard deviation of the accelerometer, in m/s² {_AS_ESTIMATOR}", None
+    )
+    stuck: tuple[FromZero, ...] = each(
+        "muscle", "time at which the length measurement freezes, in s; 0 for never", 0.0
+    )
+    delay: FromZero = setting("delay of all measurements, in s; a multiple of run.step", 0.0)
+    seed: Annotated[int, Field(ge=0, le=2**53), AS_WHOLE] = setting("seed of the noise", 0)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """As of any table; without what is as the estimator believes."""
+        """Return the table as plain data, without keys whose value comes from [estimator]."""
         return {key: value for key, value in super().data(leave_out).items() if value != []}
 
 
 class EstimatorTable(Table):
-    """The estimator, what it believes of its sensors, and what happens when it is lost."""
+    """State estimator: noise model of the sensors, and behaviour when the estimate is invalid."""
 
-    use: bool = setting("whether runs have it", True)
-    feedback: bool = setting("whether the controller gets the estimate; else it only watches", True)
-    ramp_down: FromZero = setting("of commands to f_min when the estimate is lost, in s", 0.5)
-    ramp_in: FromZero = setting("from f_min when it is back, in s", 0.2)
+    use: bool = setting("use the estimator in runs", True)
+    feedback: bool = setting(
+        "send the estimate to the controller; false: the controller uses the true state", True
+    )
+    ramp_down: FromZero = setting(
+        "duration of the ramp to f_min after the estimate becomes invalid, in s", 0.5
+    )
+    ramp_in: FromZero = setting(
+        "duration of the ramp from f_min after the estimate becomes valid again, in s", 0.2
+    )
     length_noise: tuple[FromZero, ...] = each(
-        "muscle", "standard deviation of a length, in m; 0 where it is not measured", 1e-4
+        "muscle", "standard deviation of the length measurement, in m; 0: not measured", 1e-4
     )
     encoder_noise: tuple[FromZero, ...] = each(
-        "coordinate", "standard deviation, in rad or m; 0 where there is no encoder", 0.0
+        "coordinate", "standard deviation of the joint encoder, in rad or m; 0: no encoder", 0.0
     )
-    gyroscope_noise: FromZero = setting("standard deviation, in rad/s", 0.005)
-    accelerometer_noise: FromZero = setting("standard deviation, in m/s²", 0.2)
+    gyroscope_noise: FromZero = setting("standard deviation of the gyroscopes, in rad/s", 0.005)
+    accelerometer_noise: FromZero = setting(
+        "standard deviation of the accelerometers, in m/s²", 0.2
+    )
     offset: tuple[float, ...] | None = each(
         "muscle",
-        f"known offset of a length, in m; those that {CALIBRATION_FILE} beside the robot has",
+        f'known offset of the length measurement, in m; "{CALIBRATED}": the offsets of the '
+        f"{CALIBRATION_FILE} in the folder of the robot",
         0.0,
         word=CALIBRATED,
     )
-    min_tension: FromZero = setting("muscles with less tension are left out, in N", 1.0)
-    gate: Positive = setting("readings that are farther off are left out, in deviations", 5.0)
+    min_tension: FromZero = setting("lengths of muscles with less tension are ignored, in N", 1.0)
+    gate: Positive = setting(
+        "measurements with a larger normalised innovation are ignored, in standard deviations", 5.0
+    )
     acceleration_noise: tuple[FromZero, ...] = each(
-        "coordinate", "density of noise on accelerations, in rad/s²/√Hz or m/s²/√Hz", 0.01
+        "coordinate", "noise density of the joint accelerations, in rad/s²/√Hz or m/s²/√Hz", 0.01
     )
     load_drift: tuple[FromZero, ...] = each(
         "coordinate",
-        "density of the unknown loads' rate, in N·m/√s or N/√s; 0: known exactly",
+        "noise density of the rate of unknown loads, in N·m/√s or N/√s; 0: no unknown loads",
         0.05,
     )
-    gyroscope_drift: FromZero = setting("density of the biases' rate, in rad/s/√s", 0.0)
-    accelerometer_drift: FromZero = setting("density of the biases' rate, in m/s²/√s", 0.0)
+    gyroscope_drift: FromZero = setting(
+        "noise density of the rate of the gyroscope biases, in rad/s/√s", 0.0
+    )
+    accelerometer_drift: FromZero = setting(
+        "noise density of the rate of the accelerometer biases, in m/s²/√s", 0.0
+    )
     exact_transition: bool = setting(
-        "exact transition matrix; false for [I hI; 0 I], which is faster", True
+        "use the exact transition matrix; false: [I hI; 0 I], which is faster", True
     )
     find_start: bool = setting(
-        "whether the first pose is searched; else it is that of the start", False
+        "find the first pose from the first measurement; false: use the pose of [start]", False
     )
     start_candidates: Annotated[int, Field(ge=1, le=10000), AS_WHOLE] = setting(
-        "poses that the search begins from", 32
+        "number of initial guesses of the search for the first pose", 32
     )
     start_sd: tuple[FromZero, ...] = each(
-        "coordinate", "standard deviation of a start that is known, in rad or m", 1e-3
+        "coordinate", "standard deviation of the pose of [start], in rad or m", 1e-3
     )
-    start_speed_sd: tuple[FromZero, ...] = each("coordinate", "in rad/s or m/s", 1e-2)
-    start_load_sd: tuple[FromZero, ...] = each("coordinate", "of unknown loads, in N·m or N", 1.0)
-    gyroscope_bias_sd: FromZero = setting("of a bias, in rad/s", 0.01)
-    accelerometer_bias_sd: FromZero = setting("of a bias, in m/s²", 0.1)
+    start_speed_sd: tuple[FromZero, ...] = each(
+        "coordinate", "standard deviation of the initial velocities, in rad/s or m/s", 1e-2
+    )
+    start_load_sd: tuple[FromZero, ...] = each(
+        "coordinate", "standard deviation of the initial unknown loads, in N·m or N", 1.0
+    )
+    gyroscope_bias_sd: FromZero = setting(
+        "standard deviation of the initial gyroscope biases, in rad/s", 0.01
+    )
+    accelerometer_bias_sd: FromZero = setting(
+        "standard deviation of the initial accelerometer biases, in m/s²", 0.1
+    )
     max_sd: tuple[Positive, ...] = each(
-        "coordinate", "a valid estimate's largest standard deviation, in rad or m", 0.05
+        "coordinate", "maximum standard deviation of a valid estimate, in rad or m", 0.05
     )
-    max_innovation: Positive = setting("a valid estimate's largest mean square", 4.0)
+    max_innovation: Positive = setting(
+        "maximum mean square of the normalised innovations of a valid estimate", 4.0
+    )
     innovation_time: Positive = setting(
-        "over which that is averaged, in s; without any reading for so long it is not valid", 0.05
+        "averaging time of the innovations, in s; also the longest time without a measurement", 0.05
     )
     imus: Annotated[tuple[ImuSettings, ...], Listed] = setting(
-        "inertial units: [[estimator.imus]]", ()
+        "IMUs: tables [[estimator.imus]]", ()
     )
-    sensors: SensorsTable = setting("how good simulated sensors are", {})
+    sensors: SensorsTable = setting("noise and resolution of the simulated sensors", {})
 
     @property
     def inertial_units(self) -> tuple[InertialUnit, ...]:
-        """The units, where they are."""
-        return tuple(InertialUnit(unit.link, Pose(unit.position, unit.rpy)) for unit in self.imus)
+        """The IMUs with their poses on the links."""
+        return tuple(InertialUnit(imu.link, Pose(imu.position, imu.rpy)) for imu in self.imus)
 
     @property
     def links(self) -> tuple[str, ...]:
-        """The link of each unit."""
-        return tuple(unit.link for unit in self.imus)
+        """The link of each IMU."""
+        return tuple(imu.link for imu in self.imus)
 
     @property
     def encoded(self) -> list[int]:
@@ -152,7 +193,7 @@ class EstimatorTable(Table):
 
     @property
     def believed(self) -> EstimatorSettings:
-        """Noises and limits as the estimator takes them."""
+        """Noise and limits as settings of a `PoseEstimator`."""
         own = {
             name: getattr(self, name)
             for name in EstimatorSettings.__dataclass_fields__
@@ -161,20 +202,20 @@ class EstimatorTable(Table):
         return EstimatorSettings(**own)
 
     def delay(self, step: float) -> int:
-        """How many readings simulated sensors are late by.
+        """Return the delay of the simulated sensors as a number of measurements.
 
         Args:
-            step: Time between two readings, in [s].
+            step: Time between two measurements, in [s].
         """
         time = self.sensors.delay
         return whole_steps(time, step, "run.step") if time else 0
 
     def sensor_settings(self, robot: Robot, step: float) -> SensorSettings:
-        """How good simulated sensors are, of every channel.
+        """Return noise, resolution, offset and faults of every sensor channel.
 
         Args:
             robot: The robot.
-            step: Time between two readings, in [s].
+            step: Time between two measurements, in [s].
         """
         own, n, m = self.sensors, len(robot.coordinates), len(robot.muscles)
         lengths, encoders = own.length_noise or self.length_noise, own.encoder_noise
@@ -210,24 +251,24 @@ class EstimatorTable(Table):
 def read_estimator(
     data: object, context: Context, robot: Robot, folder: Path | None, step: float
 ) -> EstimatorTable:
-    """What an experiment says of its estimator.
+    """Read the table [estimator].
 
     Args:
-        data: The table.
-        context: What it is read with.
+        data: The content of the table.
+        context: File and names, for messages.
         robot: The robot.
-        folder: That of its files; None where it is several.
+        folder: The folder of the robot; None for several robots.
         step: run.step, in [s].
     """
     if isinstance(data, Mapping) and data.get("offset") == CALIBRATED:
         data = {**data, "offset": _calibrated_offsets(folder, context)}
     settings = EstimatorTable.read(data, context, "estimator")
     for loop in robot.loops:
-        what = f"joint {loop.name!r} closes a loop, which the estimator does not know of"
+        what = f"joint {loop.name!r} closes a loop, which the estimator does not support"
         raise context.error("estimator", what)
     for muscle in robot.muscles:
         if law_of(muscle.model).sags:
-            what = f"muscle {muscle.name!r} sags, and lengths tell the estimator of straight paths"
+            what = f"muscle {muscle.name!r} sags, but the estimator requires straight paths"
             raise context.error("estimator", what)
     links = [link.name for link in robot.links]
     for k, unit in enumerate(settings.imus):
@@ -241,20 +282,20 @@ def read_estimator(
 
 
 def _calibrated_offsets(folder: Path | None, context: Context) -> dict[str, Any]:
-    """The offsets that `cardsflow calibrate` has found, by muscle.
+    """Return the offsets found by `cardsflow calibrate`, by muscle.
 
     Raises:
-        InputError: There are none.
+        InputError: The file does not exist or has no offsets.
     """
     key = "estimator.offset"
     if folder is None:
-        raise context.error(key, f"several robots have no {CALIBRATION_FILE}; give numbers")
+        raise context.error(key, f"several robots have no {CALIBRATION_FILE}; set numbers")
     file = folder / CALIBRATION_FILE
     if not file.is_file():
-        what = f"there is no {file}, which `cardsflow calibrate` writes beside the robot"
+        what = f"{file} does not exist; create it with `cardsflow calibrate`"
         raise context.error(key, what)
     offsets = read_settings(file).get("offsets")
     if not isinstance(offsets, dict) or not offsets:
-        what = "has no offsets: `cardsflow calibrate` finds them where muscles.*.offset are free"
+        what = "has no offsets; run `cardsflow calibrate --parameters 'muscles.*.offset'`"
         raise InputError(what, file=file)
     return offsets

@@ -1,4 +1,4 @@
-"""[fmus]: external FMUs in the place of the experiment's own, and the names of their variables."""
+"""Settings of [fmus]: external FMUs, and the names of their variables."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from cardsflow_fmu.experiment.config.table import File, Short, Table, Text, sett
 
 def _existing(file: Path) -> Path:
     try:
-        is_there = file.is_file()
+        exists = file.is_file()
     except OSError:  # such as a name that is too long
-        is_there = False
-    if not is_there:
-        raise SettingError(f"there is no file {file}")
+        exists = False
+    if not exists:
+        raise SettingError(f"{file} does not exist")
     return file
 
 
 class ExternalFmuSettings(Table):
-    """An external FMU."""
+    """External FMU."""
 
-    path: Annotated[File, AfterValidator(_existing)] = setting("the .fmu, relative to this file")
-    inputs: dict[str, Text] = setting("the FMU's variable for each port that it takes", {})
-    outputs: dict[str, Text] = setting("the FMU's variable for each port that it gives", {})
-    units: dict[str, Text] = setting("of variables, where the FMU does not state them", {})
-    parameters: dict[str, float] = setting("start values, by the FMU's own names", {})
+    path: Annotated[File, AfterValidator(_existing)] = setting("FMU file, relative to this file")
+    inputs: dict[str, Text] = setting("variable of the FMU by input port", {})
+    outputs: dict[str, Text] = setting("variable of the FMU by output port", {})
+    units: dict[str, Text] = setting("units of variables for which the FMU specifies none", {})
+    parameters: dict[str, float] = setting("start values by variable of the FMU", {})
 
     @model_validator(mode="after")
     def _check_units(self) -> Self:
@@ -44,17 +44,17 @@ class ExternalFmuSettings(Table):
         return self
 
 
-def _written_out(fmu: Any) -> Any:
-    """A path alone."""
+def _as_table(fmu: Any) -> Any:
+    """Return the table for a path."""
     return {"path": fmu} if isinstance(fmu, str) else fmu
 
 
-_Fmu = Annotated[ExternalFmuSettings, Short(_written_out, {"type": "string", "minLength": 1})]
-_WORDS = "an .fmu, or a table with its path and a name map"
+_Fmu = Annotated[ExternalFmuSettings, Short(_as_table, {"type": "string", "minLength": 1})]
+_WORDS = "path of an FMU, or a table with path and name maps"
 
 
 class FmusSettings(Table):
-    """External FMUs in the place of plant, controller, reference, estimator or hardware."""
+    """External FMUs instead of plant, controller, reference, estimator or hardware."""
 
     plant: _Fmu = setting(_WORDS, None)
     controller: _Fmu = setting(_WORDS, None)
@@ -64,7 +64,7 @@ class FmusSettings(Table):
 
     @property
     def by_role(self) -> dict[str, ExternalFmu]:
-        """Those that are given, by the role that they take."""
+        """The external FMUs by role."""
         given = {role: getattr(self, role) for role in type(self).model_fields}
         return {
             role: ExternalFmu(

@@ -23,7 +23,7 @@ from .world import WorldSettings
 
 
 class ExperimentTables(Table):
-    """An experiment of CARDSFlow: what is simulated, how it is controlled, and for how long."""
+    """Experiment of CARDSFlow: robot, reference, controller, and run."""
 
     model_config = ConfigDict(
         json_schema_extra={"oneOf": [{"required": ["robot"]}, {"required": ["robots"]}]}
@@ -32,37 +32,37 @@ class ExperimentTables(Table):
     robot: RobotSettings = setting("The robot.", None)
     robots: Annotated[
         tuple[PartSettings, ...], Listed, Field(json_schema_extra={"minItems": 1})
-    ] = setting("Several robots in one plant, in the place of [robot].", None)
+    ] = setting("Several robots in one plant, instead of [robot].", None)
     muscles: dict[str, MuscleSettings] = setting(
-        "Force bounds and models of single muscles, by the muscle's name.", {}
+        "Force limits and laws of single muscles, by muscle name.", {}
     )
-    start: StartSettings = setting(
-        "The state at the start; where it is silent, that of the reference.", {}
-    )
+    start: StartSettings = setting("Initial state (default: the first point of the reference).", {})
     reference: ReferenceTable = setting(
-        "What is to be followed: points, a recorded motion, a trajectory by its name, or a flower.",
+        "Reference: points, a recorded motion, a named trajectory, or a flower.",
         None,
     )
     controller: ControllerSettings = setting("The controller.")
-    disturbance: DisturbanceSettings = setting("Forces on task points from outside.", {})
-    world: WorldSettings = setting("What is around the robot.", None)
+    disturbance: DisturbanceSettings = setting("External forces on end-effector points.", {})
+    world: WorldSettings = setting("Ground, objects and contacts.", None)
     plant: PlantSettings = setting("The simulated robot.", {})
     estimator: EstimatorTable = setting(
-        "The state from the muscles, between plant or hardware and controller.", None
+        "State estimator between plant or hardware and controller.", None
     )
     run: RunSettings = setting("The co-simulation.", {})
     wiring: WiringSettings = setting(
-        "Inputs that are not connected to the output of the same name.", {}
+        "Connections of inputs to outputs with other names, or to numbers.", {}
     )
     fmus: FmusSettings = setting(
-        "External FMUs in the place of plant, controller, reference, estimator or hardware.", {}
+        "External FMUs instead of plant, controller, reference, estimator or hardware.", {}
     )
-    hardware: HardwareSettings = setting("What can be driven instead of the plant.", {})
+    hardware: HardwareSettings = setting("Hardware that runs instead of the plant.", {})
 
     @model_validator(mode="after")
     def _check_robots(self) -> Self:
         if self.robots is not None and self.robot is not None:
-            raise SettingError("there is a [robot] as well; give one of them", key="robots")
+            raise SettingError(
+                "cannot be used together with [robot]; remove one of them", key="robots"
+            )
         if self.robots is None and self.robot is None:
             raise SettingError("missing", key="robot")
         if self.robots == ():

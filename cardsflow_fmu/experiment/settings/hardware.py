@@ -1,4 +1,4 @@
-"""[hardware]: what can be driven instead of the plant, how it is timed, what it may never do."""
+"""Settings of [hardware]: the link to a robot, its timing, and safety limits."""
 
 from __future__ import annotations
 
@@ -29,27 +29,29 @@ from cardsflow_fmu.experiment.config.table import (
 CommandKind = Literal["force", "length", "velocity"]
 Mode = Literal["realtime", "lockstep"]
 
-LONGEST_RAMP_DOWN = 3.0
-"""In [s]; hosts of FMUs wait for some 5 s until they end a worker process by force."""
+MAX_RAMP_DOWN = 3.0
+"""In [s]. FMI importers kill a worker process that has not ended after about 5 s."""
 
 _WATCHDOG, _WATCHDOG_STEPS = 0.02, 5
-_CHANCE = "chance of a frame on its way, from 0 to 1"
+_CHANCE = "probability that a frame is {}, from 0 to 1"
 _Seed = Annotated[int, Field(ge=0), AS_WHOLE]
 
 
 class MotorSettings(Table):
-    """What the motors take; see `motors.MotorMap`."""
+    """Motor commands; see `motors.MotorMap`."""
 
-    command: CommandKind = setting("forces, lengths or velocities", "force")
-    stiffness: tuple[Positive, ...] = each("muscle", "of the springs, in N/m", None)
-    damping: tuple[FromZero, ...] = each("muscle", "of the springs, in N·s/m", 0.0)
-    spindle_radius: tuple[Positive, ...] = each("muscle", "where motors take angles, in m", None)
+    command: CommandKind = setting("quantity that the motors are commanded with", "force")
+    stiffness: tuple[Positive, ...] = each("muscle", "spring stiffness, in N/m", None)
+    damping: tuple[FromZero, ...] = each("muscle", "spring damping, in N·s/m", 0.0)
+    spindle_radius: tuple[Positive, ...] = each(
+        "muscle", "spindle radius of motors that are commanded with angles, in m", None
+    )
     encoder_scale: tuple[Positive, ...] = each(
-        "muscle", "counts per rad with a spindle_radius, else per m", None
+        "muscle", "encoder counts per rad with a spindle_radius, otherwise per m", None
     )
     offset: tuple[float, ...] | None = each(
         "muscle",
-        "set point where the motors count 0, in m; that of the start",
+        'set point at which the encoders count 0, in m; "start": the set point of the start pose',
         0.0,
         word="start",
     )
@@ -63,7 +65,7 @@ class MotorSettings(Table):
         return self
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """As of any table; of motors that take forces, that alone."""
+        """Return the table as plain data; only `command` for force commands."""
         if self.command == "force":
             return {"command": "force"}
         absent = [key for key in ("spindle_radius", "encoder_scale") if not getattr(self, key)]
@@ -71,145 +73,153 @@ class MotorSettings(Table):
 
 
 class Faults(Table):
-    """What happens to frames of `emulated:`, in each direction; nothing by default."""
+    """Transmission faults of `emulated:`, in each direction (default: none)."""
 
-    loss: Fraction = setting(_CHANCE, 0.0)
-    delay: FromZero = setting("of every frame, in s", 0.0)
-    jitter: FromZero = setting("longest further delay, in s; even between 0 and this", 0.0)
-    duplicate: Fraction = setting(_CHANCE, 0.0)
-    reorder: Fraction = setting(_CHANCE, 0.0)
-    corrupt: Fraction = setting(_CHANCE, 0.0)
+    loss: Fraction = setting(_CHANCE.format("lost"), 0.0)
+    delay: FromZero = setting("delay of every frame, in s", 0.0)
+    jitter: FromZero = setting("maximum additional delay, in s; uniformly distributed from 0", 0.0)
+    duplicate: Fraction = setting(_CHANCE.format("duplicated"), 0.0)
+    reorder: Fraction = setting(_CHANCE.format("reordered"), 0.0)
+    corrupt: Fraction = setting(_CHANCE.format("corrupted"), 0.0)
     outages: Annotated[tuple[Pair, ...], Listed] = setting(
-        "when no frame comes through: begin and length, in s from the first frame on", ()
+        "intervals without frames: begin and length, in s after the first frame", ()
     )
-    seed: _Seed = setting("of noise and faults", 0)
+    seed: _Seed = setting("seed of noise and faults", 0)
 
     @model_validator(mode="after")
     def _check_outages(self) -> Self:
         for k, (begin, length) in enumerate(self.outages):
             if begin < 0 or length <= 0:
-                what = f"begins at 0 s or later and lasts, not {begin!r} s and {length!r} s"
-                raise SettingError(f"an outage {what}", key=f"outages[{k}]")
+                what = "must begin at 0 s or later and have a positive length"
+                what += f", not {begin!r} s and {length!r} s"
+                raise SettingError(what, key=f"outages[{k}]")
         return self
 
     @property
     def any(self) -> bool:
-        """Whether anything happens at all."""
+        """Whether any fault is set."""
         chances = (self.loss, self.delay, self.jitter, self.duplicate, self.reorder, self.corrupt)
         return any(chances) or bool(self.outages)
 
 
 class SensorSettings(Table):
-    """How good the sensors are; perfect by default."""
+    """Noise and resolution of the emulated sensors (default: perfect sensors)."""
 
-    joint_counts: Positive = setting("counts a radian or metre of the joints' encoders", math.inf)
-    length_counts: Positive = setting("counts a metre of the cables' encoders", math.inf)
+    joint_counts: Positive = setting("counts of the joint encoders per rad or m", math.inf)
+    length_counts: Positive = setting("counts of the cable encoders per m", math.inf)
     noise: FromZero = setting(
-        "standard deviation of readings: positions and lengths, in rad or m, and velocities", 0.0
+        "standard deviation of positions and lengths, in rad or m, and of velocities", 0.0
     )
-    length_offset: tuple[float, ...] = each("muscle", "of a length, in m", 0.0)
+    length_offset: tuple[float, ...] = each("muscle", "offset of the length measurement, in m", 0.0)
     differentiate_positions: bool = setting("compute velocities from position differences", False)
-    seed: _Seed = setting("of noise and faults", 0)
+    seed: _Seed = setting("seed of noise and faults", 0)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """As of any table; offsets where there are any."""
+        """Return the table as plain data, without offsets if all are zero."""
         without = () if any(self.length_offset) else ("length_offset",)
         return super().data([*leave_out, *without])
 
 
 class EmulatorSettings(Faults, SensorSettings):
-    """What is imperfect about an emulated robot, and its line."""
+    """Imperfections of an emulated robot and of its link."""
 
     motor_lag: FromZero = setting("time constant of the motors, in s", 0.0)
 
     @property
     def sensors(self) -> SensorSettings:
-        """How good the sensors are."""
+        """Noise and resolution of the sensors."""
         return self
 
     @property
     def faults(self) -> Faults:
-        """What happens to frames on their way."""
+        """Transmission faults."""
         return self
 
 
 class LinkSettings(Table):
-    """Where the hardware is, and how it is timed."""
+    """Address and timing of the hardware."""
 
-    link: Text = setting("where it is, such as udp://127.0.0.1:5005", "")
-    use: bool = setting("whether runs drive it instead of the plant", False)
-    mode: Mode = setting("lockstep: the device takes a step a command", "realtime")
-    bind: Text = setting("address of this machine to send from", "")
-    key_file: File = setting("the key that frames are signed with, relative to this file", None)
+    link: Text = setting("address of the hardware, such as udp://127.0.0.1:5005", "")
+    use: bool = setting("drive the hardware instead of the plant in runs", False)
+    mode: Mode = setting(
+        "realtime, or lockstep: the device computes one step per command", "realtime"
+    )
+    bind: Text = setting("local address to send from", "")
+    key_file: File = setting("file with the key that signs frames, relative to this file", None)
     max_missed: Annotated[int, Field(ge=0), AS_WHOLE] = setting(
-        "exchanges in a row without a new state", 10
+        "maximum number of consecutive exchanges without a new state", 10
     )
     watchdog: Positive = setting(
-        "without a command for so long the device is safe, in s; at least 5 steps when left out",
+        "time without a command after which the device enters its safe state, in s "
+        "(default: 0.02, at least 5 steps)",
         _WATCHDOG,
     )
-    timeout: Positive = setting("longest wait for an answer in lockstep, in s", 1.0)
-    scale: Positive = setting("values travel divided by it", 1.0)
+    timeout: Positive = setting("maximum wait for an answer in lockstep, in s", 1.0)
+    scale: Positive = setting("divisor of the transmitted values", 1.0)
     has_positions: bool = setting(
-        "whether joints' positions and velocities are measured; else an estimator finds them", True
+        "joint positions and velocities are measured; false: an estimator provides them", True
     )
-    has_lengths: bool = setting("whether muscle lengths are measured", True)
-    has_tensions: bool = setting("whether tensions, and torques of motors, are measured", True)
-    approach: Positive = setting("to where the reference begins, in s", None)
+    has_lengths: bool = setting("muscle lengths are measured", True)
+    has_tensions: bool = setting("tensions and motor torques are measured", True)
+    approach: Positive = setting(
+        "duration of the motion to the first point of the reference, in s", None
+    )
 
 
 class SafetySettings(Table):
-    """What is kept from the hardware; see `safety.Guard`."""
+    """Safety limits of the hardware; see `safety.Guard`."""
 
-    ramp_in: FromZero = setting("from the forces that hold the robot, in s", 0.2)
-    ramp_down: Annotated[FromZero, Field(le=LONGEST_RAMP_DOWN)] = setting(
-        "to f_min at the end, in s; hosts of FMUs do not wait for longer", 0.5
+    ramp_in: FromZero = setting(
+        "duration of the ramp from the forces that hold the robot, in s", 0.2
+    )
+    ramp_down: Annotated[FromZero, Field(le=MAX_RAMP_DOWN)] = setting(
+        f"duration of the ramp to f_min at the end, in s; at most {MAX_RAMP_DOWN:g}", 0.5
     )
     force_rate: tuple[Positive, ...] = each(
-        "muscle", "largest change of a force, in N/s", None, others=math.inf
+        "muscle", "maximum force rate, in N/s", None, others=math.inf
     )
     torque_rate: tuple[Positive, ...] = each(
-        "motor", "largest change of a torque, in N·m/s or N/s", None, others=math.inf
+        "motor", "maximum torque rate, in N·m/s or N/s", None, others=math.inf
     )
     max_tension: tuple[Positive, ...] = each(
-        "muscle", "tension that ends a run, in N", None, others=math.inf
+        "muscle", "tension that stops the run, in N", None, others=math.inf
     )
     position_margin: tuple[FromZero, ...] = each(
-        "coordinate", "beyond the joints' limits, in rad or m", 0.05
+        "coordinate", "allowed distance beyond the joint limits, in rad or m", 0.05
     )
     start_tolerance: tuple[FromZero, ...] = each(
-        "coordinate", "from the start of the experiment, in rad or m", 0.1
+        "coordinate", "maximum distance from the start pose, in rad or m", 0.1
     )
 
 
 class HardwareSettings(SafetySettings, LinkSettings):
-    """What can be driven instead of the plant."""
+    """Hardware that runs instead of the plant."""
 
-    motors: MotorSettings = setting("what the motors take", {})
-    emulator: EmulatorSettings = setting("what is imperfect about an emulated robot", {})
+    motors: MotorSettings = setting("motor commands", {})
+    emulator: EmulatorSettings = setting("imperfections of an emulated robot", {})
 
     @property
     def safety(self) -> SafetySettings:
-        """What is kept from the hardware."""
+        """Safety limits of the hardware."""
         return self
 
     @property
     def is_emulated(self) -> bool:
-        """Whether it is a computed robot, in a time of its own."""
+        """Whether the hardware is an emulated robot in simulated time."""
         return self.link.partition(":")[0] == "emulated"
 
     @property
     def is_paced(self) -> bool:
-        """Whether the hardware goes on by itself, by its clock."""
+        """Whether the hardware moves on without commands, in real time."""
         return self.mode == "realtime"
 
     @property
     def goes_by_clock(self) -> bool:
-        """Whether runs with the hardware take as long as they are."""
+        """Whether runs with the hardware take place in real time."""
         return self.is_paced and not self.is_emulated
 
     def states(self, coordinates: int, muscles: int, motors: int = 0) -> int:
-        """Number of values of a state: what is measured of q, qd, l, tension and torque."""
+        """Return the number of measured values of a state: q, qd, l, tension and torque."""
         values = (
             2 * self.has_positions * coordinates + (self.has_lengths + self.has_tensions) * muscles
         )
@@ -217,35 +227,35 @@ class HardwareSettings(SafetySettings, LinkSettings):
 
 
 def read_hardware(data: Mapping[str, Any], context: Context, step: float) -> HardwareSettings:
-    """What an experiment says of its hardware; everything has a default."""
+    """Read the table [hardware]; every key has a default."""
     watchdog = max(_WATCHDOG, _WATCHDOG_STEPS * step)
     settings = HardwareSettings.read({"watchdog": watchdog, **data}, context, "hardware")
     if settings.is_paced and settings.watchdog < 2.0 * step:
-        what = f"{settings.watchdog!r} s is shorter than two of run.step, {step!r} s"
-        raise context.error("hardware.watchdog", f"{what}: the device would not keep running")
+        what = f"must be at least twice run.step ({step!r} s), not {settings.watchdog!r} s"
+        raise context.error("hardware.watchdog", what)
     if settings.approach is not None:
         key = "hardware.approach"
         require_multiple(settings.approach, step, "run.step", file=context.file, key=key)
     if settings.emulator.any and settings.link.startswith("loopback"):
-        what = "frames of loopback: meet no faults; use link = 'emulated:'"
+        what = "loopback: does not support faults; set hardware.link to 'emulated:'"
         raise context.error("hardware.emulator", what)
     if not settings.has_positions:
         if not (settings.has_lengths and settings.has_tensions):
-            what = "poses without joint encoders come from lengths and tensions: measure both"
+            what = "a robot without joint encoders requires has_lengths and has_tensions"
             raise context.error("hardware.has_positions", what)
         if settings.motors.command != "force":
-            what = f"motors that take a {settings.motors.command} need the joints' velocities"
+            what = f"motors with {settings.motors.command} commands require joint velocities"
             raise context.error("hardware.has_positions", what)
     if settings.max_tension and not settings.has_tensions:
-        what = "limits what has_tensions = false says is not measured"
+        what = "requires hardware.has_tensions = true"
         raise context.error("hardware.max_tension", what)
     return settings
 
 
 def hardware_data(settings: HardwareSettings, robot: Robot) -> dict[str, Any]:
-    """What the hardware's FMU needs to know, as plain data that reads back as the same.
+    """Return the settings of the hardware FMU as plain data that reads back as the same.
 
-    Whether and how runs use the FMU is not of it, and no word leads to a key.
+    The data does not contain whether and how runs use the FMU, and no path of a key file.
     """
     data = settings.data(["use", "key_file", "approach", "emulator"])
     for key in ("link", "bind"):
@@ -254,7 +264,7 @@ def hardware_data(settings: HardwareSettings, robot: Robot) -> dict[str, Any]:
     muscles, motors = ([part.name for part in parts] for parts in (robot.muscles, robot.motors))
     for key, names in (("force_rate", muscles), ("torque_rate", motors), ("max_tension", muscles)):
         limits = zip(names, getattr(settings, key), strict=False)
-        # no number is infinity in JSON
+        # JSON has no infinity
         data[key] = {name: limit for name, limit in limits if math.isfinite(limit)}
     emulator = settings.emulator.data()
     return data if emulator == EmulatorSettings().data() else data | {"emulator": emulator}

@@ -1,4 +1,4 @@
-"""[disturbance] and [wiring]: forces from outside, and inputs that are connected otherwise."""
+"""Settings of [disturbance] and [wiring]: external forces and connections of inputs."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from .plant import PlantSettings
 
 
 class DisturbanceSettings(Table):
-    """Forces on task points from outside."""
+    """External forces on end-effector points."""
 
     forces: tuple[Vector3, ...] = each(
         "point",
-        "force on a task frame that is a point, in N, by its name",
+        "external force in N, by end-effector point",
         None,
         others=(0.0, 0.0, 0.0),
         alias="force",
     )
-    begin: float = setting("in s", 0.0)
-    end: float = setting("in s; never when left out", math.inf)
-    known: bool = setting("whether the controller knows of them", False)
+    begin: float = setting("begin of the forces, in s", 0.0)
+    end: float = setting("end of the forces, in s (default: end of the run)", math.inf)
+    known: bool = setting("the controller compensates for the forces", False)
 
 
 def _source(value: Any, handler: ValidatorFunctionWrapHandler) -> str | float:
@@ -44,18 +44,18 @@ Source = Annotated[
     WrapValidator(_source),
     WithJsonSchema({"anyOf": [{"type": "string", "minLength": 1}, {"type": "number"}]}),
 ]
-_WORDS = "another participant's output, or a number, for an input"
+_WORDS = "output of another participant, or a number, by input"
 
 
 class WiringSettings(Table):
-    """Inputs that are not connected to the output of the same name."""
+    """Connections of inputs to outputs with other names, or to numbers."""
 
     plant: dict[str, Source] = setting(_WORDS, {})
     controller: dict[str, Source] = setting(_WORDS, {})
 
 
 def read_disturbance(data: dict[str, Any], context: Context) -> DisturbanceSettings | None:
-    """Forces from outside; None if the table is absent or empty."""
+    """Read the external forces; None if the table is absent or empty."""
     if not data:
         return None
     settings = DisturbanceSettings.read(data, context, "disturbance")
@@ -64,7 +64,7 @@ def read_disturbance(data: dict[str, Any], context: Context) -> DisturbanceSetti
         raise context.error("disturbance.end", what)
     if not settings.forces:
         points = ", ".join(context.names["point"].names) if context.names else ""
-        what = f"missing: forces on {points or 'task points'}"
+        what = f"missing; set forces on {points or 'end-effector points'}"
         raise context.error("disturbance.force", what)
     return settings
 
@@ -75,7 +75,7 @@ def complete_wiring(
     disturbance: DisturbanceSettings | None,
     plant: PlantSettings,
 ) -> dict[str, str | float]:
-    """Connections by full port names, those of loads that nothing gives at 0."""
+    """Return connections by full port name; external loads without a source are 0."""
     wiring: dict[str, str | float] = dict.fromkeys(
         (f"plant.{name}" for name in wrench_signals(plant.wrenches)), 0.0
     )

@@ -1,4 +1,4 @@
-"""[muscles]: force bounds, models and friction of single muscles, instead of the robot's own."""
+"""Settings of [muscles]: force limits, laws and friction of single muscles."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ from cardsflow_fmu.experiment.config.key_path import by_name
 from cardsflow_fmu.experiment.config.messages import SettingError, joined
 from cardsflow_fmu.experiment.config.table import Context, FromZero, Short, Table, setting
 
-from .own_law import OWN_LAW_FORM, OwnLaw
+from .custom_law import CUSTOM_LAW_FORM, CustomLaw
 
 PATH, F_MAX = "path", "f_max"
 HILL_FROM_PATH = "hill_from_path"
-"""A muscle of Hill's type for any path: at the pose, its fibres are at their optimal length."""
+"""Preset of a Hill-type muscle whose fibres have their optimal length at the pose."""
 
 _HILL_FROM_PATH = {
     "kind": "hill_degroote2016",
@@ -48,11 +48,11 @@ _HILL_FROM_PATH = {
 
 
 class _Relative:
-    """Of a parameter: a number, or a text for one.
+    """Validator of a parameter that is a number or an expression.
 
     Args:
-        form: The text's.
-        words: For messages.
+        form: Regular expression of the expression.
+        words: Description of the expression, for messages.
     """
 
     def __init__(self, form: str, words: str) -> None:
@@ -76,14 +76,14 @@ class _Relative:
 
 
 _RELATIVE = {
-    "m": _Relative(rf"(\d+\.?\d* )?{PATH}", f'such as "0.6 {PATH}", of the path\'s length'),
+    "m": _Relative(rf"(\d+\.?\d* )?{PATH}", f'a multiple of the path length, such as "0.6 {PATH}"'),
     "N": _Relative(F_MAX, f'"{F_MAX}"'),
 }
-"""By the unit of the parameter."""
+"""Validators by the unit of the parameter."""
 
 
 def _parameters() -> dict[str, Any]:
-    """The parameters of all laws; a bound counts where all laws that share a name have it."""
+    """Return the parameters of all laws; a lower bound applies if all these laws share it."""
     found: dict[str, Parameter] = {}
     bounds: dict[str, set[float | None]] = {}
     for law in TENSION_LAWS.values():
@@ -106,8 +106,8 @@ def _parameters() -> dict[str, Any]:
 _MODELS = [*TENSION_LAWS, *PRESETS, HILL_FROM_PATH]
 
 
-def _written_out(model: Any) -> Any:
-    """A law or a preset by its name alone."""
+def _as_table(model: Any) -> Any:
+    """Return the table for the name of a law or of a preset."""
     if not isinstance(model, str) or not model:
         return model
     if model in PRESETS or model == HILL_FROM_PATH:
@@ -116,62 +116,64 @@ def _written_out(model: Any) -> Any:
 
 
 def _kind(kind: str, known: Iterable[str] = TENSION_LAWS) -> str:
-    if kind not in TENSION_LAWS and OwnLaw.of(kind) is None:
-        raise SettingError(UnknownNameError("muscle model", kind, [*known, OWN_LAW_FORM]))
+    if kind not in TENSION_LAWS and CustomLaw.of(kind) is None:
+        raise SettingError(UnknownNameError("muscle model", kind, [*known, CUSTOM_LAW_FORM]))
     return kind
 
 
-_OWN = {"type": "string", "pattern": r"\.py:\w+$"}
+_CUSTOM_LAW = {"type": "string", "pattern": r"\.py:\w+$"}
 _Preset: Any = Literal[(*PRESETS, HILL_FROM_PATH)]
 _Kind: Any = Annotated[
     str,
     AfterValidator(_kind),
-    WithJsonSchema({"anyOf": [{"enum": list(TENSION_LAWS)}, _OWN]}),
+    WithJsonSchema({"anyOf": [{"enum": list(TENSION_LAWS)}, _CUSTOM_LAW]}),
 ]
 LawSettings: Any = create_model(
     "LawSettings",
     __base__=Table,
-    __doc__="A law with parameters.",
-    preset=(_Preset, setting("where the parameters come from", None)),
+    __doc__="Muscle law with parameters.",
+    preset=(_Preset, setting("preset that defines the parameters", None)),
     kind=(
         _Kind,
-        setting("the law, one's own as `file.py:Class`; that of the preset or of the robot", None),
+        setting(
+            "muscle law; a custom law as `file.py:Class` (default: law of preset or robot)", None
+        ),
     ),
     parameters=(
         dict[str, float],
-        setting("what a law of one's own is made with, by name", None),
+        setting("arguments of a custom law, by name", None),
     ),
     **_parameters(),
 )
 
 
-_NAMES = {"anyOf": [{"enum": _MODELS}, _OWN]}
+_NAMES = {"anyOf": [{"enum": _MODELS}, _CUSTOM_LAW]}
 
 
 class MuscleSettings(Table):
-    """A muscle, where it is to differ from the robot's."""
+    """Changes of a muscle of the robot."""
 
-    f_min: FromZero = setting("smallest force, in N", None)
-    f_max: float = setting("largest force, in N", None)
-    model: Annotated[LawSettings, Short(_written_out, _NAMES)] = setting(
-        "how it pulls: a law or a preset by its name, or a table with parameters", None
+    f_min: FromZero = setting("minimum force, in N", None)
+    f_max: float = setting("maximum force, in N", None)
+    model: Annotated[LawSettings, Short(_as_table, _NAMES)] = setting(
+        "muscle law: name of a law or preset, or a table with parameters", None
     )
     friction: Annotated[float, Field(ge=0, le=MOST_FRICTION)] = setting(
-        "mu of the cable in bends that have none of their own", None
+        "friction coefficient mu of the cable at via points and wrap surfaces without their own",
+        None,
     )
     presliding: Annotated[float, Field(gt=0, le=MOST_PRESLIDING)] = setting(
-        "way over which that friction turns round, in m", None
+        "presliding distance of the friction, in m", None
     )
     pose: dict[str, float] = setting(
-        "where lengths relative to the path are taken; of coordinates, the initial one if left out",
-        None,
+        "pose for lengths relative to the path, by coordinate (default: initial positions)", None
     )
 
 
 def with_muscle_settings(
     robot: Robot, settings: Mapping[str, MuscleSettings], context: Context
 ) -> Robot:
-    """The robot with the force bounds, models and friction that the experiment changes."""
+    """Return the robot with the force limits, laws and friction of the experiment."""
     muscles = {muscle.name: muscle for muscle in robot.muscles}
     try:
         tables = by_name(settings, "muscle", muscles, "muscles")
@@ -194,14 +196,14 @@ def with_muscle_settings(
     changed = robot.with_muscles(list(muscles.values()))
     wrong = next((finding for finding in check(changed) if finding.is_error), None)
     if wrong is not None:
-        refusal = RobotError([wrong], file=context.file)
-        refusal.key = keys.get(wrong.subject.name, "muscles")
-        raise refusal
+        failure = RobotError([wrong], file=context.file)
+        failure.key = keys.get(wrong.subject.name, "muscles")
+        raise failure
     return changed
 
 
 class _PathLengths:
-    """Lengths of the muscles' paths, computed for a pose when they are first asked for."""
+    """Lengths of the muscle paths; computed once per pose."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
@@ -209,14 +211,14 @@ class _PathLengths:
         self._found: dict[tuple[float, ...], list[float]] = {}
 
     def at(self, pose: Mapping[str, float], muscle: str) -> float:
-        """The length of a muscle, in [m].
+        """Return the length of a muscle, in [m].
 
         Args:
-            pose: Positions of coordinates, by name; the others are at their initial ones.
-            muscle: Its name.
+            pose: Positions by coordinate; other coordinates have their initial positions.
+            muscle: Name of the muscle.
 
         Raises:
-            UnknownNameError: The pose has a coordinate that does not exist.
+            UnknownNameError: A coordinate of the pose does not exist.
         """
         known = [c.name for c in self._robot.coordinates]
         for name in pose:
@@ -231,14 +233,14 @@ class _PathLengths:
 
 
 def muscle_data(muscle: Muscle) -> dict[str, Any]:
-    """What [muscles.<name>] says of a muscle, which reads back as the same."""
+    """Return the table [muscles.<name>] of a muscle, which reads back as the same."""
     data: dict[str, Any] = {"f_min": muscle.f_min}
     if muscle.friction or muscle.bend_friction:
         data |= {"friction": muscle.friction, "presliding": muscle.presliding}
     if math.isfinite(muscle.f_max):
         data["f_max"] = muscle.f_max
     if (own := muscle.model.own) is not None:
-        law = str(OwnLaw(Path(own.file), own.name))
+        law = str(CustomLaw(Path(own.file), own.name))
         data["model"] = {"kind": law, "parameters": dict(muscle.model.parameters)}
     elif muscle.model.kind in TENSION_LAWS:
         data["model"] = {"kind": muscle.model.kind, **dict(muscle.model.parameters)}
@@ -251,28 +253,30 @@ def _changed(
     f_min = muscle.f_min if changes.f_min is None else changes.f_min
     f_max = muscle.f_max if changes.f_max is None else changes.f_max
     if f_min > f_max:
-        raise InputError(f"f_min {f_min!r} N is above f_max {f_max!r} N")
+        raise InputError(f"f_min must be at most f_max, not {f_min!r} N with f_max {f_max!r} N")
     model = muscle.model
     if changes.model is not None:
         given = changes.model.data()
-        own = OwnLaw.of(given.get("kind", ""))
+        own = CustomLaw.of(given.get("kind", ""))
         if own is not None:
             model = _own_model(own._replace(file=folder / own.file), given)
         else:
             if "parameters" in given:
-                what = f"is for laws of one's own ({OWN_LAW_FORM}); others have keys of their own"
+                what = (
+                    f"is only for custom laws ({CUSTOM_LAW_FORM}); set parameters as keys of model"
+                )
                 raise InputError(what, key="model.parameters")
             given = _in_numbers(given, replace(muscle, f_max=f_max), changes, lengths)
             model = _model(given, muscle.model)
     given = {"friction": changes.friction, "presliding": changes.presliding}
-    rubbing = {key: value for key, value in given.items() if value is not None}
-    return replace(muscle, f_min=f_min, f_max=f_max, model=model, **rubbing)
+    friction = {key: value for key, value in given.items() if value is not None}
+    return replace(muscle, f_min=f_min, f_max=f_max, model=model, **friction)
 
 
 def _in_numbers(
     given: dict[str, Any], muscle: Muscle, changes: MuscleSettings, lengths: _PathLengths
 ) -> dict[str, Any]:
-    """Parameters, with numbers for those that are relative to the path's length or to f_max."""
+    """Return the parameters with numbers instead of expressions in path length and f_max."""
     if given.get("preset") == HILL_FROM_PATH:
         given = _HILL_FROM_PATH | {k: v for k, v in given.items() if k != "preset"}
     for name, value in given.items():
@@ -280,7 +284,7 @@ def _in_numbers(
             continue
         if value == F_MAX:
             if not math.isfinite(muscle.f_max):
-                raise InputError("the muscle has no f_max; give one", key=f"model.{name}")
+                raise InputError("requires f_max; set it", key=f"model.{name}")
             given[name] = muscle.f_max
         else:
             factor, _, _ = value.rpartition(PATH)
@@ -289,10 +293,10 @@ def _in_numbers(
 
 
 def _model(given: dict[str, Any], own: CableModel) -> CableModel:
-    """A law with parameters.
+    """Return a muscle law with parameters.
 
-    Parameters that are not given are the preset's, the robot's own if it has the same law, or the
-    law's defaults.
+    Missing parameters come from the preset, from the robot if it has the same law, or from the
+    defaults of the law.
     """
     preset = given.pop("preset", None)
     kind = given.pop("kind", PRESETS[preset].kind if preset else own.kind)
@@ -300,7 +304,7 @@ def _model(given: dict[str, Any], own: CableModel) -> CableModel:
     if kind not in TENSION_LAWS:
         raise UnknownNameError("muscle model", kind, TENSION_LAWS, key="model.kind")
     if kind != base.kind:
-        raise InputError(f"{preset!r} is a {base.kind}, not a {kind}", key="model.preset")
+        raise InputError(f"{preset!r} has the law {base.kind!r}, not {kind!r}", key="model.preset")
     known = [parameter.name for parameter in TENSION_LAWS[kind].parameters]
     for name in given:
         if name not in known:
@@ -311,21 +315,21 @@ def _model(given: dict[str, Any], own: CableModel) -> CableModel:
     return CableModel(kind, tuple(parameters.items()))
 
 
-def _own_model(law: OwnLaw, given: Mapping[str, Any]) -> CableModel:
-    """A law of one's own; its file is read, and not run."""
+def _own_model(law: CustomLaw, given: Mapping[str, Any]) -> CableModel:
+    """Return a custom law; its file is read but not executed."""
     for name in given:
         if name not in ("kind", "parameters"):
-            what = "is not for laws of one's own; give it in parameters"
+            what = "is not for custom laws; set it in model.parameters"
             raise InputError(what, key=f"model.{name}")
     parameters = tuple(given.get("parameters", {}).items())
     return CableModel("ideal", parameters, OwnTension(str(law.file), law.name, _command(law)))
 
 
-def _command(law: OwnLaw) -> tuple[str, str, float, float] | None:
-    """What a law of one's own says of its command; None for a passive one.
+def _command(law: CustomLaw) -> tuple[str, str, float, float] | None:
+    """Return the command of a custom law: name, unit and range; None for a passive law.
 
     Raises:
-        InputError: It is not written out, or is no name, unit and range.
+        InputError: The command is not a literal of name, unit and range.
     """
     lines = [
         line
@@ -344,13 +348,13 @@ def _command(law: OwnLaw) -> tuple[str, str, float, float] | None:
     except (ValueError, TypeError):
         command = name = None
     if not (isinstance(name, str) and name.isidentifier() and math.isfinite(high - low)):
-        what = 'must be written out as name, unit, least, greatest: ("rest_length", "m", 0.0, 2.0)'
+        what = 'must be a literal (name, unit, min, max), such as ("rest_length", "m", 0.0, 2.0)'
         raise InputError(f"{law.name}.command {what}", file=law.file, line=lines[-1].lineno)
     if unit not in SI_UNITS:
         error = UnknownNameError("unit", str(unit), SI_UNITS)
         raise InputError(f"{law.name}.command: {error}", file=law.file, line=lines[-1].lineno)
     if not low < high:
-        what = f"{law.name}.command: its least value {low!r} is not below its greatest {high!r}"
+        what = f"{law.name}.command: the minimum {low!r} must be below the maximum {high!r}"
         raise InputError(what, file=law.file, line=lines[-1].lineno)
     return name, unit, low, high
 
@@ -360,11 +364,11 @@ def _targets(line: ast.Assign | ast.AnnAssign) -> list[ast.expr]:
 
 
 def _check(parameter: Parameter, value: float | None, kind: str) -> None:
-    """Refuse a parameter that is missing or out of bounds."""
+    """Check that a parameter exists and is within its bounds."""
     key = f"model.{parameter.name}"
     if value is None:
         unit = "" if parameter.unit == "1" else f" in {parameter.unit}"
-        what = f"missing: {kind} needs {parameter.name}{unit}: {parameter.meaning}"
+        what = f"missing; {kind} requires {parameter.name}{unit}: {parameter.meaning}"
         raise InputError(what, key=key)
     too_low = value < parameter.low or (parameter.open_low and value == parameter.low)
     if too_low or value > parameter.high:

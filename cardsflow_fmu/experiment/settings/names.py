@@ -1,4 +1,4 @@
-"""The names of a robot that settings by name are for."""
+"""Names of the parts of a robot that have settings by name."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cardsflow_fmu.experiment.config.names import Names
 
 
 def robot_names(robot: Robot, space: Space = "joint") -> dict[str, Names]:
-    """All names, by the keys that models use."""
+    """Return the names of all parts, by kind."""
     coordinates = Names("coordinate", [c.name for c in robot.coordinates])
     groups = {f.name: [f"{f.name}.{axis}" for axis in f.axes] for f in robot.task_frames}
     tasks = Names("task coordinate", task_names(robot), groups)

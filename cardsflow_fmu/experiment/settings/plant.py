@@ -1,4 +1,4 @@
-"""[plant] and [start]: the simulated robot, and its state at the start."""
+"""Settings of [plant] and [start]: the simulated robot and its initial state."""
 
 from __future__ import annotations
 
@@ -20,43 +20,49 @@ Rule = Literal["euler", "rk4"]
 """The integrators of a plant."""
 
 Engine = Literal["auto", "core", "dart"]
-"""What computes a plant, or a controller's dynamics; see `sim_dart.plant.engine`."""
+"""Implementation of the dynamics of plant or controller; see `sim_dart.plant.engine`."""
 
-MOST_SUBSTEPS = 1_000_000
-"""As `sim_dart.plant.plant` has it."""
+MAX_SUBSTEPS = 1_000_000
+"""Equals the limit in `sim_dart.plant.plant`, which this module must not import."""
 
 
 class PlantSettings(Table):
     """The simulated robot."""
 
-    step: Positive = setting("internal step, in s; run.step is a whole multiple of it", None)
+    step: Positive = setting(
+        "integration step, in s; run.step is a multiple of it (default: run.step)", None
+    )
     mass_scale: tuple[Positive, ...] = each(
-        "link", "factor on masses that the controller does not know", 1.0
+        "link", "factor on the masses of the plant; the controller uses the unscaled masses", 1.0
     )
     friction_scale: tuple[FromZero, ...] = each(
-        "muscle", "factor on friction of cables that the controller does not know", 1.0
+        "muscle",
+        "factor on the cable friction of the plant; the controller uses the unscaled one",
+        1.0,
     )
-    integrator: Rule = setting("rk4: of fourth order, with the engine core", "euler")
-    engine: Engine = setting("auto: the core where there are no contacts", "auto")
-    substeps: Annotated[int, Field(ge=1, le=MOST_SUBSTEPS), AS_WHOLE] = setting(
-        "steps of the integrator in an internal step, with commands held", 1
+    integrator: Rule = setting("integrator; rk4 requires the engine core", "euler")
+    engine: Engine = setting(
+        "implementation of the dynamics; auto: core without contacts, else dart", "auto"
     )
-    energy: bool = setting("whether energies, work and momenta are outputs", False)
+    substeps: Annotated[int, Field(ge=1, le=MAX_SUBSTEPS), AS_WHOLE] = setting(
+        "integrator steps per plant.step, with constant commands", 1
+    )
+    energy: bool = setting("provide energies, work and momenta as outputs", False)
     wrenches: Annotated[tuple[str, ...], Listed] = setting(
-        "links that take forces and torques from outside", ()
+        "links with external forces and torques as inputs", ()
     )
 
 
 class StartSettings(Table):
-    """The state at the start; where it is silent, that of the reference."""
+    """Initial state (default: the first point of the reference)."""
 
     q: tuple[float, ...] = each("coordinate", "joint positions, in rad or m", None)
     qd: tuple[float, ...] = each("coordinate", "joint velocities, in rad/s or m/s", 0.0)
     y: tuple[float, ...] = each(
         "task coordinate",
-        "task coordinates, in m or rad: the pose is found by inverse kinematics",
+        "task coordinates, in m or rad; inverse kinematics finds the pose",
         None,
     )
     seed: tuple[float, ...] = each(
-        "coordinate", "where the inverse kinematics begin, in rad or m", None
+        "coordinate", "initial guess of the inverse kinematics, in rad or m", None
     )

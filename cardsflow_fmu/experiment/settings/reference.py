@@ -1,4 +1,4 @@
-"""[reference]: what is to be followed."""
+"""Settings of [reference]."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ _X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 
 
 class FlowerSettings(Table):
-    """A rose curve r = radius * cos(petals * phi) about a centre; see `FlowerReference`."""
+    """Rose curve r = radius * cos(petals * phi) about a centre; see `FlowerReference`."""
 
-    centre: Vector3 = setting("in m")
+    centre: Vector3 = setting("centre, in m")
     axes: Annotated[tuple[Vector3, ...], Listed] = setting(
-        "the two unit vectors of its plane", (_X, _Z)
+        "two orthogonal unit vectors that span the plane", (_X, _Z)
     )
-    radius: Positive = setting("in m")
+    radius: Positive = setting("radius, in m")
     petals: Annotated[int, Field(ge=1), AS_WHOLE] = setting("number of petals", 5)
-    duration: Positive = setting("in s", 30.0)
+    duration: Positive = setting("duration, in s", 30.0)
 
     @model_validator(mode="after")
     def _check_axes(self) -> Self:
@@ -51,60 +51,64 @@ class FlowerSettings(Table):
             raise SettingError("must be two vectors of three numbers", key="axes")
         u, v = map(np.array, self.axes)
         if max(abs(u @ u - 1.0), abs(v @ v - 1.0), abs(u @ v)) > _RIGHT_ANGLE:
-            raise SettingError("must be two unit vectors at a right angle", key="axes")
+            raise SettingError("must be two orthogonal unit vectors", key="axes")
         return self
 
 
 class ApproachSettings(Table):
-    """A straight way, from rest to rest, to where the reference begins."""
+    """Straight motion, from rest to rest, to the first point of the reference."""
 
-    duration: Positive = setting("in s")
+    duration: Positive = setting("duration, in s")
     start: Annotated[tuple[float, ...], Listed] = setting(
-        "where it begins, q or y; the start pose when left out", None
+        "first point, q or y (default: start pose)", None
     )
 
 
 class PointSettings(Table):
-    """A point of the reference; q or y in all of them."""
+    """Point of the reference. All points contain q, or all contain y."""
 
-    time: float = setting("in s; 0 in the first point")
+    time: float = setting("time, in s; 0 for the first point")
     q: tuple[float, ...] = each("coordinate", "joint positions, in rad or m", None)
     qd: tuple[float, ...] = each("coordinate", "joint velocities, in rad/s or m/s", 0.0)
     qdd: tuple[float, ...] = each("coordinate", "joint accelerations, in rad/s² or m/s²", 0.0)
     y: tuple[float, ...] = each("task coordinate", "task coordinates, in m or rad", None)
-    yd: tuple[float, ...] = each("task coordinate", "their rates, in m/s or rad/s", 0.0)
-    ydd: tuple[float, ...] = each("task coordinate", "their accelerations, in m/s² or rad/s²", 0.0)
-    blend_time: Positive = setting("of a parabolic blend, in s", None)
+    yd: tuple[float, ...] = each(
+        "task coordinate", "rates of the task coordinates, in m/s or rad/s", 0.0
+    )
+    ydd: tuple[float, ...] = each(
+        "task coordinate", "accelerations of the task coordinates, in m/s² or rad/s²", 0.0
+    )
+    blend_time: Positive = setting("duration of the parabolic blend, in s", None)
 
 
 class ReferenceTable(Table):
-    """What is to be followed: points, a recorded motion, a trajectory by its name, or a flower."""
+    """Reference: points, a recorded motion, a named trajectory, or a flower."""
 
-    name: Text = setting("of the points", "reference")
+    name: Text = setting("name of the trajectory of the points", "reference")
     spline: Spline = setting(
-        "the way between points; when left out, that of least jerk, without a stop in between",
+        "interpolation of the points (default: minimum jerk, without stops)",
         None,
         kind="kind of spline",
     )
     points: Annotated[tuple[PointSettings, ...], Listed, Field(min_length=2)] = setting(
-        "points in the order of their times", None
+        "points with increasing times", None
     )
-    trajectory: Text = setting("the name of a trajectory of CASPR", None)
+    trajectory: Text = setting("name of a CASPR trajectory", None)
     file: File = setting(
-        "where it is, beside the robot when left out; or a recorded motion: .csv, .npy, .npz, "
-        ".mot, .sto, or a recording of ROS 2: .mcap, .db3, a folder of rosbag2",
+        "file of the trajectory (default: in the folder of the robot); or a recorded motion: .csv, "
+        ".npy, .npz, .mot, .sto, or a ROS 2 recording: .mcap, .db3, rosbag2 folder",
         None,
     )
     samples: Annotated[Any, WithJsonSchema(_ROWS)] = setting(
-        "a recorded motion: time and positions in each row", None
+        "recorded motion: rows of time and positions", None
     )
     noise: FromZero = setting(
-        "of recorded positions, its standard deviation in rad or m; found from them when left out",
+        "standard deviation of recorded positions, in rad or m (default: estimated)",
         None,
     )
-    flower: FlowerSettings = setting("a rose curve in operational space", None)
+    flower: FlowerSettings = setting("rose curve in operational space", None)
     approach: ApproachSettings = setting(
-        "a straight way, from rest to rest, to where the reference begins", None
+        "straight motion, from rest to rest, to the first point of the reference", None
     )
 
     @model_validator(mode="after")
@@ -120,12 +124,12 @@ class ReferenceTable(Table):
         else:
             self.require_only(("trajectory", "file", "approach"))
             if self.trajectory is None:
-                other = f"missing; a recorded motion is {', '.join(FILE_TYPES)}"
+                other = f"missing; recorded motions have the file types {', '.join(FILE_TYPES)}"
                 raise SettingError("missing" if self.file is None else other, key="trajectory")
         return self
 
     def _check_points(self) -> None:
-        """That every point has what its spline takes, and times that the trajectory can have."""
+        """Check the keys and the times of the points."""
         errors: list[InputError] = []
         for k, point in enumerate(self.points):
             blends = ["blend_time"] if self.spline == "parabolic_blend" and k else []
@@ -139,26 +143,27 @@ class ReferenceTable(Table):
             raise SettingError(*errors)
         times = [point.time for point in self.points]
         if times[0] != 0 or any(b <= a for a, b in pairwise(times)):
-            raise SettingError(f"times must begin at 0 and increase: {times}", key="points")
+            raise SettingError(f"times must begin at 0 and increase, not {times}", key="points")
         for k, (before, point) in enumerate(pairwise(self.points), 1):
             if 2.0 * (point.blend_time or 0.0) >= point.time - before.time:
-                what = f"{point.blend_time!r} s is not below half the way to the point"
+                what = "must be less than half the time since the previous point"
+                what += f", not {point.blend_time!r} s"
                 raise SettingError(what, key=f"points[{k}].blend_time")
 
     @property
     def is_recorded(self) -> bool:
-        """Whether it is a recorded motion."""
+        """Whether the reference is a recorded motion."""
         by_file = self.trajectory is None and self.file is not None
         return self.samples is not None or (by_file and is_motion(self.file))
 
     @property
     def letter(self) -> str:
-        """Of what the points hold, which the first one says: `q` or `y`."""
+        """Coordinates of the points, from the first point: `q` or `y`."""
         return "y" if "y" in self.points[0].model_fields_set else "q"
 
     @property
     def rows(self) -> dict[str, str]:
-        """The keys of what the points hold, by the names in a `TrajectoryPoint`."""
+        """Keys of the points by attribute of `TrajectoryPoint`."""
         rows = {"q": self.letter}
         if self.spline in _WITH_RATES:
             rows["qd"] = f"{self.letter}d"
@@ -167,7 +172,7 @@ class ReferenceTable(Table):
         return rows
 
     def trajectory_of_points(self) -> Trajectory:
-        """The trajectory through the points."""
+        """Return the trajectory through the points."""
         space: Space = "joint" if self.letter == "q" else "operational"
         if self.spline is None:
             from controllers.references.recorded import waypoint_trajectory
@@ -188,12 +193,12 @@ class ReferenceTable(Table):
 
 @dataclass(frozen=True, slots=True)
 class ReferenceSettings:
-    """What is to be followed: a trajectory or a flower.
+    """Trajectory or flower that the controller follows.
 
     Attributes:
-        space: Whether it is made of joint positions q or task coordinates y.
-        curve: The way.
-        approach: The way to its beginning; None if the robot starts there.
+        space: Space of the reference: joint positions q or task coordinates y.
+        curve: The trajectory or flower.
+        approach: Motion to its first point; None if the robot starts there.
     """
 
     space: Space
@@ -202,13 +207,13 @@ class ReferenceSettings:
 
     @property
     def duration(self) -> float:
-        """How long it takes, with its approach, in [s]."""
+        """Duration with the approach, in [s]."""
         curve = self.curve
         own = curve.duration if isinstance(curve, FlowerSettings) else curve.points[-1].time
         return own + (self.approach.duration if self.approach else 0.0)
 
     def data(self) -> dict[str, Any]:
-        """As plain data, which reads back as the same."""
+        """Return plain data that reads back as the same."""
         approach = {} if self.approach is None else {"approach": self.approach.data()}
         if isinstance(self.curve, FlowerSettings):
             return {"flower": self.curve.data(), **approach}

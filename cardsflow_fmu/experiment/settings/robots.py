@@ -1,4 +1,4 @@
-"""[robot] and [[robots]]: the files of a robot or several, and what is changed of them."""
+"""Settings of [robot] and [[robots]]: robot files and changes of the robots."""
 
 from __future__ import annotations
 
@@ -19,53 +19,57 @@ from cardsflow_fmu.experiment.robot_overrides import KINDS, with_overrides
 Overrides = dict[str, dict[str, Any]]
 
 
-def _of(parts: str) -> Any:
-    return setting(f"changes of the robot's {parts}, by name", {})
+def _changes(parts: str) -> Any:
+    return setting(f"changes of {parts} of the robot, by name", {})
 
 
 class RobotSettings(Table):
     """The robot."""
 
     path: Text = setting(
-        "a robot's file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its folder, "
+        "robot file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its folder, "
         "relative to this file"
     )
-    cable_set: Text = setting("the cable set to use; the file's own when left out", None)
+    cable_set: Text = setting("name of the active cable set (default: as in the robot file)", None)
     operational_space: Text = setting(
-        "the set of task coordinates y to use; the file's own if left out", None
+        "name of the active set of task coordinates y (default: as in the robot file)", None
     )
-    gravity: Vector3 = setting("in the world, in m/s²; the file's own when left out", None)
-    links: Overrides = _of("links")
-    joints: Overrides = _of("joints")
-    coordinates: Overrides = _of("coordinates")
-    muscles: Overrides = _of("muscles")
-    task_frames: Overrides = _of("task frames")
-    wrap_surfaces: Overrides = _of("wrap surfaces")
+    gravity: Vector3 = setting(
+        "gravity in the world frame, in m/s² (default: as in the robot file)", None
+    )
+    links: Overrides = _changes("links")
+    joints: Overrides = _changes("joints")
+    coordinates: Overrides = _changes("coordinates")
+    muscles: Overrides = _changes("muscles")
+    task_frames: Overrides = _changes("task frames")
+    wrap_surfaces: Overrides = _changes("wrap surfaces")
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """What is changed of the robot's files, by the kind of part and the part's name."""
+        """Changes of the robot, by kind and name of the part."""
         return {kind: own for kind in KINDS if (own := getattr(self, kind))}
 
 
 class PartSettings(RobotSettings):
-    """One of several robots."""
+    """Robot in an experiment with several robots."""
 
-    name: Text = setting("its name: letters, digits, underscores")
-    position: Vector3 = setting("of its world in the common one, in m", (0.0, 0.0, 0.0))
-    rpy: Vector3 = setting("roll, pitch and yaw of it, in rad", (0.0, 0.0, 0.0))
+    name: Text = setting("name of the robot: letters, digits, underscores")
+    position: Vector3 = setting(
+        "position of the robot's world frame in the common world frame, in m", (0.0, 0.0, 0.0)
+    )
+    rpy: Vector3 = setting("roll, pitch and yaw of that frame, in rad", (0.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True)
 class RobotPart:
-    """One of several robots, and where it comes from.
+    """Robot in an experiment with several robots, and its files.
 
     Attributes:
         name: Its name.
         robot: The robot as it was read, with its active sets and gravity.
-        pose: Of its world in the common one.
-        files: Every file that makes it up, the main one first.
-        overrides: What the experiment changes of them; see `robot_overrides`.
+        pose: Pose of its world frame in the common world frame.
+        files: All files of the robot, the main file first.
+        overrides: Changes by the experiment; see `robot_overrides`.
     """
 
     name: str
@@ -76,12 +80,12 @@ class RobotPart:
 
     @property
     def folder(self) -> Path:
-        """The folder of its main file."""
+        """Folder of the main file."""
         return self.files[0].parent
 
 
 def _without_detours(path: Path) -> Path:
-    """The path without `folder/..` in it, for messages; as it is where links make that another."""
+    """Return the path without `folder/..`, for messages; unchanged if symbolic links differ."""
     short = Path(os.path.normpath(path))
     try:
         return short if short.samefile(path) else path
@@ -92,7 +96,7 @@ def _without_detours(path: Path) -> Path:
 def read_robot(
     settings: RobotSettings, context: Context, key: str = "robot"
 ) -> tuple[Reading, Robot]:
-    """The robot of [robot]; what it was read from as well."""
+    """Return the robot of [robot], and the result of reading its files."""
     try:
         path = _without_detours(context.file.parent / settings.path)
         reading = read(path, settings.cable_set)
@@ -110,24 +114,24 @@ def read_robot(
     if settings.gravity is not None:
         robot = replace(robot, gravity=settings.gravity)
     robot = with_overrides(robot, settings.overrides, context.file, key)
-    with context.at(f"{key}.path"):  # names stay different as parts of FMI variable names
+    with context.at(f"{key}.path"):  # names must stay different as parts of FMI variable names
         coordinate_signals("q", robot)
         muscle_signals("f", robot)
         task_signals("y", robot)
         if not robot.coordinates:
-            raise InputError(f"robot {robot.name!r} has no joint that moves")
+            raise InputError(f"robot {robot.name!r} has no movable joint")
         if not robot.muscles and not robot.motors:
             raise InputError(f"robot {robot.name!r} has no muscles and no motors")
     return reading, robot
 
 
 def read_parts(rows: Sequence[PartSettings], context: Context) -> tuple[RobotPart, ...]:
-    """The robots of [[robots]]."""
+    """Read the robots of [[robots]]."""
     parts = []
     for k, row in enumerate(rows):
         key = f"robots[{k}]"
         if identifier(row.name) != row.name:
-            what = f"{row.name!r} is no plain name: letters, digits, underscores"
+            what = f"must consist of letters, digits and underscores, not {row.name!r}"
             raise context.error(f"{key}.name", what)
         reading, robot = read_robot(row, context, key)
         pose = Pose(row.position, row.rpy)
@@ -138,7 +142,7 @@ def read_parts(rows: Sequence[PartSettings], context: Context) -> tuple[RobotPar
 def combined(
     parts: Sequence[RobotPart], context: Context, named: tuple[Path, ...] = ()
 ) -> tuple[Reading, Robot]:
-    """All robots as one, and what it was read from; meshes of each are its own, or named."""
+    """Combine all robots into one; each may use its own meshes and explicitly named files."""
     members = [
         Member(part.name, part.robot, part.pose, part.folder, (context.file.parent, *named))
         for part in parts
@@ -150,7 +154,7 @@ def combined(
 
 
 def robot_data(robot: Robot, path: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """What [robot] says of a robot, complete."""
+    """Return the table [robot] of a robot, with all keys."""
     data = {"path": str(path), "cable_set": robot.cable_set, "gravity": list(robot.gravity)}
     return (
         data | ({"operational_space": robot.task_set} if robot.task_set else {}) | dict(overrides)
@@ -158,6 +162,6 @@ def robot_data(robot: Robot, path: Path, overrides: Mapping[str, Any]) -> dict[s
 
 
 def part_data(part: RobotPart) -> dict[str, Any]:
-    """What a table of [[robots]] says of a robot, complete."""
+    """Return the row of [[robots]] of a robot, with all keys."""
     pose = {"position": list(part.pose.position), "rpy": list(part.pose.rpy)}
     return {"name": part.name, **pose, **robot_data(part.robot, part.files[0], part.overrides)}

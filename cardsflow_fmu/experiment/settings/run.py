@@ -1,4 +1,4 @@
-"""[run]: the co-simulation."""
+"""Settings of [run]: step, duration and output of a run."""
 
 from __future__ import annotations
 
@@ -19,21 +19,23 @@ RecordingFormat = Literal["none", "mcap"]
 
 
 class RunSettings(Table):
-    """The co-simulation."""
+    """Step, duration and output of a run."""
 
     step: Positive = setting("communication step, in s", 0.001)
-    duration: Positive = setting("in s; that of the reference when left out", None)
-    output: File = setting("folder for the results, relative to this file", "results")
-    format: TableFormat = setting("of the table of results", "csv")
-    recording: RecordingFormat = setting("beside the table, with messages of ROS 2", "none")
-    compute: Compute = setting(
-        "who computes: C wherever C can, or models that a Python process hosts", "c"
-    )
+    duration: Positive = setting("duration, in s (default: duration of the reference)", None)
+    output: File = setting("results folder, relative to this file", "results")
+    format: TableFormat = setting("file format of the results table", "csv")
+    recording: RecordingFormat = setting("additional recording with ROS 2 messages", "none")
+    compute: Compute = setting("language of the models: C where possible, or Python", "c")
     coupling: ModelCoupling = setting(
-        "FMUs, or the models directly: in one loop in C where all of them compute in C", "fmu"
+        "run the models as FMUs, or directly: in one C loop if all of them are in C", "fmu"
     )
-    scheme: Scheme = setting("in what order participants are stepped", "sampled")
-    order: Annotated[tuple[str, ...], Listed] = setting("of the participants, for gauss_seidel", ())
+    scheme: Scheme = setting(
+        "coupling scheme: order in which participants compute a step", "sampled"
+    )
+    order: Annotated[tuple[str, ...], Listed] = setting(
+        "order of the participants for gauss_seidel", ()
+    )
 
     @field_validator("coupling", mode="before")
     @classmethod
@@ -53,7 +55,7 @@ class RunSettings(Table):
 
     @property
     def stepping(self) -> Coupling:
-        """In what order plant, controller and reference are stepped."""
+        """Order in which plant, controller and reference compute a step."""
         return Coupling(self.scheme, self.order) if self.order else Coupling(self.scheme)
 
     @property
@@ -62,6 +64,6 @@ class RunSettings(Table):
         return round(self.duration / self.step)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """What FMUs carry of it: not who runs them, where results go and in which formats."""
+        """Return the settings that FMUs contain: not output, formats, compute and coupling."""
         of_a_run = ("output", "format", "recording", "compute", "coupling")
         return super().data([*of_a_run, *([] if self.order else ["order"]), *leave_out])

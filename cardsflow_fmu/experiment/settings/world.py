@@ -1,4 +1,4 @@
-"""[world]: ground, objects and contacts around a robot."""
+"""Settings of [world]: ground, objects and contacts."""
 
 from __future__ import annotations
 
@@ -50,28 +50,32 @@ def _ground(ground: Any) -> Any:
 
 
 class _Surface(Table):
-    """What a body rubs and bounces like."""
+    """Friction and restitution of a body."""
 
-    friction: FromZero = setting("that of [world] when left out", None)
-    restitution: Fraction = setting("0 for no bounce, 1 for one without loss", None)
+    friction: FromZero = setting("friction coefficient (default: world.friction)", None)
+    restitution: Fraction = setting(
+        "coefficient of restitution, from 0 to 1 (default: world.restitution)", None
+    )
 
 
 class GroundSettings(_Surface):
-    """A level floor."""
+    """Horizontal ground plane."""
 
-    height: float = setting("in m", 0.0)
+    height: float = setting("height of the ground, in m", 0.0)
 
 
-class _Placed(_Surface):
-    """A shape in its place."""
+class _PlacedShape(_Surface):
+    """Shape with a pose."""
 
-    shape: ShapeName = setting("its shape")
-    radius: Positive = setting("in m", None)
-    length: Positive = setting("of a capsule or cylinder, in m", None)
-    size: Sizes = setting("of a box, in m", None)
-    file: File = setting("of a mesh, relative to this file", None)
-    scale: Annotated[Sizes, Short(_three, {"type": "number"})] = setting("of a mesh", 1.0)
-    position: Vector3 = setting("of its middle, in m", _ORIGIN)
+    shape: ShapeName = setting("kind of shape")
+    radius: Positive = setting("radius, in m", None)
+    length: Positive = setting("length of a capsule or cylinder, in m", None)
+    size: Sizes = setting("edge lengths of a box, in m", None)
+    file: File = setting("file of a mesh, relative to this file", None)
+    scale: Annotated[Sizes, Short(_three, {"type": "number"})] = setting(
+        "scale of a mesh: one factor, or one per axis", 1.0
+    )
+    position: Vector3 = setting("position of the centre, in m", _ORIGIN)
     rpy: Vector3 = setting("roll, pitch and yaw, in rad", _ORIGIN)
 
     @model_validator(mode="after")
@@ -82,7 +86,7 @@ class _Placed(_Surface):
             *(InputError("missing", key=key) for key in sizes if getattr(self, key) is None),
         ]
         if self.file is not None and not self.file.is_file():
-            errors.append(InputError(f"{self.file} is no file", key="file"))
+            errors.append(InputError(f"{self.file} does not exist", key="file"))
         if errors:
             raise SettingError(*errors)
         return self
@@ -94,52 +98,55 @@ class _Placed(_Surface):
         return [key for keys in SIZES.values() for key in keys if key not in own]
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """As of any table; without a place where it is the origin, and other shapes' keys."""
+        """Return the table as plain data, without a pose at the origin and keys of other shapes."""
         nowhere = ["position", "rpy"] if not any((*self.position, *self.rpy)) else []
         return super().data([*leave_out, *nowhere, *self._others])
 
 
-class ObjectSettings(_Placed):
-    """A body beside the robot."""
+class ObjectSettings(_PlacedShape):
+    """Free or fixed body in the world."""
 
-    name: Text = setting("its name")
-    mass: FromZero = setting("in kg; without one it is fixed", 0.0)
-    velocity: Vector3 = setting("at the start, in m/s", _ORIGIN)
-    angular_velocity: Vector3 = setting("at the start, in rad/s", _ORIGIN)
+    name: Text = setting("name of the object")
+    mass: FromZero = setting("mass, in kg; 0 for a fixed object", 0.0)
+    velocity: Vector3 = setting("initial velocity, in m/s", _ORIGIN)
+    angular_velocity: Vector3 = setting("initial angular velocity, in rad/s", _ORIGIN)
 
 
-class LinkShapeSettings(_Placed):
-    """A shape that a link collides with beside its meshes."""
+class LinkShapeSettings(_PlacedShape):
+    """Additional collision shape of a link."""
 
-    link: Text = setting("of which link")
+    link: Text = setting("link that has the shape")
 
 
 class WorldSettings(Table):
-    """What is around the robot."""
+    """Ground, objects and contacts."""
 
     ground: Annotated[GroundSettings | None, Short(_ground, {"type": "boolean"})] = setting(
-        "whether there is a ground", False
+        "ground: true, false, or a table", False
     )
-    friction: FromZero = setting("of whatever says nothing else", 1.0)
-    restitution: Fraction = setting("of whatever says nothing else", 0.0)
+    friction: FromZero = setting("friction coefficient of bodies without their own", 1.0)
+    restitution: Fraction = setting("coefficient of restitution of bodies without their own", 0.0)
     friction_law: FrictionLaw = setting(
-        "cone: Coulomb's law; pyramid: up to 41 % too strong between x and y, and faster", "pyramid"
+        "cone: Coulomb friction; pyramid: faster, but up to 41 % too strong between x and y",
+        "pyramid",
     )
-    links: LinkGeometry = setting("what links collide with", "meshes", kind="geometry of links")
-    capsule_radius: Positive = setting("where links are capsules, in m", 0.02)
-    self_collision: bool = setting("whether links of the robot collide", False)
+    links: LinkGeometry = setting(
+        "collision shapes of the links", "meshes", kind="geometry of links"
+    )
+    capsule_radius: Positive = setting("radius of link capsules, in m", 0.02)
+    self_collision: bool = setting("detect collisions between links of the robot", False)
     ignore: Annotated[tuple[NamePair, ...], Listed] = setting(
-        "pairs of names that pass through one another", ()
+        "pairs of bodies that do not collide", ()
     )
     contacts: Annotated[tuple[str, ...], Listed] = setting(
-        "whose contact forces are outputs; those of all links that collide when left out", None
+        "links whose contact forces are outputs (default: all links that collide)", None
     )
-    objects: Annotated[tuple[ObjectSettings, ...], Listed] = setting("things around the robot", ())
+    objects: Annotated[tuple[ObjectSettings, ...], Listed] = setting("objects around the robot", ())
     shapes: Annotated[tuple[LinkShapeSettings, ...], Listed] = setting(
-        "what links collide with besides", ()
+        "additional collision shapes of links", ()
     )
-    sdf: File = setting("an SDF world whose static objects are taken, relative to this file", None)
+    sdf: File = setting("SDF world whose static objects are added, relative to this file", None)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """As of any table; whether there is a ground is said in any case."""
+        """Return the table as plain data; `ground` is always included."""
         return {"ground": False, **super().data(leave_out)}

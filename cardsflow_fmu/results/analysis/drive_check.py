@@ -68,7 +68,7 @@ def experiment_findings(experiment: Experiment) -> list[Finding]:
     dynamics = control_dynamics(robot, may_be_singular=True)
     subject = Subject("experiment", experiment.name)
     found = [warning(subject, "experiment", line) for line in experiment.warnings()]
-    passive = experiment.controller.unfollowing
+    passive = experiment.controller.uncontrolled
     found += _held(robot, dynamics, np.array(experiment.start.q), passive)
     return found + list(_motion(experiment, subject))
 

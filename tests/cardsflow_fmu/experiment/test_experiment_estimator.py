@@ -157,11 +157,11 @@ def test_offsets_are_those_of_the_robots_calibration(tmp_path: Path) -> None:
             Experiment.load(EXAMPLES / "roboy_left_arm", settings)
         return str(error.value)
 
-    assert "estimator.offset: there is no" in refused()
+    assert "calibration.json does not exist" in refused()
     file = tmp_path / "new" / "calibration.json"
     for content, message in (
         ("{", "calibration.json: "),
-        ('{"offsets": {}}', "has no offsets: .*muscles.\\*.offset"),
+        ('{"offsets": {}}', "has no offsets; .*muscles.\\*.offset"),
         ('{"offsets": {"biceps": 1e-3}}', "estimator.offset.*no muscle 'biceps'"),
         ('{"offsets": {"motor1": "a"}}', "estimator.offset.motor1: must be a number"),
     ):

@@ -107,7 +107,7 @@ def test_what_cannot_be_locked_is_told(
 
 
 def test_a_robot_that_is_locked_as_a_whole_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no joint that moves"):
+    with pytest.raises(InputError, match="no movable joint"):
         locked(tmp_path, **{"robot.joints.joint_1.locked": True})
 
 

@@ -92,7 +92,7 @@ def test_it_travels_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(result["q.joint_1"], direct["q.joint_1"])
     shutil.rmtree(folder)
     with opened_run(tmp_path / "out") as again:
-        law = again.experiment.controller.own_law
+        law = again.experiment.controller.custom_law
         assert law is not None
         assert law.file.read_text() == CODE
 
@@ -118,7 +118,7 @@ def test_one_in_task_space_says_so(folder: Path) -> None:
     shutil.copytree(EXAMPLES / "roboy_left_arm", arm, ignore=shutil.ignore_patterns("results"))
     shutil.copy(folder / "mine.py", arm)
     settings = {"controller.type": "mine.py:Hand", "run.duration": 0.02}
-    with pytest.raises(InputError, match="does not follow a reference in operational space"):
+    with pytest.raises(InputError, match="cannot follow a reference in operational space"):
         Experiment.load(arm, settings)
     own = simulate(
         Experiment.load(arm, settings | {"controller.space": "operational"}), coupling="direct"
@@ -150,10 +150,10 @@ def test_what_it_does_wrong_is_one_line_with_the_place(
 @pytest.mark.parametrize(
     ("code", "message"),
     [
-        ("class Mine(:\n    pass\n", "mine.py:1: cannot be read: "),
+        ("class Mine(:\n    pass\n", "mine.py:1: is not valid Python: "),
         ("import nothing_of_this_name\nclass Mine:\n    pass\n", "mine.py:1: ModuleNotFound"),
         ("raise SystemError('odd')\nclass Mine:\n    pass\n", "mine.py:1: SystemError: odd"),
-        ("\0", "mine.py: cannot be read: "),
+        ("\0", "mine.py: is not valid Python: "),
     ],
 )
 def test_a_file_that_cannot_be_run(folder: Path, code: str, message: str) -> None:

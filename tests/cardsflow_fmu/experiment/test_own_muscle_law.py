@@ -175,13 +175,13 @@ def test_what_is_in_c_alone_refuses_it_by_name(
         ("mine.py:Elastic", "mine.py: TypeError: Elastic.__init__() missing 1 required"),
         (
             "mine.py:Computed",
-            f"mine.py:{line('10.0 * 10')}: muscles.*: Computed.command must be written out",
+            f"mine.py:{line('10.0 * 10')}: muscles.*: Computed.command must be a literal",
         ),
         ("mine.py:Furlongs", "Furlongs.command: no unit 'furlong'"),
-        ("mine.py:Reversed", "its least value 1.0 is not below its greatest 1.0"),
+        ("mine.py:Reversed", "the minimum 1.0 must be below the maximum 1.0"),
         ("nowhere.py:Elastic", "nowhere.py"),
-        ({"kind": "mine.py:Elastic", "stiffness": 1.0}, "model.stiffness: is not for laws of one"),
-        ({"kind": "elastic_cable", "parameters": {"k": 1.0}}, "model.parameters: is for laws of"),
+        ({"kind": "mine.py:Elastic", "stiffness": 1.0}, "model.stiffness: is not for custom laws"),
+        ({"kind": "elastic_cable", "parameters": {"k": 1.0}}, "model.parameters: is only for"),
     ],
     ids=str,
 )

@@ -101,7 +101,7 @@ def test_the_driven_joint_follows_while_the_passive_one_swings(
 
 
 def test_what_cannot_be_passive_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"passive: is for .* 'joint_space' .*, not 'lyapunov'"):
+    with pytest.raises(InputError, match=r"passive: requires .* 'joint_space' .*, not 'lyapunov'"):
         experiment(tmp_path, **{"controller.type": "lyapunov"})
-    with pytest.raises(InputError, match=r"controller\.passive: leaves no coordinate to follow"):
+    with pytest.raises(InputError, match=r"controller\.passive: must leave at least one"):
         experiment(tmp_path, **{"controller.passive.q": True})

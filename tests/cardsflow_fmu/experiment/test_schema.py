@@ -293,7 +293,7 @@ def test_names_in_settings_are_those_that_are_known() -> None:
     assert list(SIZES) == list(scene._SHAPES) == list(get_args(world.ShapeName))
     assert get_args(FrictionLaw) == get_args(world.FrictionLaw)
     assert get_args(LinkGeometry) == get_args(world.LinkGeometry)
-    assert MOST_SUBSTEPS == plant.MOST_SUBSTEPS
+    assert MOST_SUBSTEPS == plant.MAX_SUBSTEPS
 
 
 def test_defaults_that_the_schema_tells_change_nothing() -> None:

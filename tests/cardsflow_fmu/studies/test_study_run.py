@@ -114,10 +114,10 @@ def test_a_run_that_is_no_robot_is_a_row_with_the_finding(tmp_path: Path) -> Non
         "failed",
         "complete",
     )
-    assert "f_min 200.0 N is above f_max 100.0 N" in second["error"]
+    assert "f_min must be at most f_max, not 200.0 N with f_max 100.0 N" in second["error"]
     assert second["force.peak"] == ""
     assert result.summary["failed"] == 1
-    assert "is above f_max" in (tmp_path / "out" / "report.html").read_text()
+    assert "f_min must be at most f_max" in (tmp_path / "out" / "report.html").read_text()
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Controllers and muscle laws of one's own, as settings name them; their files are not run here."""
+"""References of settings to custom control and muscle laws; the files are not executed here."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from typing import NamedTuple, Self
 from addin_sdfusion.robot import InputError, UnknownNameError, limits
 from addin_sdfusion.robot.files import read_file
 
-_OWN_LAW = re.compile(r"(?P<file>.+\.py):(?P<name>[^\W\d]\w*)", re.DOTALL)
-OWN_LAW_FORM = "<file>.py:<class>"
+_CUSTOM_LAW = re.compile(r"(?P<file>.+\.py):(?P<name>[^\W\d]\w*)", re.DOTALL)
+CUSTOM_LAW_FORM = "<file>.py:<class>"
 
 
-class OwnLaw(NamedTuple):
-    """A controller or a muscle law of one's own: a class in a file of Python.
+class CustomLaw(NamedTuple):
+    """Custom control law or muscle law: a class in a Python file.
 
     Attributes:
-        file: The file.
-        name: The class.
+        file: Path of the file.
+        name: Name of the class.
     """
 
     file: Path
@@ -27,24 +27,24 @@ class OwnLaw(NamedTuple):
 
     @classmethod
     def of(cls, law: str) -> Self | None:
-        """From a setting; None where that is the name of one of ours."""
-        match = _OWN_LAW.fullmatch(law)
+        """Parse a setting; return None for the name of a built-in law."""
+        match = _CUSTOM_LAW.fullmatch(law)
         return None if match is None else cls(Path(match["file"]), match["name"])
 
     def __str__(self) -> str:
         return f"{self.file.as_posix()}:{self.name}"
 
     def require(self) -> ast.ClassDef:
-        """The class as it is written; nothing of the file is run.
+        """Return the syntax tree of the class; the file is not executed.
 
         Raises:
-            InputError: The file cannot be read, is not Python, or does not have the class.
+            InputError: The file cannot be read, is not Python, or does not define the class.
         """
         try:
             tree = ast.parse(read_file(self.file, limits.CODE))
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             line = error.lineno if isinstance(error, SyntaxError) else None
-            what = f"cannot be read: {getattr(error, 'msg', error)}"
+            what = f"is not valid Python: {getattr(error, 'msg', error)}"
             raise InputError(what, file=self.file, line=line) from None
         classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
         if self.name not in classes:
