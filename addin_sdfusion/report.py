@@ -9,7 +9,7 @@ from .robot.finding import Finding, errors_first
 from .robot.finding_builders import listed
 from .robot.json_text import json_text
 
-MOST_ALIKE = 3
+MAX_ALIKE = 3
 """So many warnings of a kind about a file format are listed one by one."""
 
 
@@ -38,10 +38,10 @@ def condensed(findings: Iterable[Finding]) -> list[Finding]:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)
     found = []
     for alike in kinds.values():
-        if len(alike) <= MOST_ALIKE or alike[0].is_error:
+        if len(alike) <= MAX_ALIKE or alike[0].is_error:
             found += alike
             continue
         others = [finding.subject.name for finding in alike[1:]]
-        more = f"and {len(others)} more like it: {listed(others, MOST_ALIKE)}"
+        more = f"and {len(others)} more like it: {listed(others, MAX_ALIKE)}"
         found.append(replace(alike[0], message=f"{alike[0].message} ({more})"))
     return found

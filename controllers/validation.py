@@ -13,10 +13,10 @@ from addin_sdfusion.robot import InputError
 
 from .arrays import FloatArray
 
-LARGEST_NORM = 8
+MAX_NORM = 8
 """Of forces, but infinity: with more the largest forces alone would count for a float."""
 
-LARGEST_PRETENSION = 1e9
+MAX_PRETENSION = 1e9
 """In [N]: beside much larger ones rounding loses the bounds of forces."""
 
 
@@ -88,10 +88,8 @@ def require_norm(norm: float) -> float:
     Raises:
         InputError: It is none of the whole numbers from 1 to 8, and not infinity.
     """
-    if norm not in (*range(1, LARGEST_NORM + 1), math.inf):
-        raise InputError(
-            f"norm must be a whole number from 1 to {LARGEST_NORM}, or infinity: {norm!r}"
-        )
+    if norm not in (*range(1, MAX_NORM + 1), math.inf):
+        raise InputError(f"norm must be a whole number from 1 to {MAX_NORM}, or infinity: {norm!r}")
     return float(norm)
 
 

@@ -25,7 +25,7 @@ from cardsflow_fmu.results.viewer.view import run_act, write_page  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"
 SIZE, REPORT_SIZE = (1100, 720), (1100, 1500)
-MOST_BYTES = 300_000
+MAX_BYTES = 300_000
 
 
 class Screen(NamedTuple):
@@ -74,10 +74,10 @@ def save(browser: Page, file: Path) -> None:
     """The window as a picture that is small enough for a page of words."""
     data, picture = io.BytesIO(), Image.fromarray(browser.screenshot().astype("uint8"))
     picture.save(data, "PNG", optimize=True)
-    if data.tell() >= MOST_BYTES:
+    if data.tell() >= MAX_BYTES:
         data = io.BytesIO()
         picture.convert("RGB").quantize(256).save(data, "PNG", optimize=True)
-    assert data.tell() < MOST_BYTES, f"{file}: {data.tell()} bytes"
+    assert data.tell() < MAX_BYTES, f"{file}: {data.tell()} bytes"
     file.write_bytes(data.getvalue())
     print(file, data.tell())
 

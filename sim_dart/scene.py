@@ -17,7 +17,7 @@ from addin_sdfusion.robot import IDENTITY, InputError, Pose, Vector3
 GROUND = "ground"
 """The name of the ground among the bodies of a world."""
 
-FARTHEST = 1e6
+MAX_DISTANCE = 1e6
 """In [m], [m/s], [rad/s]: no body of ours is so far, large or fast, and ODE aborts beyond 1e15."""
 
 LinkGeometry = Literal["meshes", "capsules", "none"]
@@ -246,8 +246,8 @@ class Scene:
 
 def _positive(**numbers: float) -> None:
     for name, value in numbers.items():
-        if not 0.0 < value <= FARTHEST:
-            limit = f"at most {FARTHEST:g}" if value > 0.0 else "above 0"
+        if not 0.0 < value <= MAX_DISTANCE:
+            limit = f"at most {MAX_DISTANCE:g}" if value > 0.0 else "above 0"
             raise InputError(f"{name} must be {limit}, not {value!r}")
 
 
@@ -259,8 +259,8 @@ def _finite(what: str, values: Iterable[float]) -> None:
 
 def _near(what: str, values: Iterable[float]) -> None:
     for value in values:
-        if not abs(value) <= FARTHEST:
-            raise InputError(f"{what} must be within {FARTHEST:g} of 0, not {value!r}")
+        if not abs(value) <= MAX_DISTANCE:
+            raise InputError(f"{what} must be within {MAX_DISTANCE:g} of 0, not {value!r}")
 
 
 def _check_surface(friction: float | None, restitution: float | None) -> None:

@@ -23,7 +23,7 @@ from support import documents
 from support.command_server import command_server
 from support.documents import ROOT, Block, blocks
 
-LONGEST = 1200.0
+MAX_WAIT = 1200.0
 """Of a block, in [s]."""
 _WATCHDOG = "--watchdog 60000"
 _PATIENT = "--set hardware.max_missed=100000 --set hardware.watchdog=60"
@@ -170,7 +170,7 @@ class Place:
             capture_output=True,
             text=True,
             check=False,
-            timeout=LONGEST,
+            timeout=MAX_WAIT,
         )
         said = f"{done.stdout[-2000:]}\n{done.stderr[-4000:]}"
         assert done.returncode == 0, f"{block}: exit code {done.returncode}\n{block.text}\n{said}"
@@ -205,7 +205,7 @@ def _wait_for(word: str, process: subprocess.Popen[str], block: Block) -> None:
 def _said(process: subprocess.Popen[str]) -> Iterator[str]:
     assert process.stdout is not None
     begin = time.monotonic()
-    while time.monotonic() - begin < LONGEST and (line := process.stdout.readline()):
+    while time.monotonic() - begin < MAX_WAIT and (line := process.stdout.readline()):
         yield line
 
 

@@ -11,7 +11,7 @@ import adsk.core
 
 from .dialogs import Dialog, Input
 
-_LARGEST = 1e9
+_MAX_VALUE = 1e9
 _HEAD = "head"
 
 
@@ -294,7 +294,7 @@ def _choices(inputs: Any, item: Input) -> Any:
 
 def _number(inputs: Any, item: Input) -> Any:
     value = float(item.value or 0.0)
-    return inputs.addFloatSpinnerCommandInput(item.id, item.label, "", 0.0, _LARGEST, 1.0, value)
+    return inputs.addFloatSpinnerCommandInput(item.id, item.label, "", 0.0, _MAX_VALUE, 1.0, value)
 
 
 def _check(inputs: Any, item: Input) -> Any:

@@ -24,7 +24,7 @@ _GRID = 2.0**49
 _ROUNDING = 2.0**-46
 """More than what the float value of a facet's plane is rounded by, over its largest terms."""
 
-_SMALLEST = 1e-200
+_MIN_REACH = 1e-200
 """In [m]; a power of two that brings less than this up to the grid may be too large for a float."""
 
 _Triple = tuple[int, int, int]
@@ -78,7 +78,7 @@ def _on_grid(points: Sequence[Vector3]) -> list[_Triple]:
     highs = [max(axis) for axis in zip(*points, strict=True)]
     mx, my, mz = (0.5 * low + 0.5 * high for low, high in zip(lows, highs, strict=True))
     reach = max(0.5 * high - 0.5 * low for low, high in zip(lows, highs, strict=True))
-    if reach < _SMALLEST:
+    if reach < _MIN_REACH:
         return [(0, 0, 0)] * len(points)
     scale = math.ldexp(_GRID, -math.frexp(reach)[1])  # a power of two scales without rounding
     return [

@@ -18,7 +18,7 @@ from .convex_hull import convex_hull
 from .primitives import fitted
 from .stl import stl_bytes
 
-MOST_HULLS = 16
+MAX_HULLS = 16
 """With more bodies a link gets one hull about them all: simulators pay for every shape."""
 
 Role = Literal["visual", "collision"]
@@ -171,7 +171,7 @@ def _joined(shapes: Sequence[_Triangles]) -> _Triangles:
 
 def _groups(shapes: Sequence[_Triangles]) -> list[_Triangles]:
     """What gets a hull of its own: every body, as a hull about several fills what is between."""
-    return list(shapes) if len(shapes) <= MOST_HULLS else [_joined(shapes)]
+    return list(shapes) if len(shapes) <= MAX_HULLS else [_joined(shapes)]
 
 
 def _hull(shape: _Triangles) -> _Triangles | None:

@@ -6,7 +6,7 @@ import re
 import unicodedata
 from collections.abc import Iterable
 
-LONGEST = 50
+MAX_NAME = 50
 """So many characters are kept of a name: with four bytes each, and with what is put around them,
 they stay below the 255 bytes that file systems take."""
 
@@ -18,7 +18,7 @@ def safe_name(name: str) -> str:
     """A name as part of a file's name: letters, digits, `_` and `-`; other signs become `_`."""
     name = unicodedata.normalize("NFC", name)  # macOS and Linux spell accents differently
     kept = (sign if sign.isalnum() or sign in "_-" else "_" for sign in name)
-    safe = "".join(kept)[:LONGEST]
+    safe = "".join(kept)[:MAX_NAME]
     if not safe or _DEVICES.fullmatch(safe):
         safe = f"_{safe}"
     return safe

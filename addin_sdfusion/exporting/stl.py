@@ -18,7 +18,7 @@ HEADER = b"binary STL in metres, in the frame of the link".ljust(80)
 
 _COUNT = struct.Struct("<I")
 _TRIANGLE = struct.Struct("<12fH")
-_MOST = 2**32 - 1
+_MAX_TRIANGLES = 2**32 - 1
 
 
 def stl_bytes(nodes: Sequence[float], triangles: Sequence[int]) -> bytes:
@@ -44,7 +44,7 @@ def stl_bytes(nodes: Sequence[float], triangles: Sequence[int]) -> bytes:
         a, b, c = corners[i], corners[j], corners[k]
         if a != b and b != c and c != a:
             parts.append(_TRIANGLE.pack(*_normal(a, b, c), *a, *b, *c, 0))
-    if len(parts) > _MOST:
+    if len(parts) > _MAX_TRIANGLES:
         raise InputError("a mesh has more triangles than STL holds")
     return b"".join((HEADER, _COUNT.pack(len(parts)), *parts))
 

@@ -43,7 +43,7 @@ _KINDS: tuple[CableKind, ...] = get_args(CableKind)
 _AXES: tuple[Axis, ...] = get_args(Axis)
 _ROLES: tuple[Role, ...] = get_args(Role)
 _HEADER = re.compile(r"(?P<name>[a-z_]+) *(?:[\[(](?P<unit>[a-z]+)[\])])?", re.IGNORECASE)
-_LARGEST_NUMBER = 10**6
+_MAX_NUMBER = 10**6
 
 
 def read_csv(
@@ -202,7 +202,7 @@ class _Reader:
             number = int(text)
         except ValueError:
             number = -1
-        if not 0 <= number <= _LARGEST_NUMBER:
+        if not 0 <= number <= _MAX_NUMBER:
             self.error("bad-number", f"number must be 0, 1, 2, ..., not {text!r}")
             return None
         return number

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .finding import Finding, cut
 
-_MOST_COMPARED, _LONGEST, _LONGEST_PATH = 1000, 200, 1000
+_MAX_COMPARED, _MAX_KEY, _MAX_PATH = 1000, 200, 1000
 
 
 class CardsflowError(Exception):
@@ -45,10 +45,10 @@ class InputError(CardsflowError):
 
     def __str__(self) -> str:
         """The message, led by the place; a line for each thing that is wrong."""
-        place = "" if self.file is None else cut(str(self.file), _LONGEST_PATH)
+        place = "" if self.file is None else cut(str(self.file), _MAX_PATH)
         if place and self.line is not None:
             place += f":{self.line}"
-        parts = [part for part in (place, cut(self.key or "", _LONGEST), cut(self.what)) if part]
+        parts = [part for part in (place, cut(self.key or "", _MAX_KEY), cut(self.what)) if part]
         return "\n".join([": ".join(parts), *map(str, self.more)])
 
 
@@ -77,8 +77,8 @@ class UnknownNameError(InputError):
         self.kind = kind
         self.name = name
         self.known = tuple(known)
-        compared = self.known[:_MOST_COMPARED]
-        nearest = difflib.get_close_matches(name[:_LONGEST], compared, n=1, cutoff=0.5)
+        compared = self.known[:_MAX_COMPARED]
+        nearest = difflib.get_close_matches(name[:_MAX_KEY], compared, n=1, cutoff=0.5)
         hint = f"; did you mean {nearest[0]!r}?" if nearest else ""
         listed = ", ".join(self.known[:20]) + (", ..." if len(self.known) > 20 else "")
         what = f"no {kind} {name!r}{hint} (known: {listed or 'none'})"
@@ -121,7 +121,7 @@ class MachineError(CardsflowError):
 
     def __init__(self, what: str, file: str | Path) -> None:
         self.what, self.file = what, Path(file)
-        super().__init__(f"{cut(str(file), _LONGEST_PATH)}: {what}")
+        super().__init__(f"{cut(str(file), _MAX_PATH)}: {what}")
 
 
 class SimulationError(CardsflowError):

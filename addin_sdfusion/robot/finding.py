@@ -9,11 +9,11 @@ from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning"]
 
-_LONGEST = 2000
+_MAX_MESSAGE = 2000
 """Characters of a message: what it quotes of a file may be as long as the file."""
 
 
-def cut(message: str, most: int = _LONGEST) -> str:
+def cut(message: str, most: int = _MAX_MESSAGE) -> str:
     """A message without the end that nobody reads."""
     return message if len(message) <= most else f"{message[:most]} ..."
 

@@ -26,13 +26,13 @@ def label(subject: Subject) -> str:
     return f"{subject.kind.replace('_', ' ')} {subject.name!r}"
 
 
-MOST_NAMES_COMPARED = 100
+MAX_NAMES_COMPARED = 100
 """With more names the nearest one is not looked for: the time would grow with their square."""
 
 
 def unknown(kind: str, name: str, known: Sequence[str]) -> str:
     """The text that there is no such name, with the nearest one."""
-    if len(known) > MOST_NAMES_COMPARED:
+    if len(known) > MAX_NAMES_COMPARED:
         return f"no {kind} {name!r} among the {len(known)} known"
     return UnknownNameError(kind, name, known).what
 

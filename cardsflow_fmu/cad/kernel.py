@@ -21,7 +21,7 @@ from addin_sdfusion.snapshot import MassSnapshot, MeshSnapshot
 from cardsflow_fmu.utils.extras import install
 
 MILLIMETRE = 0.001
-_HEAVIEST = 1e100  # in [kg]; beyond it numbers overflow
+_MAX_MASS = 1e100  # in [kg]; beyond it numbers overflow
 
 _FINENESS: dict[MeshQuality, tuple[float, float]] = {
     "low": (1e-2, 0.8),
@@ -117,7 +117,7 @@ def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapsh
     mass = density * unit**3 * properties.Mass()
     if not mass > 0.0:
         return None
-    if not mass < _HEAVIEST:
+    if not mass < _MAX_MASS:
         raise InputError(f"a density of {density:.3g} kg/m3 makes a mass of {mass:.3g} kg")
     centre, inertia = properties.CentreOfMass(), properties.MatrixOfInertia()
     own = np.array([[inertia.Value(i, j) for j in (1, 2, 3)] for i in (1, 2, 3)])

@@ -14,7 +14,7 @@ from .assembly import Part
 from .kernel import MILLIMETRE, kernel, transform
 
 _HEAD = 64 * limits.KIB
-_DEEPEST = 100
+_MAX_DEPTH = 100
 
 
 def read_step(file: Path) -> tuple[str, tuple[Part, ...]]:
@@ -75,9 +75,9 @@ class _Reading:
 
     def children(self, label: Any, depth: int) -> tuple[Part, ...]:
         """What an assembly holds."""
-        if depth > _DEEPEST:
+        if depth > _MAX_DEPTH:
             raise InputError(
-                f"its assemblies are nested more than {_DEEPEST} deep", file=self._file
+                f"its assemblies are nested more than {_MAX_DEPTH} deep", file=self._file
             )
         found = _labels(lambda into: self._shapes.GetComponents_s(label, into))
         return tuple(self.part(component, depth + 1) for component in found)

@@ -9,9 +9,9 @@ import numpy as np
 from addin_sdfusion.robot import SimulationError
 from cardsflow_fmu.utils.arrays import FloatArray
 
-MOST_MOTION = 1.0
+MAX_MOTION = 1.0
 """Largest motion of a joint within a communication step, in [rad] or [m]."""
-MOST_FORCE = 1e9
+MAX_FORCE = 1e9
 """Largest plausible muscle force, in [N]."""
 
 
@@ -43,8 +43,8 @@ class Divergence:
         self._seen = len(rows)
         step = float(rows[1, 0] - rows[0, 0])
         for columns, most, scale, what in (
-            (self._speeds, MOST_MOTION, step, "moves {:.3g} rad or m within a step"),
-            (self._forces, MOST_FORCE, 1.0, "is {:.3g} N"),
+            (self._speeds, MAX_MOTION, step, "moves {:.3g} rad or m within a step"),
+            (self._forces, MAX_FORCE, 1.0, "is {:.3g} N"),
         ):
             sizes = np.abs(new[:, columns]) * scale
             beyond = ~(sizes <= most)

@@ -21,7 +21,7 @@ _SELDOM = 0.01
 _PRIORITY = 20
 """Priority among real-time threads; below those of the operating system."""
 _SET_TIMER_SLACK, _GET_TIMER_SLACK = 29, 30
-_LEAST_SLACK = 1  # [ns]; the default of Linux is 50 µs
+_MIN_SLACK = 1  # [ns]; the default of Linux is 50 µs
 
 
 class Pacer:
@@ -131,7 +131,7 @@ def real_time_priority() -> Iterator[str]:
     Yields:
         The name of the scheduling policy.
     """
-    slack = _timer_slack(_LEAST_SLACK)
+    slack = _timer_slack(_MIN_SLACK)
     before = _take_priority()
     try:
         yield scheduling()
@@ -139,7 +139,7 @@ def real_time_priority() -> Iterator[str]:
         if before is not None:
             with suppress(OSError):
                 os.sched_setscheduler(0, *before)
-        if slack not in (None, _LEAST_SLACK):
+        if slack not in (None, _MIN_SLACK):
             _timer_slack(slack)
 
 

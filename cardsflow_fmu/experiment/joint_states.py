@@ -22,7 +22,7 @@ RECORDINGS = (".mcap", ".db3")
 TOPIC = "/joint_states"
 
 _FOLDER_FILE = "metadata.yaml"
-_MOST_PUBLISHERS = 1000
+_MAX_PUBLISHERS = 1000
 
 
 class JointStates(NamedTuple):
@@ -79,8 +79,8 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
             for message in messages(file, budget):
                 state = JointState.of(store.deserialize_cdr(message.content, TYPE))
                 found[message.topic, state.names].add(message.time_ns, state)
-                if len(found) > _MOST_PUBLISHERS:
-                    raise InputError(f"holds more than {_MOST_PUBLISHERS} sets of joints")
+                if len(found) > _MAX_PUBLISHERS:
+                    raise InputError(f"holds more than {_MAX_PUBLISHERS} sets of joints")
         except InputError as error:
             error.file = error.file or file
             raise

@@ -17,7 +17,7 @@ from cardsflow_fmu.experiment.config.file import read_settings
 from cardsflow_fmu.experiment.config.key_path import set_value
 from cardsflow_fmu.experiment.config.multiples import require_multiple
 from cardsflow_fmu.experiment.config.table import Context
-from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_duration
+from cardsflow_fmu.utils.multiples import MAX_STEPS, whole_duration
 from sim_dart.plant.settings import refuse_rk4
 from sim_dart.scene import Scene
 
@@ -279,6 +279,6 @@ def _plant(
         file=context.file,
         key="plant.step",
         blame="run.step",
-        most=MOST_STEPS,
+        most=MAX_STEPS,
     )
     return settings

@@ -18,7 +18,7 @@ from cardsflow_fmu.utils.extras import require
 
 TYPE = "sensor_msgs/msg/JointState"
 
-_MOST_BYTES = limits.MIB
+_MAX_BYTES = limits.MIB
 """Of a message: thousands of joints."""
 
 _TABLES = (
@@ -95,7 +95,7 @@ def _database_messages(file: Path, _: Budget) -> Iterator[Message]:
             if database.execute(_COMPUTED, (table,)).fetchone()[0]:
                 raise InputError(f"its table {table} has columns that are computed")
         database.set_authorizer(_reads_tables)
-        yield from map(Message._make, database.execute(_TABLES, (TYPE, _MOST_BYTES)))
+        yield from map(Message._make, database.execute(_TABLES, (TYPE, _MAX_BYTES)))
 
 
 def _reads_tables(

@@ -15,7 +15,7 @@ from cardsflow_fmu.cosim.signals.muscles import (
 )
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
+from cardsflow_fmu.utils.multiples import MAX_STEPS, whole_steps
 from sim_dart import Plant
 
 
@@ -68,7 +68,7 @@ class DartPlant:
         loads = self._loads if self._loads.any() else None
         wrenches = self._wrenches if self._wrenches.any() else None
         commands, torques = self._every_command(), self._torques if self._torques.size else None
-        steps = whole_steps(h, plant.step_size, "the plant's internal step", most=MOST_STEPS)
+        steps = whole_steps(h, plant.step_size, "the plant's internal step", most=MAX_STEPS)
         for _ in range(steps):
             plant.step(commands, torques, loads, wrenches)
         self._write_outputs()

@@ -15,7 +15,7 @@ from cardsflow_fmu.hardware.protocol.signals import require_forces
 from cardsflow_fmu.hardware.session.connect import Connection, make_session
 from cardsflow_fmu.hardware.session.session import STOPPED, HardwareSession
 from cardsflow_fmu.utils.arrays import FloatArray
-from cardsflow_fmu.utils.multiples import MOST_STEPS, whole_steps
+from cardsflow_fmu.utils.multiples import MAX_STEPS, whole_steps
 from sim_dart import MusclePaths
 
 from .experiment_model import ExperimentModel
@@ -99,7 +99,7 @@ class HardwareModel(ExperimentModel):
         """Exchange commands and states with the hardware from t to t + h, with constant forces."""
         session = self._connected
         what = "the step agreed with the hardware"
-        count = whole_steps(h, session.step, what, most=MOST_STEPS)
+        count = whole_steps(h, session.step, what, most=MAX_STEPS)
         try:
             for k in range(count):
                 commands = np.concatenate([self._forces, self._torques])

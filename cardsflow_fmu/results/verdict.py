@@ -7,7 +7,7 @@ from typing import Any
 
 _FOLLOWED = 0.5
 """An error beyond this part of what the reference moves by is not following it."""
-_LEAST = 0.01
+_MIN_ERROR = 0.01
 """Errors below it, in [rad] or [m], are small whatever the reference does."""
 _NAMED = 3
 """Most joints that a line names."""
@@ -82,7 +82,7 @@ def _astray(summary: Mapping[str, Any]) -> list[str]:
     lost = {
         name: row
         for name, row in rows.items()
-        if row["max"] > max(_FOLLOWED * moved[row["unit"]], _LEAST)
+        if row["max"] > max(_FOLLOWED * moved[row["unit"]], _MIN_ERROR)
     }
     if not lost:
         return []

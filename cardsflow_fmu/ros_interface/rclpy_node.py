@@ -26,7 +26,7 @@ _DEPTH = 10
 _GRAPH_EVERY = 0.05
 """Longest time for which the identity of a publisher is taken from before, in [s]."""
 _JOIN_WITHIN = 2.0
-_LONGEST_WAIT = 0.1
+_MAX_WAIT = 0.1
 """Longest time for which a wait for messages holds up an interrupt of the program, in [s]."""
 _SEQUENCE = re.compile(r"sequence<(\w+)/(\w+)>")
 
@@ -190,7 +190,7 @@ class RosInbox:
                     return None
                 waits.clear_entities()
                 waits.add_subscription(handle)
-                waits.wait(int(1e9 * min(left, _LONGEST_WAIT)))
+                waits.wait(int(1e9 * min(left, _MAX_WAIT)))
         message, info = taken
         return Received(message, self._sole_publisher(), int(info["source_timestamp"] or 0))
 

@@ -46,11 +46,11 @@ _OWN_RATE = 20.0  # in [rad/s], of what springs hold; half of critical damping
 _STABLE = 0.5  # most that a displacement may grow by within a period: the period times this rate
 _GOOD_ERROR = 5e-4  # in [rad] or [m]: a motion that is followed this well is good
 _SLOW_ERROR = 2e-3  # the same with muscles that take their time
-_MOST_WORK, _ALL_WORK = 1e6, 6e6  # of a trial but the first, and of all
+_MAX_WORK, _ALL_WORK = 1e6, 6e6  # of a trial but the first, and of all
 _SCALES = (1.0, 0.5, 0.2)
-_MOST_LOCKED = 6  # coordinates that are locked as trials have failed
+_MAX_LOCKED = 6  # coordinates that are locked as trials have failed
 _POSTURES = 33  # of a motion, at which muscles are looked at
-_MOST_LINES, _SOME_LINES = 8, 5  # on what is locked: at most, and of more
+_MAX_LINES, _SOME_LINES = 8, 5  # on what is locked: at most, and of more
 _STRONGER = 3.0  # f_max over the largest force of the motion
 
 
@@ -104,7 +104,7 @@ class Search:
         held: dict[str, str] = {}
         tried: list[tuple[Beginning, Trial, FirstMotion]] = []
         work = 0.0
-        for _ in range(_MOST_LOCKED + 1):
+        for _ in range(_MAX_LOCKED + 1):
             first, crossing = len(tried), []
             for scale in _SCALES:
                 motion = first_motion(self.robot, scale, held)
@@ -112,7 +112,7 @@ class Search:
                     break
                 for beginning in self._beginnings(motion):
                     due = self._work(beginning)
-                    if tried and due and (due > _MOST_WORK or work + due > _ALL_WORK):
+                    if tried and due and (due > _MAX_WORK or work + due > _ALL_WORK):
                         break
                     if due and any(beginning.period > one[0].period for one in tried):
                         continue  # of many muscles, as short ones fail too
@@ -301,7 +301,7 @@ def _locked(motion: FirstMotion) -> list[str]:
     lines = [
         f"{name} is locked at {q:.4g}: {motion.reasons[name]}" for name, q in motion.locked.items()
     ]
-    if len(lines) <= _MOST_LINES:
+    if len(lines) <= _MAX_LINES:
         return lines
     more = len(lines) - _SOME_LINES
     return [*lines[:_SOME_LINES], f"{more} others are locked, too: the file has a line for each"]

@@ -22,8 +22,8 @@ _UNIX = 3
 _READABLE = 0o644 << 16
 _DIRECTORY_END = struct.Struct("<4s4H2LH")
 _LARGE_DIRECTORY = b"PK\x06\x07"
-_LONGEST_COMMENT = 2**16
-_LONGEST_NAME = 1000
+_MAX_COMMENT = 2**16
+_MAX_NAME = 1000
 
 
 def archive_bytes(files: Mapping[str, bytes]) -> bytes:
@@ -135,7 +135,7 @@ def _archive(stream: BinaryIO) -> zipfile.ZipFile:
     """An archive, whose directory is small enough to be read."""
     stream.seek(0, os.SEEK_END)
     length = stream.tell()
-    stream.seek(max(0, length - _LONGEST_COMMENT - 2 * _DIRECTORY_END.size))
+    stream.seek(max(0, length - _MAX_COMMENT - 2 * _DIRECTORY_END.size))
     tail = stream.read()
     at = tail.rfind(b"PK\x05\x06")
     if 0 <= at <= len(tail) - _DIRECTORY_END.size:
@@ -175,8 +175,8 @@ def require_inside(name: str, path: Path) -> None:
         InputError: It does.
     """
     parts = PurePosixPath(name).parts
-    if not parts or len(name) > _LONGEST_NAME:
-        what = f"holds a file with a name of {len(name)} characters; 1 to {_LONGEST_NAME} can be"
+    if not parts or len(name) > _MAX_NAME:
+        what = f"holds a file with a name of {len(name)} characters; 1 to {_MAX_NAME} can be"
         raise InputError(f"{what} unpacked", file=path)
     if name.startswith("/") or "\\" in name or ":" in name or ".." in parts:
         raise InputError(f"holds {name!r}, which leads out of the archive", file=path)

@@ -19,7 +19,7 @@ from addin_sdfusion.robot.files import file_error, remove_leftovers
 LOCK = ".cardsflow.lock"
 """Name of the file; it says who holds the lock."""
 
-_MOST_WORDS = 300
+_MAX_WORDS = 300
 _TAKEN = "is there already; choose a new folder"
 
 
@@ -148,7 +148,7 @@ def _holder(file: Path) -> str:
     """Who holds a lock, in brackets; nothing where it does not say."""
     try:
         with file.open(encoding="utf-8", errors="replace") as stream:
-            words = " ".join(stream.read(_MOST_WORDS).split())
+            words = " ".join(stream.read(_MAX_WORDS).split())
     except OSError:
         return ""
     return f" ({words})" if words else ""

@@ -9,8 +9,8 @@ from pathlib import Path
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.files import read_file
 
-LEAST_BYTES = 16
-_MOST_BYTES = 4096
+MIN_BYTES = 16
+_MAX_BYTES = 4096
 
 
 def read_key(file: str | Path) -> bytes:
@@ -19,9 +19,9 @@ def read_key(file: str | Path) -> bytes:
     Raises:
         InputError: It cannot be read, or holds too few or too many bytes for a key.
     """
-    key = read_file(Path(file), _MOST_BYTES)
-    if len(key) < LEAST_BYTES:
-        what = f"holds {len(key)} bytes; a key needs at least {LEAST_BYTES}, such as"
+    key = read_file(Path(file), _MAX_BYTES)
+    if len(key) < MIN_BYTES:
+        what = f"holds {len(key)} bytes; a key needs at least {MIN_BYTES}, such as"
         raise InputError(f"{what} `head -c 32 /dev/urandom > key.bin` makes", file=file)
     return key
 

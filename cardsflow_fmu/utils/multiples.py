@@ -8,7 +8,7 @@ from addin_sdfusion.robot import InputError
 
 _TOLERANCE = 1e-9
 
-MOST_STEPS = 100_000
+MAX_STEPS = 100_000
 """Steps that a model takes in one call at most: a host that asks for more waits for too long."""
 
 

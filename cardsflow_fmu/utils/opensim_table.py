@@ -20,7 +20,7 @@ from .csv_table import csv_text, reason, require_bounded, require_table
 FILE_TYPES = (".mot", ".sto")
 
 _WHAT = "table of OpenSim"
-_MOST_HEADER = 1000  # lines
+_MAX_HEADER = 1000  # lines
 _STATE = re.compile(r"/jointset/[^/]+/(?P<coordinate>[^/]+)/(?P<kind>value|speed)")
 
 
@@ -68,7 +68,7 @@ def read_opensim_table(file: Path) -> OpenSimTable:
 def _header(stream: TextIO, file: Path) -> tuple[bool, int]:
     """Whether it says that angles are in degrees, and the number of its last line."""
     in_degrees = False
-    for number in range(1, _MOST_HEADER + 1):
+    for number in range(1, _MAX_HEADER + 1):
         line = stream.readline()
         word = line.strip().lower()
         if word == "endheader":

@@ -23,7 +23,7 @@ from controllers.force_distribution.poses import DistributedForces
 from .wrench_set import torque_margins
 
 _AT_BOUND = 1e-6  # a force this close to a bound is at it, relative to 1 N or the bound
-_LARGEST_MARGIN = 1e6
+_MAX_MARGIN = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,8 +282,8 @@ def size_muscles(
     Raises:
         InputError: The margin is wrong, or the method needs upper bounds.
     """
-    if not 0.0 <= margin <= _LARGEST_MARGIN:
-        raise InputError(f"margin must be within 0 and {_LARGEST_MARGIN:g}: {margin}")
+    if not 0.0 <= margin <= _MAX_MARGIN:
+        raise InputError(f"margin must be within 0 and {_MAX_MARGIN:g}: {margin}")
     muscles = len(terms.f_min) - terms.motors
     open_ways = np.full(terms.motors, -np.inf)
     lifted = terms.with_bounds(np.concatenate([terms.f_min[:muscles], open_ways]), np.inf)

@@ -13,7 +13,7 @@ from controllers.dynamics import PathDynamics, TaskDynamics, closed
 from controllers.validation import finite_vector, is_finite
 
 _EXACT = 1e-15  # relative changes at which an iteration has nothing to gain any more
-_LONGEST_STEP = 0.3  # of one iteration, in [rad] or [m]
+_MAX_STEP = 0.3  # of one iteration, in [rad] or [m]
 _NEAR_LIMIT = 1e-6  # a coordinate this close to a limit is at it, in [rad] or [m]
 _DAMPING = 1e-5  # of the posture beside the task, once the task is met
 _MET = 1e-13  # a task error that is nothing but rounding, in [m] or [rad]
@@ -169,7 +169,7 @@ def _descend(
     """Where damped least squares lead from one start: to the task, then along it to the posture."""
     q = np.clip(start, robot.q_min, robot.q_max)
     q = _reach(robot, y, _closed(robot, q, q))
-    longest = _LONGEST_STEP
+    longest = _MAX_STEP
     for _ in range(_ITERATIONS):
         error = _task_error(robot, y, q)
         if np.abs(error).max(initial=0.0) > tolerance or longest < _SETTLED:
@@ -181,7 +181,7 @@ def _descend(
         met = np.abs(_task_error(robot, y, ahead)).max(initial=0.0) <= tolerance
         gain = np.linalg.norm(q - posture) - np.linalg.norm(ahead - posture)
         if met and gain > 0:
-            q, longest = ahead, min(2.0 * longest, _LONGEST_STEP)
+            q, longest = ahead, min(2.0 * longest, _MAX_STEP)
         if not met or gain <= _SETTLED * longest:
             longest *= 0.25  # too far for a linear model, or nearly there
     limits = np.minimum(q - robot.q_min, robot.q_max - q) <= _NEAR_LIMIT
@@ -199,7 +199,7 @@ def _closed(robot: TaskDynamics, q: FloatArray, otherwise: FloatArray) -> FloatA
 
 def _reach(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray:
     """The configuration of least task error that q leads to, shape (n,)."""
-    error, longest = _task_error(robot, y, q), _LONGEST_STEP
+    error, longest = _task_error(robot, y, q), _MAX_STEP
     for _ in range(_ITERATIONS):
         size = float(np.linalg.norm(error))
         if size < _MET or longest < _SETTLED**2:
@@ -208,7 +208,7 @@ def _reach(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray:
         ahead = _closed(robot, q + step, q)
         new = _task_error(robot, y, ahead)
         if np.linalg.norm(new) < size:
-            q, error, longest = ahead, new, min(2.0 * longest, _LONGEST_STEP)
+            q, error, longest = ahead, new, min(2.0 * longest, _MAX_STEP)
         else:
             longest *= 0.25
     return q

@@ -28,7 +28,7 @@ from .wrench_set import capacity_margin, has_wrench_closure, too_many_facets
 
 _ROUNDING = 1e-9  # a margin this little below 0 is rounding, relative to the torques
 _CLOSED = 1e-9  # a tension factor above this is wrench closure
-_MOST_CORNERS = 4096
+_MAX_CORNERS = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,7 @@ def _feasible_at_corners(
     if half_widths is None:
         return least_squares(L, tau, f_min, f_max).solved
     W = np.asarray(half_widths, dtype=np.float64)
-    if 2 ** W.shape[-1] > _MOST_CORNERS:
+    if 2 ** W.shape[-1] > _MAX_CORNERS:
         raise InputError(f"half_widths make 2^{W.shape[-1]} corners, too many")
     signs = product((-1.0, 1.0), repeat=W.shape[-1])
     corners = (tau + np.einsum("...nk,k->...n", W, np.array(s)) for s in signs)

@@ -25,7 +25,7 @@ from addin_sdfusion.robot import InputError
 from controllers.arrays import BoolArray, FloatArray
 from controllers.force_distribution.poses import Poses, gather
 
-MOST_FACETS = 20_000
+MAX_FACETS = 20_000
 """Most choices of n - 1 muscles that are gone through."""
 
 _RANK = 1e-9  # what is below this part of the largest is zero
@@ -53,7 +53,7 @@ class _Facets(NamedTuple):
 
 def too_many_facets(m: int, n: int) -> bool:
     """Whether m muscles for n coordinates make more facets than are gone through."""
-    return n > 0 and comb(m, n - 1) > MOST_FACETS
+    return n > 0 and comb(m, n - 1) > MAX_FACETS
 
 
 def full_rank(L: FloatArray) -> BoolArray:

@@ -26,7 +26,7 @@ from controllers.arrays import FloatArray
 from controllers.qp import law_in_c
 from controllers.qp import solver as qp
 from controllers.validation import (
-    LARGEST_PRETENSION,
+    MAX_PRETENSION,
     float_array,
     force_bounds,
     is_finite,
@@ -90,7 +90,7 @@ class ForceDistribution:
         self.set_bounds(f_min, f_max)
         self.norm = require_norm(norm)
         self.pretension = named_vector(
-            "pretension", pretension, self.muscle_names, most=LARGEST_PRETENSION
+            "pretension", pretension, self.muscle_names, most=MAX_PRETENSION
         )
         if self.coordinate_names:
             self.law(len(self.coordinate_names))

@@ -23,7 +23,7 @@ NO_ANSWER = "no answer"
 # violation of a bound that counts as rounding, relative to 1 N or the bound.
 _ACCEPTED = 1e-8
 _ROUNDING = 1e-7
-_LEAST_ROW = 1e-6  # a row counts as large as this part of the largest: below is rounding
+_MIN_ROW = 1e-6  # a row counts as large as this part of the largest: below is rounding
 
 
 class Poses(NamedTuple):
@@ -213,5 +213,5 @@ def torque_errors(poses: Poses, forces: FloatArray) -> tuple[FloatArray, FloatAr
     """|tau + L'f| and how much of it is accepted, both of shape (P, n), in [N·m] or [N]."""
     made = np.einsum("pnm,pm->pn", poses.A, forces)
     terms = np.abs(poses.tau) + np.einsum("pnm,pm->pn", np.abs(poses.A), np.abs(forces))
-    terms += _LEAST_ROW * terms.max(axis=1, keepdims=True)
+    terms += _MIN_ROW * terms.max(axis=1, keepdims=True)
     return np.abs(poses.tau - made), _ACCEPTED * terms + np.finfo(float).tiny

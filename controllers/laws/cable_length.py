@@ -20,7 +20,7 @@ from controllers.dynamics import PathDynamics, bias_torque, require_no_motors
 from controllers.force_distribution.bounded import ForceDistribution
 from controllers.force_distribution.solution import ForceSolution
 from controllers.qp import solver as qp
-from controllers.validation import LARGEST_PRETENSION, check_sizes, named_vector
+from controllers.validation import MAX_PRETENSION, check_sizes, named_vector
 
 from .motors import SpringMotors
 
@@ -82,7 +82,7 @@ class CableLengthController:
         self._pretension = (
             None
             if pretension is None
-            else named_vector("pretension", pretension, names, most=LARGEST_PRETENSION)
+            else named_vector("pretension", pretension, names, most=MAX_PRETENSION)
         )
 
     def solve(

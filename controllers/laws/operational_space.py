@@ -29,7 +29,7 @@ from controllers.force_distribution.solution import STATUSES, ForceSolution
 from controllers.qp import law_in_c
 from controllers.qp.solver import DEFAULT_SOLVER, require_solver
 from controllers.validation import (
-    LARGEST_PRETENSION,
+    MAX_PRETENSION,
     check_sizes,
     finite_vector,
     float_array,
@@ -142,7 +142,7 @@ class OperationalSpaceController:
             H_q=named_vector("acceleration_weights", acceleration_weights, joints, above=0.0),
             H_f=named_vector("force_weights", force_weights, actuators, above=0.0),
             H_r=named_vector("force_rate_weights", force_rate_weights, actuators),
-            f_p=named_vector("pretension", f_p, actuators, most=LARGEST_PRETENSION),
+            f_p=named_vector("pretension", f_p, actuators, most=MAX_PRETENSION),
             limit_bandwidth=positive_or_none("limit_bandwidth", limit_bandwidth, "rad/s"),
         )
         self.reset()

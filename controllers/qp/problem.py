@@ -20,7 +20,7 @@ Status = Literal["solved", "infeasible", "not converged"]
 SOFTNESS = 1e-4
 
 # A row's terms below this share of the largest row's are not compared with themselves.
-_LEAST_ROW = 1e-8
+_MIN_ROW = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +141,7 @@ def check(problem: BoxProblem, eps: FloatArray, x: FloatArray, y: FloatArray | N
     norms[norms == 0.0] = norms.max() or 1.0
     rest = (A @ x - b) / norms
     size = (np.abs(b) + np.abs(A) @ np.abs(x)) / norms
-    size += _LEAST_ROW * size.max()
+    size += _MIN_ROW * size.max()
     if y is None:
         hard = eps == 0
         return Residuals(_relative(rest[hard], size[hard]), float("nan"), outside)

@@ -24,7 +24,7 @@ from controllers.validation import finite_vector, float_array, is_finite, requir
 from .reference import APPROACH, ROSE, Reference, ReferencePart
 
 _GAP = 1e-6  # the largest gap between two references in a sequence, in [m] or [rad]
-_SHORTEST, _LONGEST = 1e-100, 1e100  # durations in [s] whose squares are numbers
+_MIN_DURATION, _MAX_DURATION = 1e-100, 1e100  # durations in [s] whose squares are numbers
 
 
 class FlowerReference(Reference):
@@ -122,7 +122,7 @@ class SequenceReference(Reference):
 
 def _checked_duration(duration: float) -> float:
     require_positive(duration=duration)
-    if not _SHORTEST <= duration <= _LONGEST:
-        what = f"must be within {_SHORTEST!r} and {_LONGEST!r} s"
+    if not _MIN_DURATION <= duration <= _MAX_DURATION:
+        what = f"must be within {_MIN_DURATION!r} and {_MAX_DURATION!r} s"
         raise InputError(f"duration {what}, not {duration!r}")
     return float(duration)

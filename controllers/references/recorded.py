@@ -16,14 +16,14 @@ from controllers.arrays import FloatArray
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-_LARGEST_NOISE = 1e100  # whose square is a number
+_MAX_NOISE = 1e100  # whose square is a number
 
-FEWEST_SAMPLES = 6
+MIN_SAMPLES = 6
 """That a smoothing spline needs."""
 
-_MOST_KNOTS = 0.75  # a sample; with more, samples are too far apart to tell noise from motion
-_HIGHEST_ORDER = 12
-_SMALLEST_NOISE = 1e-9  # of the largest difference: below it, the spline's knots are rounding's
+_MAX_KNOTS = 0.75  # a sample; with more, samples are too far apart to tell noise from motion
+_MAX_ORDER = 12
+_MIN_NOISE = 1e-9  # of the largest difference: below it, the spline's knots are rounding's
 
 
 @np.errstate(all="ignore")  # what overflows is refused at the end
@@ -83,9 +83,9 @@ def recorded_trajectory(
     Raises:
         InputError: Shapes, numbers or times are none of a motion, or the noise is none.
     """
-    if noise is not None and not 0.0 <= noise <= _LARGEST_NOISE:
-        raise InputError(f"noise must be within 0 and {_LARGEST_NOISE:g}, not {noise!r}")
-    _require_motion(times, q, 2 if qd is not None and qdd is not None else FEWEST_SAMPLES)
+    if noise is not None and not 0.0 <= noise <= _MAX_NOISE:
+        raise InputError(f"noise must be within 0 and {_MAX_NOISE:g}, not {noise!r}")
+    _require_motion(times, q, 2 if qd is not None and qdd is not None else MIN_SAMPLES)
     for rows in (qd, qdd):
         if rows is not None:
             _require_motion(times, rows, 2)
@@ -110,7 +110,7 @@ def _smoothing_spline(times: FloatArray, q: FloatArray, noise: float | None) -> 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # its last spline is good enough
             knots, c, k = splrep(times, q, k=5, s=(m + math.sqrt(2.0 * m)) * sigma**2)
-        if len(knots) - 2 * (k + 1) < _MOST_KNOTS * m:
+        if len(knots) - 2 * (k + 1) < _MAX_KNOTS * m:
             return BSpline(knots, c, k)
     return _spline_through(times, q, [(3, 0.0), (4, 0.0)])
 
@@ -141,11 +141,11 @@ def _noise(q: FloatArray) -> float:
 
     Differences of order k have the variance binomial(2k, k) times that of white noise.
     """
-    orders = [k for k in range(2, _HIGHEST_ORDER + 1) if len(q) >= 3 * k]
+    orders = [k for k in range(2, _MAX_ORDER + 1) if len(q) >= 3 * k]
     if not orders:
         return 0.0
     mean_squares = (np.mean(np.diff(q, k) ** 2) / math.comb(2 * k, k) for k in orders)
-    return max(math.sqrt(min(mean_squares)), _SMALLEST_NOISE * float(np.ptp(q)))
+    return max(math.sqrt(min(mean_squares)), _MIN_NOISE * float(np.ptp(q)))
 
 
 def _knots(splines: Sequence[BSpline]) -> FloatArray:

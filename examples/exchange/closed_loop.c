@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 1000, LONGEST = 200, PATHS = 4096 };
+enum { MAX_VARIABLES = 1000, MAX_NAME = 200, PATHS = 4096 };
 
 typedef void *Component; /* what this needs of fmi2TypesPlatform.h and fmi2FunctionTypes.h */
 typedef struct {
@@ -24,14 +24,14 @@ typedef struct {
 } Callbacks;
 
 typedef struct {
-    char name[LONGEST];
+    char name[MAX_NAME];
     unsigned reference;
     double value;
 } Variable;
 
 typedef struct {
-    Variable inputs[MOST], outputs[MOST];
-    const Variable *sources[MOST]; /* of the inputs; NULL keeps the start value */
+    Variable inputs[MAX_VARIABLES], outputs[MAX_VARIABLES];
+    const Variable *sources[MAX_VARIABLES]; /* of the inputs; NULL keeps the start value */
     size_t input_count, output_count;
     double step, stop;
     Component component;
@@ -76,7 +76,7 @@ static int attribute(const char *element, const char *name, char *value)
     while ((at = strstr(at + 1, name)) && at < end)
         if (at[-1] == ' ' && at[length] == '=' && at[length + 1] == '"') {
             const size_t size = strcspn(at + length + 2, "\"");
-            if (size >= LONGEST) fail("too long", name);
+            if (size >= MAX_NAME) fail("too long", name);
             memcpy(value, at + length + 2, size);
             value[size] = '\0';
             return 1;
@@ -87,14 +87,14 @@ static int attribute(const char *element, const char *name, char *value)
 static void read_variables(Participant *p, const char *description, const char *path)
 {
     for (const char *at = description; (at = strstr(at, "<ScalarVariable")); at++) {
-        char causality[LONGEST], reference[LONGEST];
+        char causality[MAX_NAME], reference[MAX_NAME];
         const char *type = strchr(at, '>') + 1;
         type += strspn(type, " \r\n\t");
         if (strncmp(type, "<Real", 5) || !attribute(at, "causality", causality)) continue;
         const int is_input = !strcmp(causality, "input");
         if (!is_input && strcmp(causality, "output")) continue;
         size_t *count = is_input ? &p->input_count : &p->output_count;
-        if (*count == MOST) fail("has too many variables", path);
+        if (*count == MAX_VARIABLES) fail("has too many variables", path);
         Variable *v = (is_input ? p->inputs : p->outputs) + (*count)++;
         if (!attribute(at, "name", v->name) || !attribute(at, "valueReference", reference))
             fail("has a variable without a name", path);
@@ -120,7 +120,7 @@ static void *function(void *library, const char *name)
 static Participant *participant(const char *folder, const char *name)
 {
     static const Callbacks callbacks = {log_message, calloc, free, NULL, NULL};
-    char path[PATHS], absolute[PATHS], guid[LONGEST], model[LONGEST], number[LONGEST];
+    char path[PATHS], absolute[PATHS], guid[MAX_NAME], model[MAX_NAME], number[MAX_NAME];
     Participant *p = calloc(1, sizeof *p);
     snprintf(path, sizeof path, "%s/%s/modelDescription.xml", folder, name);
     char *description = read_text(path);

@@ -9,7 +9,7 @@ from two_link_arm import CABLES, cable_torques
 JOINTS = ("joint_1", "joint_2")
 KP, KD = 100.0, 5.0
 """In [N m/rad] and [N m s/rad]."""
-MEAN, LEAST, MOST = 30.0, 10.0, 100.0
+MEAN, MIN_FORCE, MAX_FORCE = 30.0, 10.0, 100.0
 """Forces of the cables, in [N]: those nearest to the mean that have the torques, then cut off."""
 
 
@@ -53,5 +53,5 @@ class PdController(Fmi2Slave):
         determinant = s11 * s22 - s12 * s12
         x1, x2 = (s22 * t1 - s12 * t2) / determinant, (s11 * t2 - s12 * t1) / determinant
         for cable, (a, b) in zip(CABLES, arms, strict=True):
-            self.outputs[f"f.{cable}"] = min(max(MEAN + a * x1 + b * x2, LEAST), MOST)
+            self.outputs[f"f.{cable}"] = min(max(MEAN + a * x1 + b * x2, MIN_FORCE), MAX_FORCE)
         return True

@@ -32,14 +32,14 @@
 #include <unistd.h>
 
 enum { COMMANDS = MUSCLES, STATES = 2 * COORDINATES + 2 * MUSCLES, ROWS = TASKS ? TASKS : COORDINATES };
-enum { HELLO_VALUES = 7, ACK_VALUES = 9, MOST_VALUES = ACK_VALUES + STATES };
+enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
 
 static const uint64_t SECOND = 1000000000, REPEAT = 20000000;  /* [ns] */
 static const double PATIENCE = 0.6, RAMP_DOWN = 0.5, NEAR = 0.1; /* part of a step, [s], [rad] or [m] */
 enum { HELLOS = 40, STOPS = 10 };
-#ifndef MOST_MISSED
-#define MOST_MISSED 10 /* answers in a row, in real time */
+#ifndef MAX_MISSED
+#define MAX_MISSED 10 /* answers in a row, in real time */
 #endif
 
 /* ---- The link: one frame there, one back */
@@ -52,7 +52,7 @@ static struct frame f;
 static struct packed sent;
 static volatile sig_atomic_t ended;
 
-static int most_missed(void) { return lockstep ? 0 : MOST_MISSED; }
+static int most_missed(void) { return lockstep ? 0 : MAX_MISSED; }
 
 static void end(int number) { ended = number; }
 
@@ -264,7 +264,7 @@ int main(int count, char **arguments)
         return fprintf(stderr, "usage: controller ADDRESS PORT lockstep|realtime [KEY_FILE] < REFERENCE\n"), 2;
     there.sin_port = htons((uint16_t)strtoul(arguments[2], NULL, 10));
     lockstep = strcmp(arguments[3], "lockstep") == 0;
-    if (count > 4 && (key_size = read_file(arguments[4], pre_shared, MOST_KEY)) < 16)
+    if (count > 4 && (key_size = read_file(arguments[4], pre_shared, MAX_KEY)) < 16)
         return fprintf(stderr, "controller: no key of 16 bytes in %s\n", arguments[4]), 2;
     if (!open_law() || !open_estimator() || connect(line, (const struct sockaddr *)&there, sizeof there) < 0)
         return fprintf(stderr, "controller: no robot, or no way there\n"), 2;

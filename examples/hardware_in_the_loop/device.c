@@ -27,7 +27,7 @@
 #define ENCODERS JOINTS /* or 0: hardware.has_positions = false */
 #endif
 enum { COMMANDS = MUSCLES, STATES = 2 * ENCODERS + 2 * MUSCLES };
-enum { HELLO_VALUES = 7, ACK_VALUES = 9, MOST_VALUES = ACK_VALUES + STATES };
+enum { HELLO_VALUES = 7, ACK_VALUES = 9, MAX_VALUES = ACK_VALUES + STATES };
 #include "frame.h"
 
 static const double STEP = 1e-3, WATCHDOG = 0.02;                /* [s] */
@@ -282,7 +282,7 @@ int main(int count, char **arguments)
     signature = strtoull(arguments[3], NULL, 16);
     if (count > 4) {
         const int got = read_file(arguments[4], pre_shared, sizeof pre_shared);
-        if (got < 16 || got > MOST_KEY)
+        if (got < 16 || got > MAX_KEY)
             return fprintf(stderr, "device: no key of 16 to 256 bytes in %s\n", arguments[4]), 2;
         key_size = (size_t)got;
     }

@@ -1,6 +1,6 @@
 /* The frame of docs/reference/hardware_protocol.md in portable C99: pack, unpack, checksum, authentication.
  *
- * Define MOST_VALUES before: frames with more values are refused. */
+ * Define MAX_VALUES before: frames with more values are refused. */
 #ifndef FRAME_H
 #define FRAME_H
 
@@ -20,17 +20,17 @@ enum { HEADER = 48, MAGIC = 0x57484643, VERSION = 1 };
 struct frame {
     unsigned kind, flags, count;
     uint32_t run, seq;
-    double t, values[MOST_VALUES];
+    double t, values[MAX_VALUES];
     uint64_t sent, echo;
 };
 
 struct packed {
-    uint8_t bytes[HEADER + 8 * MOST_VALUES + SHA256_BYTES];
+    uint8_t bytes[HEADER + 8 * MAX_VALUES + SHA256_BYTES];
     size_t size;
 };
 
-enum { MOST_KEY = 256 };
-static uint8_t pre_shared[MOST_KEY + 1], run_key[SHA256_BYTES];
+enum { MAX_KEY = 256 };
+static uint8_t pre_shared[MAX_KEY + 1], run_key[SHA256_BYTES];
 static size_t key_size; /* 0: frames are not signed */
 
 static uint64_t get(const uint8_t *at, int bytes)
@@ -92,7 +92,7 @@ static int unpack(const uint8_t *data, size_t size, struct frame *f)
     f->t = get_double(data + 16), f->sent = get(data + 24, 8);
     const size_t end = HEADER + 8 * (size_t)f->count;
     uint8_t mac[SHA256_BYTES];
-    if (f->count > MOST_VALUES || size != end + (key_size ? SHA256_BYTES : 0) || !isfinite(f->t) ||
+    if (f->count > MAX_VALUES || size != end + (key_size ? SHA256_BYTES : 0) || !isfinite(f->t) ||
         !(f->flags & SIGNED) != !key_size || checksum(data, end) != get(data + 44, 4))
         return 0;
     if (key_size) {

@@ -29,8 +29,8 @@ _STAGES = ((0.25, 8), (0.5, 4), (1.0, 4))
 
 _STAGE_ITERATIONS = 6
 _STAGE_GAIN = 3e-3
-_FEWEST = 10
-_LARGEST_WORK = 8e6
+_MIN_MEASUREMENTS = 10
+_MAX_WORK = 8e6
 """Directions times readings: of longer recordings windows are left out evenly."""
 
 _KEPT_OUT = 5
@@ -310,7 +310,7 @@ def _kept_out(
     count, stops = len(cut) + len(kept), _Stops(robot)
     cut, kept = ([w for w in some if not stops.touched(w)] for some in (cut, kept))
     for name, some in (("to calibrate from", cut), ("to keep out", kept)):
-        if len(some) < (_FEWEST if some is cut else 2):
+        if len(some) < (_MIN_MEASUREMENTS if some is cut else 2):
             raise InputError(
                 f"{', '.join(r.name for r in recordings)}: there are {len(some)} stretches of "
                 f"{WINDOW} s without a gap, and with no joint at its limit, {name}: record for "
@@ -353,7 +353,7 @@ def _windows_of(cut: Sequence[Window], fraction: float) -> list[Window]:
 def _bounded(cut: list[Window], parameters: int) -> list[Window]:
     """Windows, evenly fewer if there is too much work in them."""
     work = parameters * sum(len(window.measured) for window in cut)
-    return cut[:: max(1, round(work / _LARGEST_WORK))]
+    return cut[:: max(1, round(work / _MAX_WORK))]
 
 
 def _torques(paths: MusclePaths, recordings: Sequence[Readings]) -> FloatArray:

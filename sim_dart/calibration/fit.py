@@ -14,12 +14,12 @@ from .problem import CalibrationProblem, Linearised
 from .readings import Window
 from .starts import Settled
 
-_MOST_ITERATIONS = 30
-_MOST_REFUSALS = 12
+_MAX_ITERATIONS = 30
+_MAX_REFUSALS = 12
 _DAMPING = 1e-7
 """At first: with more, numbers that are seen the least hardly move for some iterations."""
 
-_LEAST_GAIN = 0.3
+_MIN_GAIN = 0.3
 """In mean squares of residuals: a third of what one standard deviation of a number changes."""
 
 
@@ -47,7 +47,7 @@ def fit(
     problem: CalibrationProblem,
     cut: Sequence[Window],
     z: FloatArray | None = None,
-    most: int = _MOST_ITERATIONS,
+    most: int = _MAX_ITERATIONS,
     small_gain: float = 0.0,
 ) -> Fit:
     """Solve a calibration.
@@ -74,10 +74,10 @@ def fit(
                 "the robot diverges within the recording's windows: is it this robot?"
             )
         before = settled.cost + problem.prior(z)[0]
-        least = max(small_gain * before, _LEAST_GAIN * max(before / rows, 1.0))
+        least = max(small_gain * before, _MIN_GAIN * max(before / rows, 1.0))
         if _foreseen_gain(problem, at, z) <= least:
             return Fit(z, at.information, settled, iteration, True)
-        for _ in range(_MOST_REFUSALS):
+        for _ in range(_MAX_REFUSALS):
             new_z = np.clip(z + _step(problem, at, z, damping), problem.low, problem.high)
             new = _tried(problem, cut, settled, at, new_z - z, new_z)
             after = np.inf if new is None else new.cost + problem.prior(new_z)[0]

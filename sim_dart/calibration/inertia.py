@@ -19,7 +19,7 @@ NUMBERS = {
 """The numbers of `inertia_numbers` with their units, in their order."""
 
 _THIN = 0.1
-_SMALLEST = 1e-3
+_MIN_RADIUS = 1e-3
 _PLACES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
@@ -41,7 +41,7 @@ def inertia_of(numbers: FloatArray) -> Inertia:
 def thickened(inertia: Inertia) -> FloatArray:
     """The numbers of a body with mass, made a little thick where it is thin, or impossible."""
     I = np.array(inertia.matrix)  # noqa: E741
-    radius = max(float(np.sqrt(max(np.trace(I), 0.0) / 2.0 / inertia.mass)), _SMALLEST)
+    radius = max(float(np.sqrt(max(np.trace(I), 0.0) / 2.0 / inertia.mass)), _MIN_RADIUS)
     values, axes = np.linalg.eigh(np.trace(I) / 2.0 * np.eye(3) - I)
     least = inertia.mass * (_THIN * radius) ** 2
     S = axes @ np.diag(np.maximum(values, least)) @ axes.T

@@ -25,7 +25,7 @@ _SEED = 0
 _FAR = 0.05
 """Markers that are farther off than this, in [m], RMS, are not where the table says."""
 
-_LARGEST = 1e100
+_MAX_VALUE = 1e100
 """What is beyond is of no robot, and has no square."""
 
 _SEEN = 1e-3
@@ -208,4 +208,4 @@ def _fitted(seen: SeenMarkers, pose: FloatArray, blind: IntArray, y: FloatArray)
 
 
 def _is_bounded(r: FloatArray, J: FloatArray) -> bool:
-    return bool(np.abs(r).max() < _LARGEST and np.abs(J).max() < _LARGEST)
+    return bool(np.abs(r).max() < _MAX_VALUE and np.abs(J).max() < _MAX_VALUE)

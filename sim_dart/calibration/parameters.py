@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from addin_sdfusion.robot import Coordinate, InputError, Robot
-from addin_sdfusion.robot.checks.muscles import MOST_FRICTION
+from addin_sdfusion.robot.checks.muscles import MAX_FRICTION
 from addin_sdfusion.robot.model.robot import Inertia
 from addin_sdfusion.robot.model.tension_laws import law_parameters
 from sim_dart.core.arrays import FloatArray
@@ -47,7 +47,7 @@ GROUPS = {
 """What can be freed, by the first word of its name and the last."""
 
 _NONE = -1
-LEAST_FRICTION = 1e-4
+MIN_FRICTION = 1e-4
 """Of a cable: with none it would have no bends."""
 
 
@@ -172,7 +172,7 @@ def _every(
             yield key, [Parameter(key, "stiffness", k, (), stiffness, sd, "N/m")]
         if muscle.friction and muscle.bend_friction:
             key, sd = f"{name}.friction", priors.mu * muscle.friction
-            bounds = LEAST_FRICTION, MOST_FRICTION
+            bounds = MIN_FRICTION, MAX_FRICTION
             mu = muscle.friction
             yield key, [Parameter(key, "cable_friction", k, (), mu, sd, "1", *bounds)]
         key = f"motors.{muscle.name}.gain"

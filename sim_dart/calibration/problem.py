@@ -27,13 +27,13 @@ from .roll_outs import NONE, RollOuts
 from .sensitivity import Sensitivity
 from .starts import Eliminated, Left, Settled, eliminate, settle, whitened, without_start
 
-LONGEST_STEP = 1e-3
+MAX_STEP = 1e-3
 """Of roll-outs, in [s]: readings that are farther apart have several steps between them."""
 
 _WITHOUT_EFFECT = 1e-12
 """Information in units of the prior below which a number changes no reading at all."""
 
-_LEAST_FRICTION = 1e-3
+_MIN_FRICTION = 1e-3
 """Over its prior's deviation: what would rub cannot be seen at a joint that does not rub at all."""
 
 
@@ -74,7 +74,7 @@ class CalibrationProblem:
         parameters: Sequence[Parameter],
         noise: FloatArray,
         inertia_sd: float,
-        longest_step: float = LONGEST_STEP,
+        longest_step: float = MAX_STEP,
         seen: SeenMarkers | None = None,
     ) -> None:
         self.robot, self.parameters = robot, tuple(parameters)
@@ -83,7 +83,7 @@ class CalibrationProblem:
         self.low = np.array([(one.low - one.value) / one.sd for one in parameters])
         self.high = np.array([(one.high - one.value) / one.sd for one in parameters])
         self._rubs = np.array([one.kind == "friction" for one in parameters], dtype=bool)
-        self.low[self._rubs] += _LEAST_FRICTION
+        self.low[self._rubs] += _MIN_FRICTION
         self._priors = _inertia_priors(self.robot, self.parameters, inertia_sd)
         self._rolls = RollOuts(robot, parameters, longest_step, seen)
         self._acts = np.arange(len(self.parameters), dtype=np.int32)
@@ -103,7 +103,7 @@ class CalibrationProblem:
 
     def without_traces(self, z: FloatArray) -> FloatArray:
         """Z, but no friction where it is at its least."""
-        return np.where(self._rubs & (z <= self.low), z - _LEAST_FRICTION, z)
+        return np.where(self._rubs & (z <= self.low), z - _MIN_FRICTION, z)
 
     def prior(self, z: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """The cost of theta by what was believed, half its gradient and half its Hessian."""

@@ -16,7 +16,7 @@ from sim_dart.muscles.paths import MusclePaths
 _DEGREE = 5
 """Of the polynomials in time that a window's readings are compared with, for their noise."""
 
-_LEAST_NOISE = 1e-7
+_MIN_NOISE = 1e-7
 """In [rad] or [m]: what steps of a millisecond make of a motion has errors, too."""
 
 
@@ -149,7 +149,7 @@ def noise(cut: Sequence[Window]) -> FloatArray:
     known = ~np.isnan(squares)
     variance = np.where(known, squares, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
     variance[~known.any(axis=0)] = variance.max()
-    return np.asarray(np.maximum(np.sqrt(variance), _LEAST_NOISE))
+    return np.asarray(np.maximum(np.sqrt(variance), _MIN_NOISE))
 
 
 def smooth_start(window: Window) -> FloatArray:

@@ -16,7 +16,7 @@ from sim_dart.core.arrays import FloatArray
 
 _ITERATIONS = 40
 _NEAR_ITERATIONS, _NEAR_GAIN = 6, 1e-3
-_MOST_DAMPING = 1e6
+_MAX_DAMPING = 1e6
 _GAIN = 1e-2
 """Of a window's cost, below which its start is fitted: of thousands of readings' squares."""
 
@@ -89,7 +89,7 @@ def settle(
         after = np.inf if new is None else float(new @ new)
         if tried is None or after > cost:
             damping = max(10.0 * damping, 1e-2)
-            if damping > _MOST_DAMPING:
+            if damping > _MAX_DAMPING:
                 break
             continue
         gain, start, cost, left, damping = (

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from addin_sdfusion.robot import InputError, Muscle, Robot, WrapSurface, limits
 from addin_sdfusion.robot.model.tension_laws import law_of
 
-LONGEST_HALF_AXIS = 10.0
+MAX_HALF_AXIS = 10.0
 """As of layout.h: over longer ellipsoids the search for the shortest path may fail."""
 
 
@@ -38,13 +38,13 @@ def refuse_uncomputed(robot: Robot) -> None:
 
 def _is_long(surface: WrapSurface) -> bool:
     axes = (surface.radius, *(surface.half_axes or ()))
-    return surface.half_axes is not None and max(axes) > LONGEST_HALF_AXIS * min(axes)
+    return surface.half_axes is not None and max(axes) > MAX_HALF_AXIS * min(axes)
 
 
 def _uncomputed(muscle: Muscle, long: set[str]) -> Iterator[str]:
     for wrap in muscle.wraps:
         if wrap.surface in long:
-            problem = f"with a half axis over {LONGEST_HALF_AXIS:g} times as long as another one"
+            problem = f"with a half axis over {MAX_HALF_AXIS:g} times as long as another one"
             yield f"a wrap over the ellipsoid {wrap.surface!r} {problem}"
     if muscle.wraps and any(p.when is not None and p.when.smoothing for p in muscle.via_points):
         yield "wraps beside a via point whose condition is smoothed"

@@ -26,7 +26,7 @@ from .variables import robot_variables
 
 _RULES = ("taut", "mujoco", "opensim")
 """As `enum rule` of layout.h."""
-_MOST_COEFFICIENTS = 4
+_MAX_COEFFICIENTS = 4
 
 
 class _Route(NamedTuple):
@@ -193,10 +193,10 @@ def _pieces(robot: Robot, move: PointMotion) -> tuple[Cubic, ...]:
         return ((0.0, value(function, min(max(at, move.low), move.high)), 0.0, 0.0, 0.0),)
     if not isinstance(function, Polynomial):
         return cubics(function)
-    if len(function.coefficients) > _MOST_COEFFICIENTS:
+    if len(function.coefficients) > _MAX_COEFFICIENTS:
         problem = f"a via point that moves by a polynomial of {len(function.coefficients)} numbers"
-        raise CardsflowError(f"{problem} cannot be simulated; {_MOST_COEFFICIENTS} are the most")
-    a, b, c, d = (*function.coefficients, 0.0, 0.0, 0.0)[:_MOST_COEFFICIENTS]
+        raise CardsflowError(f"{problem} cannot be simulated; {_MAX_COEFFICIENTS} are the most")
+    a, b, c, d = (*function.coefficients, 0.0, 0.0, 0.0)[:_MAX_COEFFICIENTS]
     return ((0.0, a, b, c, d),)
 
 

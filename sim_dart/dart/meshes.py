@@ -14,14 +14,14 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.mesh_file import read_mesh
-from sim_dart.scene import FARTHEST
+from sim_dart.scene import MAX_DISTANCE
 
 if TYPE_CHECKING:
     import trimesh  # takes a second
 
-_MOST_FACES = 2000  # of a hull: more cost time at every contact, and nobody sees them
+_MAX_FACES = 2000  # of a hull: more cost time at every contact, and nobody sees them
 _FLAT = 1e-9
-_MOST_CORNERS = _MOST_FACES // 2 + 2
+_MAX_CORNERS = _MAX_FACES // 2 + 2
 _MANY_POINTS = 20_000
 """From here on hulls that are too fine are looked for first: computing one takes gigabytes."""
 
@@ -59,17 +59,17 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
     """
     mesh = load_mesh(file, scale)
     if _has_fine_hull(np.asarray(mesh.vertices)):
-        what = f"its convex hull has more than {_MOST_FACES} triangles"
+        what = f"its convex hull has more than {_MAX_FACES} triangles"
         raise InputError(f"{what}; simplify the mesh", file=file)
     with _naming(file, "has no convex hull with a volume"):
         hull: trimesh.Trimesh = mesh.convex_hull
         flat = not hull.volume > _FLAT * float(np.max(hull.extents)) ** 3
     if flat:
         raise InputError("is flat: its convex hull has no volume", file=file)
-    if not np.abs(hull.bounds).max() <= FARTHEST:
-        raise InputError(f"reaches farther than {FARTHEST:g} m; look at its scale", file=file)
-    if len(hull.faces) > _MOST_FACES:
-        what = f"its convex hull has {len(hull.faces)} triangles, more than {_MOST_FACES}"
+    if not np.abs(hull.bounds).max() <= MAX_DISTANCE:
+        raise InputError(f"reaches farther than {MAX_DISTANCE:g} m; look at its scale", file=file)
+    if len(hull.faces) > _MAX_FACES:
+        what = f"its convex hull has {len(hull.faces)} triangles, more than {_MAX_FACES}"
         raise InputError(f"{what}; simplify the mesh", file=file)
     return hull
 
@@ -84,11 +84,11 @@ def _has_fine_hull(points: FloatArray) -> bool:
         return False
     drawn, seen = np.random.default_rng(0), set[int]()
     columns = np.ascontiguousarray(points.T)
-    for ways in range(1, _MOST_CORNERS // 4):
+    for ways in range(1, _MAX_CORNERS // 4):
         seen.update(np.argmax(drawn.normal(size=(8, 3)) @ columns, axis=1).tolist())
         if len(seen) < ways:  # an eighth: soon there are no others
             return False
-    return len(seen) > _MOST_CORNERS
+    return len(seen) > _MAX_CORNERS
 
 
 def dart_mesh(hull: trimesh.Trimesh) -> Any:

@@ -26,7 +26,7 @@ from addin_sdfusion.robot import (
 )
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import transform
-from sim_dart.scene import FARTHEST, GROUND, Box, Scene, SceneObject, Shape
+from sim_dart.scene import GROUND, MAX_DISTANCE, Box, Scene, SceneObject, Shape
 
 from .collision_pairs import connected
 from .contacts import Contact, contact_forces, read_contacts
@@ -36,7 +36,7 @@ from .skeleton import Skeleton
 from .tunnelling import SpeedWatch, WatchedBody
 
 _GROUND_EDGE, _GROUND_DEPTH = 1000.0, 10.0  # in [m]
-_MOST_OVERLAP = 1e-3  # in [m]: bodies deeper in each other would fly apart at the start
+_MAX_OVERLAP = 1e-3  # in [m]: bodies deeper in each other would fly apart at the start
 _SWEEPS, _TOLERANCE = 200, 1e-6  # of the solver with friction cones
 
 
@@ -163,7 +163,7 @@ class World:
         self._dart.step()
         for item, dart in self._objects:
             state = np.concatenate([dart.getPositions(), dart.getVelocities()])
-            if not np.abs(state).max() < FARTHEST:
+            if not np.abs(state).max() < MAX_DISTANCE:
                 self._refuse_lost(item, state)
 
     def _refuse_lost(self, item: SceneObject, state: FloatArray) -> None:
@@ -287,9 +287,9 @@ class World:
         """Refuse what the search for contacts ends the process with."""
         for name, watched in self._bodies.items():
             away = float(np.abs(watched.body.getWorldTransform().translation()).max())
-            if not away <= FARTHEST:
+            if not away <= MAX_DISTANCE:
                 what = f"{name!r} is {away:.3g} m away at the start; contacts are found"
-                raise InputError(f"{what} within {FARTHEST:g} m")
+                raise InputError(f"{what} within {MAX_DISTANCE:g} m")
 
     def _refuse_overlap(self) -> None:
         import dartpy
@@ -298,7 +298,7 @@ class World:
         option = self._dart.getConstraintSolver().getCollisionOption()
         self._dart.checkCollision(option, result)
         for contact in read_contacts(result, self._owners):
-            if contact.depth > _MOST_OVERLAP:
+            if contact.depth > _MAX_OVERLAP:
                 raise InputError(
                     f"{contact.first!r} and {contact.second!r} are {contact.depth:.3g} m in each "
                     "other at the start; move one, or let them pass through one another (ignored)"

@@ -9,10 +9,10 @@ from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
 
 _ITERATIONS = 20
-_LARGEST = 0.2
+_MAX_STEP = 0.2
 _SMALL = 1e-7
 _DAMPING = 1e-8
-_FARTHEST = 10.0
+_MAX_ERROR = 10.0
 """In [m]: what a broken sensor says may be any number, and steps are clipped anyway."""
 
 
@@ -46,10 +46,10 @@ class FittedPose:
         taut = tensions >= self._slack
         for _ in range(_ITERATIONS):
             path = self._paths.evaluate(self.q)
-            away = np.clip(lengths - self._offsets - path.lengths, -_FARTHEST, _FARTHEST)
+            away = np.clip(lengths - self._offsets - path.lengths, -_MAX_ERROR, _MAX_ERROR)
             L, e = path.jacobian[taut], away[taut]
             H = L.T @ L + _DAMPING * np.eye(len(self.q))
-            step = np.clip(np.linalg.solve(H, L.T @ e), -_LARGEST, _LARGEST)
+            step = np.clip(np.linalg.solve(H, L.T @ e), -_MAX_STEP, _MAX_STEP)
             self.q += step
             if np.abs(step).max(initial=0.0) < _SMALL:
                 return

@@ -23,7 +23,7 @@ from .unit_places import unit_places
 CHANNELS = ("length", "tension", "torque", "encoder", "gyroscope", "accelerometer")
 """Kinds of readings, in their order."""
 
-MOST_DELAY = 100_000
+MAX_DELAY = 100_000
 """In readings, as sensors.c has it."""
 
 
@@ -94,8 +94,8 @@ class RobotSensors:
         units: Sequence[InertialUnit] = (),
     ) -> None:
         settings = settings or SensorSettings()
-        if not 0 <= settings.delay <= MOST_DELAY:
-            raise InputError(f"delay must be from 0 to {MOST_DELAY} readings: {settings.delay!r}")
+        if not 0 <= settings.delay <= MAX_DELAY:
+            raise InputError(f"delay must be from 0 to {MAX_DELAY} readings: {settings.delay!r}")
         self._robot, self._core = robot, Core(compile_blob(estimated_robot(robot)))
         n, m, i = len(robot.coordinates), len(robot.muscles), len(units)
         c, self._places = _bound(), unit_places(robot, units)

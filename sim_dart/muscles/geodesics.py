@@ -11,7 +11,7 @@ from sim_dart.core.arrays import FloatArray
 
 _STEP = 0.1
 """Of a drawn line, over the least half axis."""
-_MOST_STEPS = 200
+_MAX_STEPS = 200
 _MISS = 1e-3
 """How far from its end a geodesic may come, over the least half axis, before it is none."""
 
@@ -43,7 +43,7 @@ def geodesic_line(
         length: In [m].
     """
     R, least = egg.R_world_ellipsoid, float(egg.half_axes.min())
-    steps = min(_MOST_STEPS, max(1, math.ceil(length / (_STEP * least))))
+    steps = min(_MAX_STEPS, max(1, math.ceil(length / (_STEP * least))))
     begin, end = R.T @ (touch - egg.centre), R.T @ (lift - egg.centre)
     r = egg.half_axes * np.linalg.norm(begin / egg.half_axes)
     points = _followed(r, begin, R.T @ direction, length / steps, steps)

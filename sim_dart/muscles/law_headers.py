@@ -93,7 +93,7 @@ def _parameters_header(laws: Iterable[TensionLaw], names: str) -> str:
         "/* Which law a muscle of a blob has. */",
         f"enum law_kind {{\n{kinds}    LAW_KINDS\n}};\n",
         "/* The most states of a law. */",
-        f"#define MOST_LAW_STATES {most}\n",
+        f"#define MAX_LAW_STATES {most}\n",
         "/* Every law with its parameters: what core_laws answers. */",
         "#define LAW_NAMES " + " \\\n".join(["", *lines]).lstrip() + "\n",
         *(part for law in laws for part in _parameters(law)),

@@ -22,7 +22,7 @@ Rule = Literal["euler", "rk4"]
 
 _USE_EULER = 'use integrator = "euler"'
 
-MOST_SUBSTEPS = 1_000_000
+MAX_SUBSTEPS = 1_000_000
 """The bound of native plants too."""
 
 
@@ -36,10 +36,10 @@ def check_step(step: float, integrator: str, substeps: int) -> None:
         raise InputError(f"the plant's step must be a positive time in s, not {step!r}")
     if integrator not in get_args(Rule):
         raise InputError(f"integrator {integrator!r} is none of {', '.join(get_args(Rule))}")
-    is_whole = _is_number(substeps) and 1 <= substeps <= MOST_SUBSTEPS
+    is_whole = _is_number(substeps) and 1 <= substeps <= MAX_SUBSTEPS
     if not is_whole or substeps != int(substeps):
         raise InputError(
-            f"substeps must be a whole number from 1 to {MOST_SUBSTEPS}, not {substeps!r}"
+            f"substeps must be a whole number from 1 to {MAX_SUBSTEPS}, not {substeps!r}"
         )
 
 

@@ -24,7 +24,7 @@ from cardsflow_fmu.ros_interface.address import node_address
 
 MINUTES = float(os.environ.get("CARDSFLOW_ROS_MINUTES", "1"))
 STEP = 5e-3
-MOST_GROWTH = 4.0
+MAX_GROWTH = 4.0
 """Between the ends of the first and the last tenth, in [MiB]: allocators take memory in pieces."""
 
 
@@ -81,4 +81,4 @@ def test_memory_does_not_grow() -> None:
             last_mib=tenths[-1][name],
             largest_mib=max(row[name] for row in tenths),
         )
-        assert tenths[-1][name] - tenths[0][name] <= MOST_GROWTH, name
+        assert tenths[-1][name] - tenths[0][name] <= MAX_GROWTH, name

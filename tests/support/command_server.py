@@ -32,7 +32,7 @@ PRELOADED = (
     "scipy.interpolate",
     "scipy.optimize",
 )
-LONGEST_MESSAGE = 100_000
+MAX_MESSAGE = 100_000
 
 
 @contextmanager
@@ -81,7 +81,7 @@ def _answer(connection: socket.socket) -> None:
     import atexit
     import traceback
 
-    message, files, _, _ = socket.recv_fds(connection, LONGEST_MESSAGE, 3)
+    message, files, _, _ = socket.recv_fds(connection, MAX_MESSAGE, 3)
     for number, file in enumerate(files):
         os.dup2(file, number)
         os.close(file)

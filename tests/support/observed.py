@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-LONGEST = 120.0
+MAX_WAIT = 120.0
 """Time to wait for a program, in [s]."""
 
 
@@ -34,7 +34,7 @@ def lines_until(process: subprocess.Popen[str], what: str) -> list[str]:
     """What a program says, as far as a line with a text."""
     assert process.stdout is not None
     lines: list[str] = []
-    end = time.monotonic() + LONGEST
+    end = time.monotonic() + MAX_WAIT
     while not lines or what not in lines[-1]:
         lines.append(process.stdout.readline())
         assert lines[-1], lines

@@ -12,13 +12,13 @@ from ...robot.finding import Subject
 from ...snapshot import LINK_PREFIX, bare_name
 from ..reading import Reading
 
-_MOST = 50
+_MAX_ENTITIES = 50
 
 
 def entities_of(design: Any, reading: Reading, subject: Subject) -> list[Any]:
     """What to select for a finding; empty if it is about nothing that can be seen."""
     find = _Locator(design, reading).finders.get(subject.kind)
-    return [] if find is None else list(islice(find(subject.name), _MOST))
+    return [] if find is None else list(islice(find(subject.name), _MAX_ENTITIES))
 
 
 class _Locator:

@@ -12,9 +12,9 @@ from ..model.function import Function, Polynomial, cubics
 from ..model.joint import Coordinate
 from ..model.robot import Robot
 
-MOST_NUMBERS = 10_000
+MAX_NUMBERS = 10_000
 """So many coefficients or points a function may have."""
-LARGEST = 1e100
+MAX_VALUE = 1e100
 
 
 def functions(robot: Robot) -> Iterator[Finding]:
@@ -34,17 +34,17 @@ def functions(robot: Robot) -> Iterator[Finding]:
 def function_fault(function: Function) -> str:
     """What is wrong with a function; empty for nothing."""
     if isinstance(function, Polynomial):
-        if not 1 <= len(function.coefficients) <= MOST_NUMBERS:
+        if not 1 <= len(function.coefficients) <= MAX_NUMBERS:
             return f"polynomial has {len(function.coefficients)} coefficients"
         return "" if finite(function.coefficients) else "polynomial has a number that is not finite"
-    if len(function.x) != len(function.y) or not 2 <= len(function.x) <= MOST_NUMBERS:
+    if len(function.x) != len(function.y) or not 2 <= len(function.x) <= MAX_NUMBERS:
         return f"function has {len(function.x)} x and {len(function.y)} y; give two pairs or more"
     if not finite(function.x) or not finite(function.y):
         return "function has a number that is not finite"
     if any(not a < b for a, b in pairwise(function.x)):
         return "function has points whose x do not increase"
     try:
-        sound = all(abs(number) < LARGEST for piece in cubics(function) for number in piece)
+        sound = all(abs(number) < MAX_VALUE for piece in cubics(function) for number in piece)
     except (ZeroDivisionError, OverflowError):
         sound = False
     return "" if sound else "function has points that are too near to each other for its slopes"

@@ -14,7 +14,7 @@ from ..model.muscle import BasePulley, Muscle
 from ..model.robot import WORLD, Robot
 from ..model.tension_laws import law_of
 
-MOST_FRICTION, MOST_PRESLIDING = 2.0, 0.1
+MAX_FRICTION, MAX_PRESLIDING = 2.0, 0.1
 """Largest coefficient of friction of a cable; dry rubber has about 1."""
 
 
@@ -98,8 +98,8 @@ def _not_simulated(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
 
 def _friction(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     for where, mu in _coefficients(muscle):
-        if mu < 0.0 or mu > MOST_FRICTION:
-            problem = f"friction {mu!r}{where} is no coefficient from 0 to {MOST_FRICTION:g}"
+        if mu < 0.0 or mu > MAX_FRICTION:
+            problem = f"friction {mu!r}{where} is no coefficient from 0 to {MAX_FRICTION:g}"
             problem += "; cables in Bowden tubes and guides have 0.05 to 0.2"
             yield error(subject, "bad-cable-friction", problem)
     for k, point in enumerate(muscle.via_points, start=1):
@@ -107,9 +107,9 @@ def _friction(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
         if is_end and point.friction is not None:
             problem = f"friction of via point {k} is without effect: a cable's end does not bend"
             yield warning(subject, "idle-cable-friction", problem)
-    if not 0.0 < muscle.presliding <= MOST_PRESLIDING:
+    if not 0.0 < muscle.presliding <= MAX_PRESLIDING:
         problem = (
-            f"presliding {muscle.presliding!r} is no way above 0 m and up to {MOST_PRESLIDING:g} m"
+            f"presliding {muscle.presliding!r} is no way above 0 m and up to {MAX_PRESLIDING:g} m"
         )
         problem += "; cables turn round within 0.0001 to 0.0005"
         yield error(subject, "bad-cable-friction", problem)

@@ -18,7 +18,7 @@ from ..model.tension_laws import law_of
 
 _OF_BEARING = ("inertia", "bearing_friction")
 _WITH_DRUM = [law.kind for law in TENSION_LAWS.values() if law.has_drum]
-MOST_RADIUS = 4.0
+MAX_RADIUS = 4.0
 """Largest radius of a pulley, in [m]; those of cableways have up to 3."""
 
 
@@ -48,8 +48,8 @@ def _numbers(subject: Subject, pulley: BasePulley) -> Iterator[Finding]:
     if len(radius) != 1 or radius[0] <= 0.0:
         problem = f"pulley_radius {_text(radius)} of its base pulley is not one number above zero"
         yield error(subject, "bad-pulley", problem)
-    elif radius[0] > MOST_RADIUS:
-        problem = f"pulley_radius {_text(radius)} m of its base pulley is above {MOST_RADIUS:g} m; "
+    elif radius[0] > MAX_RADIUS:
+        problem = f"pulley_radius {_text(radius)} m of its base pulley is above {MAX_RADIUS:g} m; "
         yield error(subject, "bad-pulley", problem + "is it in mm?")
     if len(entry) != 3 or not any(entry):
         problem = f"{pulley.entry_name} {_text(entry)} of its base pulley is no direction"

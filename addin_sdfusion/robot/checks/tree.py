@@ -13,7 +13,7 @@ from ..model.joint import Joint
 from ..model.robot import WORLD, Robot
 
 AXIS_TOLERANCE = 1e-6
-MOST_NAMES = 20
+MAX_NAMES = 20
 """So many links of a loop are named."""
 DEGREES = 3.0 * math.tau, 720.0
 """Angles between these are taken for degrees; what is beyond stands for no limit."""
@@ -62,7 +62,7 @@ def no_loops(robot: Robot) -> Iterator[Finding]:
     """No link carries itself, directly or through others."""
     above = {joint.child: joint for joint in reversed(robot.joints)}
     for loop in _loops(above):
-        links = listed(loop, MOST_NAMES)
+        links = listed(loop, MAX_NAMES)
         subject = Subject("joint", above[loop[0]].name)
         yield error(subject, "closed-loop", f"closes a loop of links {links}; a robot is a tree")
 

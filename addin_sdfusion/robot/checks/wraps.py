@@ -15,9 +15,9 @@ from ..model.robot import WORLD, Robot
 from ..model.rotations import apply, inverse
 from .names import named
 
-MOST_WRAPS = 8
+MAX_WRAPS = 8
 """In one segment: as many as the C core solves for together."""
-MOST_TURNS = 10**6
+MAX_TURNS = 10**6
 INSIDE = 1e-6
 """Part of the radius by which a point on a surface may be inside it: files hold rounded numbers."""
 
@@ -74,8 +74,8 @@ def _wraps(
         if wrap.side not in get_args(Side):
             problem = f"side {wrap.side!r} of {wrap.surface!r} is none of -1, 0 and 1"
             yield error(subject, "bad-wrap-side", problem)
-        if not 0 <= wrap.turns <= MOST_TURNS:
-            problem = f"{wrap.turns} turns about {wrap.surface!r} are not within 0 to {MOST_TURNS}"
+        if not 0 <= wrap.turns <= MAX_TURNS:
+            problem = f"{wrap.turns} turns about {wrap.surface!r} are not within 0 to {MAX_TURNS}"
             yield error(subject, "bad-wrap-turns", problem)
         elif wrap.inside and (wrap.turns or wrap.side):
             problem = f"passes inside {wrap.surface!r}: remove its side and its turns"
@@ -121,8 +121,8 @@ def _sequences(
     by_segment = groupby(sorted(muscle.wraps, key=_segment), key=_segment)
     for segment, group in by_segment:
         wraps = list(group)
-        if len(wraps) > MOST_WRAPS:
-            problem = f"{len(wraps)} wraps in segment {segment}; at most {MOST_WRAPS} are possible"
+        if len(wraps) > MAX_WRAPS:
+            problem = f"{len(wraps)} wraps in segment {segment}; at most {MAX_WRAPS} are possible"
             yield error(subject, "too-many-wraps", problem)
         over = [wrap for wrap in wraps if wrap.surface in surfaces and not wrap.inside]
         known = [surfaces[wrap.surface] for wrap in over]

@@ -20,7 +20,7 @@ from ..model.robot import WORLD, Robot
 from ..model.rotations import axis_rotation, compose
 from ..model.transform import Transform
 
-_MOST_UNDERSCORES = 8
+_MAX_UNDERSCORES = 8
 """So many at the end of a name; more would make names as long as there are names."""
 
 
@@ -34,7 +34,7 @@ class Names:
     def give(self, name: str) -> str:
         """That name, or the nearest that is free."""
         free = name
-        for _ in range(_MOST_UNDERSCORES):
+        for _ in range(_MAX_UNDERSCORES):
             if free in self._taken:
                 free += "_"
         while free in self._taken:

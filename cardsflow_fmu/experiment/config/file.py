@@ -11,12 +11,12 @@ from typing import Any
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
 
-LARGEST = 2**63
+MAX_INTEGER = 2**63
 TOO_LONG = "must be a number of less than 64 bits"
-_DEEPEST = 50
+_MAX_DEPTH = 50
 _TOO_DEEP = "is nested too deeply"
 _DOTTED = re.compile(
-    rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{_DEEPEST}}}""", re.ASCII
+    rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{_MAX_DEPTH}}}""", re.ASCII
 )
 """A key of so many names with dots between, for which tomllib takes minutes."""
 
@@ -61,7 +61,7 @@ def require_sizes(data: Any, file: Path | None, key: str = "", depth: int = 0) -
     Raises:
         InputError: There is one.
     """
-    if depth > _DEEPEST:
+    if depth > _MAX_DEPTH:
         raise InputError(_TOO_DEEP, file=file)
     if isinstance(data, dict):
         for name, inner in data.items():
@@ -69,5 +69,5 @@ def require_sizes(data: Any, file: Path | None, key: str = "", depth: int = 0) -
     elif isinstance(data, list):
         for k, inner in enumerate(data):
             require_sizes(inner, file, f"{key}[{k}]", depth + 1)
-    elif isinstance(data, int) and abs(data) > LARGEST:
+    elif isinstance(data, int) and abs(data) > MAX_INTEGER:
         raise InputError(TOO_LONG, file=file, key=key or None)

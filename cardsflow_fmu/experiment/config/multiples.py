@@ -8,7 +8,7 @@ from pathlib import Path
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.utils.multiples import whole_steps
 
-MOST_STEPS = 10_000_000
+MAX_STEPS = 10_000_000
 
 
 def require_multiple(
@@ -39,6 +39,6 @@ def require_multiple(
         steps = whole_steps(time, step, what, most=most)
     except InputError as error:
         raise InputError(error.what, file=file, key=blame or key) from None
-    if steps > MOST_STEPS:
+    if steps > MAX_STEPS:
         what = f"{steps:g} steps are more than a run can hold (10 million)"
         raise InputError(what, file=file, key=key)

@@ -28,7 +28,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from addin_sdfusion.robot import InputError, UnknownNameError
 
-from .file import LARGEST, TOO_LONG
+from .file import MAX_INTEGER, TOO_LONG
 from .messages import SettingError, explained
 from .names import Names, Symbol
 
@@ -230,7 +230,7 @@ def _whole(value: Any) -> Any:
     """Numbers without a fraction count as whole ones."""
     if isinstance(value, float) and value.is_integer():
         value = int(value)
-    if isinstance(value, int) and abs(value) > LARGEST:
+    if isinstance(value, int) and abs(value) > MAX_INTEGER:
         raise SettingError(TOO_LONG)
     return value
 

@@ -34,7 +34,7 @@ from cardsflow_fmu.experiment.config.table import (
 from controllers.laws.operational_space import LIMIT_BANDWIDTH
 from controllers.qp.law_in_c import number_of
 from controllers.qp.solver import DEFAULT_SOLVER, require_solver
-from controllers.validation import LARGEST_NORM, LARGEST_PRETENSION
+from controllers.validation import MAX_NORM, MAX_PRETENSION
 
 from .controller_types import (
     JOINT_ACCELERATION,
@@ -77,9 +77,9 @@ def _norm(value: Any, handler: ValidatorFunctionWrapHandler) -> float:
     if value == INFINITY:
         return math.inf
     number: float = handler(value)
-    if not 1 <= number <= LARGEST_NORM or number != int(number):
+    if not 1 <= number <= MAX_NORM or number != int(number):
         raise SettingError(
-            f"must be an integer from 1 to {LARGEST_NORM}, or {INFINITY!r}, not {value!r}"
+            f"must be an integer from 1 to {MAX_NORM}, or {INFINITY!r}, not {value!r}"
         )
     return number
 
@@ -101,7 +101,7 @@ Norm = Annotated[
     WithJsonSchema(
         {
             "anyOf": [
-                {"type": "integer", "minimum": 1, "maximum": LARGEST_NORM},
+                {"type": "integer", "minimum": 1, "maximum": MAX_NORM},
                 {"const": INFINITY},
             ]
         }
@@ -163,7 +163,7 @@ class ControllerSettings(Table):
         "motor", "weight of squared motor torques, in 1/(N·m)² or 1/N²", None
     )
     norm: Norm = setting("norm of the forces that joint-space laws minimise", 2.0, symbol="norm")
-    pretension: tuple[Annotated[FromZero, Field(le=LARGEST_PRETENSION)], ...] = each(
+    pretension: tuple[Annotated[FromZero, Field(le=MAX_PRETENSION)], ...] = each(
         "muscle", "preferred force, in N", 0.0, symbol="f_p"
     )
     passive: tuple[bool, ...] = each(

@@ -26,7 +26,7 @@ from cardsflow_fmu.experiment.config.table import (
     setting,
 )
 from cardsflow_fmu.utils.multiples import whole_steps
-from sim_dart.estimation.sensors import MOST_DELAY, SensorSettings
+from sim_dart.estimation.sensors import MAX_DELAY, SensorSettings
 from sim_dart.estimation.settings import EstimatorSettings, InertialUnit
 
 CALIBRATED = "calibrated"
@@ -277,7 +277,7 @@ def read_estimator(
         signal_names("gyroscope", settings.links)
     with context.at("estimator.sensors.delay"):
         if settings.sensors.delay:
-            whole_steps(settings.sensors.delay, step, "run.step", most=MOST_DELAY)
+            whole_steps(settings.sensors.delay, step, "run.step", most=MAX_DELAY)
     return settings
 
 

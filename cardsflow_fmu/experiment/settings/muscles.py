@@ -23,7 +23,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from addin_sdfusion.robot import InputError, Muscle, Robot, RobotError, UnknownNameError
 from addin_sdfusion.robot.checks.check import check
-from addin_sdfusion.robot.checks.muscles import MOST_FRICTION, MOST_PRESLIDING
+from addin_sdfusion.robot.checks.muscles import MAX_FRICTION, MAX_PRESLIDING
 from addin_sdfusion.robot.model.laws import TENSION_LAWS
 from addin_sdfusion.robot.model.laws.law import Parameter
 from addin_sdfusion.robot.model.muscle import CableModel, OwnTension
@@ -158,11 +158,11 @@ class MuscleSettings(Table):
     model: Annotated[LawSettings, Short(_as_table, _NAMES)] = setting(
         "muscle law: name of a law or preset, or a table with parameters", None
     )
-    friction: Annotated[float, Field(ge=0, le=MOST_FRICTION)] = setting(
+    friction: Annotated[float, Field(ge=0, le=MAX_FRICTION)] = setting(
         "friction coefficient mu of the cable at via points and wrap surfaces without their own",
         None,
     )
-    presliding: Annotated[float, Field(gt=0, le=MOST_PRESLIDING)] = setting(
+    presliding: Annotated[float, Field(gt=0, le=MAX_PRESLIDING)] = setting(
         "presliding distance of the friction, in m", None
     )
     pose: dict[str, float] = setting(

@@ -12,7 +12,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake
 from cardsflow_fmu.utils.arrays import FloatArray
 
-MOST_STEPS = 1000
+MAX_STEPS = 1000
 """A set point in lock step takes no more steps, so that a link cannot keep a device busy."""
 
 _ROUNDING = 1e-6
@@ -65,9 +65,9 @@ class Capabilities:
         return request.with_watchdog(min(self.watchdog, request.watchdog or math.inf))
 
     def _are_whole_steps(self, time: float) -> bool:
-        steps = min(time / self.step, MOST_STEPS + 1.0)
+        steps = min(time / self.step, MAX_STEPS + 1.0)
         whole = abs(steps - round(steps)) <= _ROUNDING * steps
-        return whole and 1 <= round(steps) <= MOST_STEPS
+        return whole and 1 <= round(steps) <= MAX_STEPS
 
 
 def bounds(value: ArrayLike, count: int, name: str) -> FloatArray:

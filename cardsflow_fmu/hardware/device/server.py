@@ -17,15 +17,15 @@ from typing import Any, Protocol, Self
 from cardsflow_fmu.hardware.links.datagram_wait import AdaptiveReceiver
 from cardsflow_fmu.hardware.links.udp import resolved, udp_address
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
-from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES
+from cardsflow_fmu.hardware.protocol.frame import MAX_BYTES
 
 from .device import Device
 
-_LONGEST_WAIT = 0.05
+_MAX_WAIT = 0.05
 """Longest time between two checks of `stop`, in [s]."""
-_LONGEST_LEAP = 0.05
+_MAX_LEAP = 0.05
 """Longest delay that is caught up with; what is beyond is left out, in [s]."""
-_MOST_FRAMES = 64
+_MAX_FRAMES = 64
 """Frames answered before the device is advanced again, so that a flood cannot starve it."""
 
 
@@ -84,7 +84,7 @@ class DeviceServer:
         self.is_open = not ipaddress.ip_address(address.partition("%")[0]).is_loopback
         self.slipped = 0.0
         self._receiver = AdaptiveReceiver(
-            self._socket, partial(self._socket.recvfrom, MOST_BYTES + 1)
+            self._socket, partial(self._socket.recvfrom, MAX_BYTES + 1)
         )
 
     def run(self, stop: Callable[[], object] = bool) -> None:
@@ -121,7 +121,7 @@ class DeviceServer:
     def _advance(self, reached: float, now: float) -> float:
         """Advance the device by the steps that are due; returns the time that it has reached."""
         device = self.device
-        if now - reached > max(_LONGEST_LEAP, 2 * device.step):
+        if now - reached > max(_MAX_LEAP, 2 * device.step):
             if device.state == "running":
                 self.slipped += now - reached - device.step
             reached = now - device.step
@@ -133,7 +133,7 @@ class DeviceServer:
     def _next_event(self, reached: float) -> float:
         """The time of the next step, watchdog check or delayed frame."""
         device = self.device
-        event = min(time.monotonic() + _LONGEST_WAIT, device.next_deadline)
+        event = min(time.monotonic() + _MAX_WAIT, device.next_deadline)
         if device.goes_by_clock:
             event = min(event, reached + device.step)
         return event if self._line is None else min(event, self._line.next_due)
@@ -141,7 +141,7 @@ class DeviceServer:
     def _take_frames(self, until: float) -> None:
         """Answer frames until the next event."""
         device, state = self.device, self.device.state
-        for _ in range(_MOST_FRAMES):
+        for _ in range(_MAX_FRAMES):
             try:
                 came = self._receiver.receive(until)
             except OSError:  # an earlier answer had no receiver

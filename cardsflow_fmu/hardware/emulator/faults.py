@@ -15,10 +15,10 @@ from typing import Protocol
 
 from cardsflow_fmu.experiment.settings.hardware import Faults
 
-_MOST_DAMAGED_BYTES = 8
+_MAX_DAMAGED_BYTES = 8
 _RESIZED = 0.2
 """Part of the damaged frames that are cut or lengthened instead of having bytes changed."""
-_LONGEST_HELD = 0.01
+_MAX_HELD = 0.01
 """Longest time that a frame waits to be overtaken, in [s]."""
 
 
@@ -78,8 +78,8 @@ class FaultyChannel:
         Args:
             now: In [s].
         """
-        if self._held is not None and now >= self._held[0] + _LONGEST_HELD:
-            self._release(self._held[0] + _LONGEST_HELD)
+        if self._held is not None and now >= self._held[0] + _MAX_HELD:
+            self._release(self._held[0] + _MAX_HELD)
         frames = []
         while self._waiting and self._waiting[0][0] <= now:
             _, _, data, peer = heapq.heappop(self._waiting)
@@ -90,7 +90,7 @@ class FaultyChannel:
     @property
     def next_due(self) -> float:
         """When the next frame arrives, in [s]; infinite if there is none."""
-        held = math.inf if self._held is None else self._held[0] + _LONGEST_HELD
+        held = math.inf if self._held is None else self._held[0] + _MAX_HELD
         return min(held, self._waiting[0][0] if self._waiting else math.inf)
 
     def _is_out(self, time: float) -> bool:
@@ -120,7 +120,7 @@ class FaultyChannel:
             length = choose.choice([k for k in range(len(data) + 9) if k != len(data)])
             return (data + choose.randbytes(8))[:length]
         changed = bytearray(data)
-        indices = choose.sample(range(len(data)), min(_MOST_DAMAGED_BYTES, len(data)))
+        indices = choose.sample(range(len(data)), min(_MAX_DAMAGED_BYTES, len(data)))
         for index in indices[: choose.randint(1, len(indices))]:
             changed[index] ^= choose.randint(1, 255)
         return bytes(changed)

@@ -10,7 +10,7 @@ from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.links.framed_link import FramedLink
 
 _PEER = "loopback"
-_LONGEST_LEAP = 0.1
+_MAX_LEAP = 0.1
 """Longest time that a device is advanced by at once, in [s]."""
 
 
@@ -64,7 +64,7 @@ class LoopbackLink(FramedLink):
 
     def _advance(self, device: Device, now: float) -> None:
         """Advance the device to the present, in whole steps of its own."""
-        steps = int(min(now - self._reached, _LONGEST_LEAP) / device.step)
+        steps = int(min(now - self._reached, _MAX_LEAP) / device.step)
         for _ in range(steps):
             device.advance(device.step)
         left = now - self._reached - steps * device.step

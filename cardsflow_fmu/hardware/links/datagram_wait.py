@@ -16,14 +16,14 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-_LONGEST_POLL = 100e-6
+_MAX_POLL = 100e-6
 """Longest polling in a wait, in [s]: a tenth of a core where a step takes 1 ms."""
-_SHORTEST_POLL = 10e-6
+_MIN_POLL = 10e-6
 _POLL_FACTOR = 3.0
 """Ratio of polling to the wait before."""
 _SOON = 200e-6
 """Longest blocking wait after which the next one may poll, in [s]."""
-_LONGEST_BACKOFF = 512
+_MAX_BACKOFF = 512
 """Most blocking waits between two that poll."""
 
 
@@ -76,7 +76,7 @@ class AdaptiveReceiver(Generic[T]):
         if remaining <= self._poll_time:
             return None
         self._is_polling = False
-        self._blocking_left, self._backoff = self._backoff, min(2 * self._backoff, _LONGEST_BACKOFF)
+        self._blocking_left, self._backoff = self._backoff, min(2 * self._backoff, _MAX_BACKOFF)
         return self._receive_blocking(begin, until)
 
     def _receive_blocking(self, begin: float, until: float) -> T | None:
@@ -99,7 +99,7 @@ class AdaptiveReceiver(Generic[T]):
 
     def _set_poll_time(self, wait: float) -> None:
         """Set the polling of the next wait from the length of one, in [s]."""
-        self._poll_time = min(_SHORTEST_POLL + _POLL_FACTOR * wait, _LONGEST_POLL)
+        self._poll_time = min(_MIN_POLL + _POLL_FACTOR * wait, _MAX_POLL)
 
 
 def _cores() -> int:

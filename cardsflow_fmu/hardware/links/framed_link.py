@@ -39,7 +39,7 @@ _STOP_EVERY = 0.02
 _STOPS = 10
 _REPEAT_EVERY = 0.02
 """In lock step a set point without answer is sent again after this time, in [s]."""
-_MOST_FRAMES = 1000
+_MAX_FRAMES = 1000
 """Most frames of an exchange, so that a flood cannot stall it."""
 _LOCKSTEP = int(Flag.LOCKSTEP)
 _SETPOINT, _STATE = Kind.SETPOINT, Kind.STATE
@@ -191,7 +191,7 @@ class FramedLink(ABC):
         until = (
             min(deadline, self.clock.monotonic() + _REPEAT_EVERY) if agreed.lockstep else deadline
         )
-        for _ in range(_MOST_FRAMES):
+        for _ in range(_MAX_FRAMES):
             frame = self._next(self._keys, self.run_id, until)
             if frame is None:
                 now = self.clock.monotonic()
@@ -236,7 +236,7 @@ class FramedLink(ABC):
 
     def _next(self, keys: Keys, run_id: int, deadline: float) -> Frame | None:
         """The next valid frame of a run; others are dropped and counted."""
-        for _ in range(_MOST_FRAMES):
+        for _ in range(_MAX_FRAMES):
             data = self._receive(deadline)
             if data is None:
                 return None

@@ -33,7 +33,7 @@ from cardsflow_fmu.ros_interface.rclpy_node import open_node
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _LOOK_EVERY = 0.05
-_MOST_MESSAGES = 100
+_MAX_MESSAGES = 100
 """Most messages that are read at once, so that a flood stalls nothing."""
 _NO_TIMEOUT = (
     "a topic has no watchdog: state how long the robot may go on without commands, as "
@@ -141,7 +141,7 @@ class RosLink:
 
     def _next(self, inbox: Inbox, until: float) -> tuple[float, FloatArray] | None:
         """The next state that counts, and when it came; None if there is none until then."""
-        for _ in range(_MOST_MESSAGES):
+        for _ in range(_MAX_MESSAGES):
             message = inbox.receive(until)
             if message is None:
                 break
@@ -160,7 +160,7 @@ class RosLink:
         if self._node is None or self._inbox is None:
             raise HardwareError(f"the link to {self.uri} is not open")
         newest = None
-        for _ in range(_MOST_MESSAGES):
+        for _ in range(_MAX_MESSAGES):
             came = self._next(self._inbox, -math.inf)
             if came is None:
                 break

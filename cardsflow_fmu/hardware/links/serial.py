@@ -13,7 +13,7 @@ from urllib.parse import parse_qs, urlsplit
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.protocol.cobs import Unstuffer, encode
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
-from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES
+from cardsflow_fmu.hardware.protocol.frame import MAX_BYTES
 from cardsflow_fmu.utils.extras import install
 
 from .framed_link import FramedLink
@@ -55,7 +55,7 @@ class SerialLink(FramedLink):
             raise HardwareError(f"no link to {self.uri}: {error}") from error
         self._line.reset_input_buffer()
         self._is_whole = False  # a zero ends what was sent before
-        self._unstuffer = Unstuffer(MOST_BYTES)
+        self._unstuffer = Unstuffer(MAX_BYTES)
         self._frames: deque[bytes] = deque()
 
     def _disconnect(self) -> None:

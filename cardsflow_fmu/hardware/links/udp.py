@@ -11,14 +11,14 @@ from urllib.parse import urlsplit
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
-from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES
+from cardsflow_fmu.hardware.protocol.frame import MAX_BYTES
 
 from .datagram_wait import AdaptiveReceiver
 from .framed_link import FramedLink
 
 _FORM = "an address by UDP is udp://HOST:PORT, such as udp://127.0.0.1:5005"
 _EVERYBODY = "255.255.255.255"
-_MOST_SELECTED = 1024
+_MAX_SELECTED = 1024
 """`select` takes file descriptors below this."""
 
 
@@ -55,7 +55,7 @@ class UdpLink(FramedLink):
             if self._bind:
                 line.bind((self._bind, 0))
             line.connect(there)
-            if line.fileno() >= _MOST_SELECTED:
+            if line.fileno() >= _MAX_SELECTED:
                 raise HardwareError("too many files are open in this process for another link")
         except OSError as error:
             line.close()
@@ -64,7 +64,7 @@ class UdpLink(FramedLink):
             line.close()
             raise
         self._socket = line
-        self._receiver = AdaptiveReceiver(line, partial(line.recv, MOST_BYTES + 1))
+        self._receiver = AdaptiveReceiver(line, partial(line.recv, MAX_BYTES + 1))
 
     def _disconnect(self) -> None:
         if self._socket is not None:

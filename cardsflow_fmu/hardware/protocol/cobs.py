@@ -6,7 +6,7 @@ end of a frame and nothing else, and a receiver that starts in the middle loses 
 
 from __future__ import annotations
 
-_MOST = 254
+_MAX_BLOCK = 254
 """Longest stretch without a zero that one distance can encode."""
 
 
@@ -14,12 +14,12 @@ def encode(frame: bytes) -> bytes:
     """A frame as it goes over the line, its ending zero included."""
     line = bytearray()
     for stretch in frame.split(b"\0"):
-        whole = len(stretch) // _MOST
+        whole = len(stretch) // _MAX_BLOCK
         for k in range(whole):
-            line.append(_MOST + 1)
-            line += stretch[k * _MOST : (k + 1) * _MOST]
-        line.append(len(stretch) - whole * _MOST + 1)
-        line += stretch[whole * _MOST :]
+            line.append(_MAX_BLOCK + 1)
+            line += stretch[k * _MAX_BLOCK : (k + 1) * _MAX_BLOCK]
+        line.append(len(stretch) - whole * _MAX_BLOCK + 1)
+        line += stretch[whole * _MAX_BLOCK :]
     line.append(0)
     return bytes(line)
 
@@ -34,7 +34,7 @@ def decode(line: bytes) -> bytes | None:
             return None
         frame += line[at + 1 : at + distance]
         at += distance
-        if distance <= _MOST and at < len(line):
+        if distance <= _MAX_BLOCK and at < len(line):
             frame.append(0)
     return bytes(frame)
 
@@ -50,7 +50,7 @@ class Unstuffer:
     """
 
     def __init__(self, most: int) -> None:
-        self._most = most + most // _MOST + 2
+        self._most = most + most // _MAX_BLOCK + 2
         self._pending = bytearray()
         self._too_long = False
         self.damaged = 0

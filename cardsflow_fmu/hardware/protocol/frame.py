@@ -34,9 +34,9 @@ VERSION = 1
 HEADER = struct.Struct("<IBBHIIdQQHHI")
 HEADER_BYTES = HEADER.size
 MAC_BYTES = 32
-SHORTEST_KEY = 16
-MOST_VALUES = 4096
-MOST_BYTES = HEADER_BYTES + 8 * MOST_VALUES + MAC_BYTES
+MIN_KEY = 16
+MAX_VALUES = 4096
+MAX_BYTES = HEADER_BYTES + 8 * MAX_VALUES + MAC_BYTES
 
 _CHECKSUM = struct.Struct("<I")
 _CHECKSUM_AT = 44
@@ -129,7 +129,7 @@ def pack(frame: Frame, key: bytes | None = None) -> bytes:
         FrameError: A number is not finite, or there are too many.
     """
     values = np.asarray(frame.values, _LITTLE)
-    if len(values) > MOST_VALUES:
+    if len(values) > MAX_VALUES:
         raise FrameError("length")
     writer = FrameWriter(len(values))
     writer.values[:] = values
@@ -206,7 +206,7 @@ def unpack(data: bytes, key: bytes | None = None) -> Frame:
         raise FrameError("type")
     end = HEADER_BYTES + 8 * count
     signed = flags & SIGNED
-    if count > MOST_VALUES or len(data) != (end + MAC_BYTES if signed else end):
+    if count > MAX_VALUES or len(data) != (end + MAC_BYTES if signed else end):
         raise FrameError("length")
     summed = b"".join((data[:_CHECKSUM_AT], _NO_CHECKSUM, data[HEADER_BYTES:end]))
     if checksum != zlib.crc32(summed):
@@ -241,8 +241,8 @@ class Keys:
     run: bytes | None = None
 
     def __post_init__(self) -> None:
-        if self.pre_shared is not None and len(self.pre_shared) < SHORTEST_KEY:
-            what = f"a key must have {SHORTEST_KEY} bytes or more, not {len(self.pre_shared)}"
+        if self.pre_shared is not None and len(self.pre_shared) < MIN_KEY:
+            what = f"a key must have {MIN_KEY} bytes or more, not {len(self.pre_shared)}"
             raise InputError(f"{what}; `head -c 32 /dev/urandom > key.bin` makes one")
 
     def of_run(self, run_id: int, nonce: int) -> Keys:

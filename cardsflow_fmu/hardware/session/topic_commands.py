@@ -32,7 +32,7 @@ from .session import HardwareSession
 
 _IDLE_EVERY = 0.02
 """Time between two states while nobody commands, in [s]."""
-_MOST_MESSAGES = 100
+_MAX_MESSAGES = 100
 """Most messages that are read at once, so that a flood stalls nothing."""
 _LATE, _EARLY = 1.5, 0.5
 """Parts of a step after which the last command is sent again, and before which none is."""
@@ -103,7 +103,7 @@ class TopicCommands:
     def _newest(self, until: float) -> FloatArray | None:
         """The newest command that counts, shape (commands,); None if there is none until then."""
         newest = None
-        for _ in range(_MOST_MESSAGES):
+        for _ in range(_MAX_MESSAGES):
             message = self._inbox.receive(until)
             if message is None:
                 break

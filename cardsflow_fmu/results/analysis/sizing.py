@@ -30,10 +30,10 @@ from controllers.force_distribution.one_way import one_way
 from sim_dart import IndependentDynamics, MuscleDrive, control_dynamics
 from sim_dart.muscles.paths import MusclePaths
 
-MOST_POINTS = 1000
+MAX_POINTS = 1000
 """Most points of a motion that are looked at."""
 
-FEWEST_POINTS = 5
+MIN_POINTS = 5
 
 MARGIN = 0.2
 """Default of what is added to a peak, as a part of it."""
@@ -52,7 +52,7 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
     Args:
         experiment: The experiment.
         points: Number of points, at least 5; one a controller period when None, but at least 5 and
-            at most `MOST_POINTS`.
+            at most `MAX_POINTS`.
 
     Raises:
         InputError: A point is out of the robot's reach, or there are too few points.
@@ -63,9 +63,9 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
     duration = min(experiment.run.duration, reference.duration)
     if points is None:
         periods = math.floor(duration / experiment.controller.period)
-        points = min(max(periods + 1, FEWEST_POINTS), MOST_POINTS)
-    if points < FEWEST_POINTS:
-        raise InputError(f"a motion needs at least {FEWEST_POINTS} points, not {points}")
+        points = min(max(periods + 1, MIN_POINTS), MAX_POINTS)
+    if points < MIN_POINTS:
+        raise InputError(f"a motion needs at least {MIN_POINTS} points, not {points}")
     times = np.linspace(0.0, duration, points)
     q, qd, qdd = reference.evaluate(times)
     if experiment.reference.space == "operational":

@@ -12,11 +12,11 @@ from matplotlib.colors import to_hex, to_rgb
 
 from .panels import Curve, Panel
 
-MOST = 10
+MAX_CURVES = 10
 """Curves in a panel; more cannot be distinguished."""
 
 _LIGHTEST = 0.6  # part of white in the last colour of a group
-_LONGEST = 28  # letters of a name in a legend
+_MAX_LETTERS = 28  # letters of a name in a legend
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Chosen:
     left_out: int
 
 
-def chosen(panel: Panel, most: int = MOST) -> Chosen:
+def chosen(panel: Panel, most: int = MAX_CURVES) -> Chosen:
     """The curves of the largest magnitude, or change, and their references."""
     curves = [curve for curve in panel.curves if not curve.of]
     effects = np.array([_effect(curve, panel.by_change) for curve in curves])
@@ -75,7 +75,7 @@ def colours_of(names: Sequence[str]) -> list[str]:
 
 def short(name: str) -> str:
     """A name for a legend: the middle of a long one is left out."""
-    if len(name) <= _LONGEST:
+    if len(name) <= _MAX_LETTERS:
         return name
-    head = (_LONGEST - 3) // 2
-    return f"{name[:head]}...{name[head + 3 - _LONGEST :]}"
+    head = (_MAX_LETTERS - 3) // 2
+    return f"{name[:head]}...{name[head + 3 - _MAX_LETTERS :]}"

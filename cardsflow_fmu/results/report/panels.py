@@ -18,7 +18,7 @@ from sim_dart.muscles.paths import MusclePaths
 
 from .downsample import every_few
 
-_LARGEST = 1e100
+_MAX_VALUE = 1e100
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Curve:
     colour: str = ""
 
     def __post_init__(self) -> None:
-        within = np.abs(self.values) < _LARGEST
+        within = np.abs(self.values) < _MAX_VALUE
         if not within.all():
             object.__setattr__(self, "values", np.where(within, self.values, np.nan))
 

@@ -29,9 +29,9 @@ from .markers import marker_names, read_capture, seen_at
 _JITTER = 0.25
 """Of a step: times farther from equal steps are a gap, or no equal steps at all."""
 
-_MOST_ROWS = 10_000_000
+_MAX_ROWS = 10_000_000
 
-_LARGEST = 1e9
+_MAX_VALUE = 1e9
 """In [m], [rad], [N] or [Nm]: least squares of larger readings are of these alone."""
 
 _ACTING = ("tension", MEASURED_TORQUE)
@@ -111,7 +111,7 @@ def read_readings(
 
 def _refuse_large(path: Path, name: str, columns: Mapping[str, FloatArray]) -> None:
     values, t = columns[name], columns["time"]
-    large = np.flatnonzero(np.abs(values) > _LARGEST)
+    large = np.flatnonzero(np.abs(values) > _MAX_VALUE)
     if len(large):
         what = f"{name} is {values[large[0]]:.3g} at {t[large[0]]:.6g} s, which is no reading"
         raise InputError(f"{what}: where one is lost, write nan", file=path)
@@ -205,6 +205,6 @@ def _equal_steps(path: Path, t: FloatArray) -> tuple[np.ndarray, float]:
     whole = np.rint(differences / step)
     if (np.abs(differences / step - whole) > _JITTER).mean() > 0.01:
         raise InputError("its times are not equal steps, as a calibration needs", file=path)
-    if at[-1] >= _MOST_ROWS:
-        raise InputError(f"has gaps as long as {_MOST_ROWS} steps of {step:g} s", file=path)
+    if at[-1] >= _MAX_ROWS:
+        raise InputError(f"has gaps as long as {_MAX_ROWS} steps of {step:g} s", file=path)
     return at.astype(np.int64), step

@@ -23,7 +23,7 @@ from .scene import shapes as s
 from .scene.act import Act
 from .scene.primitives import AXES
 
-_MOST_TRAIL_POINTS = 400
+_MAX_TRAIL_POINTS = 400
 """Of a trail: every frame holds all of it."""
 
 
@@ -158,7 +158,7 @@ def _balls(shapes: Sequence[s.Shape]) -> tuple[list[FloatArray], list[s.Colour],
     radii: list[float] = []
     for shape in shapes:
         if isinstance(shape, s.Sphere | s.Trail):
-            points = shape.points[:: 1 + len(shape.points) // _MOST_TRAIL_POINTS]
+            points = shape.points[:: 1 + len(shape.points) // _MAX_TRAIL_POINTS]
             centres += list(points)
             tints += [shape.colour] * len(points)
             radii += [shape.radius] * len(points)

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from cardsflow_fmu.results.report.figures import STYLE, inline_svg
 from cardsflow_fmu.utils.arrays import FloatArray
 
-_MOST_BINS = 40
-_MOST_TICKS = 8
-_MOST_VECTORS = 500  # dots; more are an image within the SVG, which else takes megabytes
+_MAX_BINS = 40
+_MAX_TICKS = 8
+_MAX_VECTORS = 500  # dots; more are an image within the SVG, which else takes megabytes
 _NARROWEST = 1e-9  # smallest width of a histogram, as a part of the values
 _TINY = 1e-100
 
@@ -30,7 +30,7 @@ def histogram(name: str, unit: str, values: FloatArray) -> str:
     """
 
     def draw(axes: Axes) -> None:
-        bins = min(_MOST_BINS, max(5, int(np.sqrt(len(values)))))
+        bins = min(_MAX_BINS, max(5, int(np.sqrt(len(values)))))
         axes.hist(values, bins=bins, range=_range(values), color="#1f77b4")
         axes.axvline(float(np.median(values)), color="black", linewidth=1.0, linestyle=":")
         axes.set_xlabel(f"{name} [{unit or '-'}]")
@@ -74,7 +74,7 @@ def heat_map(
             axes.set_yticks(*_ticks(rows))
             axes.grid(False)
         else:
-            many = len(values) > _MOST_VECTORS
+            many = len(values) > _MAX_VECTORS
             drawn = axes.scatter(x, y, c=values, s=14.0, cmap="viridis", rasterized=many)
         axes.set_facecolor("#d0d4da")
         axes.set_xlabel(names[0])
@@ -97,8 +97,8 @@ def mean_cells(x: FloatArray, y: FloatArray, values: FloatArray) -> FloatArray:
 
 
 def _ticks(values: FloatArray) -> tuple[list[int], list[str]]:
-    """Places of at most `_MOST_TICKS` cells, and their values."""
-    places = list(range(0, len(values), -(-len(values) // _MOST_TICKS)))
+    """Places of at most `_MAX_TICKS` cells, and their values."""
+    places = list(range(0, len(values), -(-len(values) // _MAX_TICKS)))
     return places, [f"{values[k]:.4g}" for k in places]
 
 

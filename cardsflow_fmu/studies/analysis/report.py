@@ -17,7 +17,7 @@ from cardsflow_fmu.studies.definition.study import Study
 from .plots import heat_map, histogram, search_history, sensitivity_bars
 from .statistics import Collected
 
-_LARGEST = 1e100  # of what can be drawn
+_MAX_VALUE = 1e100  # of what can be drawn
 _SHOWN = ("count", "min", "p05", "median", "mean", "p95", "max", "deviation")
 
 
@@ -112,7 +112,7 @@ def _heat_maps(study: Study, collected: Collected, units: Mapping[str, str]) -> 
     x, y = (collected.inputs[name] for name in names)
     maps = []
     for name, values in collected.metrics.items():
-        values = np.where(np.abs(values) < _LARGEST, values, np.nan)
+        values = np.where(np.abs(values) < _MAX_VALUE, values, np.nan)
         there = values[np.isfinite(values)]
         if parted(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
             maps.append(heat_map((names[0], names[1]), x, y, (name, units[name]), values))
@@ -135,7 +135,7 @@ def _distributions(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iter
 
 def _histograms(collected: Collected, units: Mapping[str, str]) -> Iterable[str]:
     for name, values in collected.metrics.items():
-        there = values[np.abs(values) < _LARGEST]
+        there = values[np.abs(values) < _MAX_VALUE]
         if parted(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
             yield histogram(name, units[name], there)
 

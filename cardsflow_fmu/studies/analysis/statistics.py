@@ -19,7 +19,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from .table import Columns
 
 _WORST = 5
-_MOST_ERRORS = 50
+_MAX_ERRORS = 50
 _GROUPS = 10
 _ENOUGH_POINTS = 8  # of Saltelli's design, for Sobol's indices
 _ENOUGH = 5 * _GROUPS  # runs, for a share of the variance
@@ -59,7 +59,7 @@ def collect(columns: Columns, rows: Iterable[tuple[Run, Outcome]]) -> Collected:
         if outcome.error is None:
             collected.overheads.append(outcome.overhead)
         else:
-            full = len(collected.failures) >= _MOST_ERRORS
+            full = len(collected.failures) >= _MAX_ERRORS
             error = "others" if full and outcome.error not in collected.failures else outcome.error
             collected.failures[error] = collected.failures.get(error, 0) + 1
     collected.inputs = {name: np.array(numbers) for name, numbers in inputs.items()}

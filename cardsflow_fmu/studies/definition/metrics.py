@@ -17,7 +17,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 from .tables import Box
 
-MOST_POSES = 100
+MAX_POSES = 100
 """Most poses of a run at which stiffness is looked at."""
 
 
@@ -193,7 +193,7 @@ def _stiffness(result: Result, box: Box | None, muscle: str | None) -> float:
         return math.nan
     q = result.columns(positions)
     dynamics = control_dynamics(robot)
-    rows = np.unique(np.linspace(0, len(q) - 1, min(MOST_POSES, len(q))).round().astype(int))
+    rows = np.unique(np.linspace(0, len(q) - 1, min(MAX_POSES, len(q))).round().astype(int))
     lowest = [np.linalg.eigvalsh(stiffness(dynamics, q[row], forces[row]).total)[0] for row in rows]
     return float(min(lowest))
 

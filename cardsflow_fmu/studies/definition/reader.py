@@ -19,14 +19,14 @@ from cardsflow_fmu.utils.extras import install
 
 from .metrics import DEFAULT_METRICS, spelled_out
 from .path_check import PathCheck
-from .tables import MOST_RUNS, Box, Sampler, StudyTables
+from .tables import MAX_RUNS, Box, Sampler, StudyTables
 from .variation_reader import read_variations, require_free_names
 from .variations import Variation
 
 STUDY_FILE = Path("study.toml")
 """What a study is called that has a folder to itself."""
 
-_MOST_POSES = 100_000
+_MAX_POSES = 100_000
 
 
 def read_study(path: Path) -> dict[str, Any]:
@@ -118,11 +118,11 @@ def _sampling(
         sizes = [len(v.listed) for v in variations if v.is_listed]
         if sampler == "list" and len(set(sizes)) > 1:
             raise context.error("vary", f"a list needs equally many values everywhere, not {sizes}")
-        if sampler == "grid" and math.prod(sizes) > MOST_RUNS:
-            raise context.error("vary", f"a grid of {math.prod(sizes)} runs; at most {MOST_RUNS}")
+        if sampler == "grid" and math.prod(sizes) > MAX_RUNS:
+            raise context.error("vary", f"a grid of {math.prod(sizes)} runs; at most {MAX_RUNS}")
         return sampler, None
-    if count is None or not 1 <= count <= MOST_RUNS:
-        raise context.error("count", f"must be 1 to {MOST_RUNS} for {sampler!r}, not {count}")
+    if count is None or not 1 <= count <= MAX_RUNS:
+        raise context.error("count", f"must be 1 to {MAX_RUNS} for {sampler!r}, not {count}")
     if sampler == "sensitivity" and count & (count - 1):
         raise context.error("count", f"must be a power of 2 for {sampler!r}, not {count}")
     if not variations:
@@ -158,7 +158,7 @@ def _box(data: Mapping[str, Any] | None, base: Experiment, context: Context) -> 
     )
     if any(a > b for a, b in zip(box.lower, box.upper, strict=True)):
         raise context.error("workspace.lower", "must not be above upper")
-    if box.points < 1 or box.points ** len(coordinates) > _MOST_POSES:
+    if box.points < 1 or box.points ** len(coordinates) > _MAX_POSES:
         what = f"{box.points} along each axis are too few or too many poses"
         raise context.error("workspace.points", what)
     return box

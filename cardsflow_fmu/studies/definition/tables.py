@@ -35,7 +35,7 @@ Sampler = Literal["grid", "list", "sobol", "latin_hypercube", "monte_carlo", "se
 Method = Literal["differential_evolution", "cma_es"]
 TableKind = Literal["csv", "parquet"]
 
-MOST_RUNS = 1_000_000
+MAX_RUNS = 1_000_000
 _AtLeast1 = Annotated[int, Field(ge=1), AS_WHOLE]
 _Count = Annotated[Whole, Field(json_schema_extra={"minimum": 1})]
 """Whose bounds are checked with what they count."""
@@ -83,9 +83,9 @@ class GridSettings(Table):
 
     @model_validator(mode="after")
     def _check_count(self) -> Self:
-        if not 1 <= self.count <= MOST_RUNS:
+        if not 1 <= self.count <= MAX_RUNS:
             grid = "the grid is empty" if self.count < 1 else "the grid is too fine"
-            raise SettingError(f"must be 1 to {MOST_RUNS}, not {self.count}: {grid}", key="count")
+            raise SettingError(f"must be 1 to {MAX_RUNS}, not {self.count}: {grid}", key="count")
         return self
 
 
@@ -210,8 +210,8 @@ class Optimise(Table):
     def _check_runs(self) -> Self:
         if len(set(self.seeds)) < len(self.seeds):
             raise SettingError(f"must be different, not {list(self.seeds)!r}", key="seeds")
-        if self.most_runs > MOST_RUNS:
-            raise SettingError(f"{self.most_runs} runs; at most {MOST_RUNS}", key="generations")
+        if self.most_runs > MAX_RUNS:
+            raise SettingError(f"{self.most_runs} runs; at most {MAX_RUNS}", key="generations")
         return self
 
     @property

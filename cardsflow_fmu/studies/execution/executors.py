@@ -110,7 +110,7 @@ class ExecutorAdapter:
         raise StudyError("the executor has lost its workers")
 
 
-MOST_JOBS = 1024
+MAX_JOBS = 1024
 """Of a pool of processes."""
 
 
@@ -121,8 +121,8 @@ def process_executor(jobs: int) -> Iterator[ProcessExecutor]:
     Raises:
         InputError: The number is not positive, or no machine has so many cores.
     """
-    if not 1 <= jobs <= MOST_JOBS:
-        limit = "at least 1" if jobs < 1 else f"at most {MOST_JOBS}"
+    if not 1 <= jobs <= MAX_JOBS:
+        limit = "at least 1" if jobs < 1 else f"at most {MAX_JOBS}"
         raise InputError(f"must be {limit}, not {jobs}", key="jobs")
     with contextlib.closing(ProcessExecutor(jobs)) as executor:
         yield executor

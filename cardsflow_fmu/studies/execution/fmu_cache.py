@@ -21,7 +21,7 @@ from cardsflow_fmu.utils.temporary import TemporaryFolder
 UNPACKED = "unpacked_"
 """Prefix of the folders that FMUs are unpacked into."""
 
-MOST_KEPT = 4
+MAX_KEPT = 4
 """Number of sets of FMUs that a process keeps unpacked: different robots need different FMUs."""
 
 _kept: OrderedDict[str, Path] = OrderedDict()
@@ -134,6 +134,6 @@ def remove_unpacked(shared: Path) -> None:
 
 def _keep(digest: str, folder: Path) -> None:
     _kept[digest] = folder
-    while len(_kept) > MOST_KEPT:
+    while len(_kept) > MAX_KEPT:
         _, oldest = _kept.popitem(last=False)
         shutil.rmtree(oldest, ignore_errors=True)

@@ -21,7 +21,7 @@ static const real TOLERANCE = PRECISE(1e-6, 1e-4); /* of a torque, relative to 1
 static const real SOFTNESS[2] = {PRECISE(1e-8, 1e-6), PRECISE(1e-6, 1e-4)}; /* relative to the rows' size */
 
 /* The smallest softness that is a normal number. */
-static const real LEAST_SOFTNESS = PRECISE(2.3e-308, 1.2e-38);
+static const real MIN_SOFTNESS = PRECISE(2.3e-308, 1.2e-38);
 
 static void fill(const computed_torque *s, dual_newton *program)
 {
@@ -115,7 +115,7 @@ static int build_soft(computed_torque *s, real relative_softness)
         size += dot(n, column, column);
         weights += program->H_diagonal[i];
     }
-    const real softness = larger(relative_softness * size / weights, LEAST_SOFTNESS);
+    const real softness = larger(relative_softness * size / weights, MIN_SOFTNESS);
     for (size_t j = 0; j < n; j++) program->softness[j] = softness;
     return 0;
 }

@@ -26,7 +26,7 @@ static const struct {
 /* Of a row of an answer, of another solver and of ours that is not converged, relative to its terms; terms below
    a share of the largest row's are not compared with themselves: at rest at its target a task asks for rounding
    errors alone.                                                                                        */
-static const real ACCEPTED = PRECISE(1e-6, 1e-4), NEAR = PRECISE(1e-9, 1e-5), SMALLEST_ROW = PRECISE(1e-8, 1e-4);
+static const real ACCEPTED = PRECISE(1e-6, 1e-4), NEAR = PRECISE(1e-9, 1e-5), MIN_ROW = PRECISE(1e-8, 1e-4);
 
 /* Is the task of the priority of the program, or of one before? Others have empty rows. */
 static int is_now(const computed_torque *s, size_t task)
@@ -189,7 +189,7 @@ static int fits(dual_newton *program, const real *x, real tolerance)
     }
     for (size_t j = 0; j < rows; j++)
         if (program->softness[j] == 0 &&
-            !(fabs(rest[j]) <= tolerance * (size[j] + SMALLEST_ROW * largest * length[j])))
+            !(fabs(rest[j]) <= tolerance * (size[j] + MIN_ROW * largest * length[j])))
             return 0;
     return 1;
 }

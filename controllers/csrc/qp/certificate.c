@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* The gap must exceed this share of the terms added up: rounding errors are far below. */
-static const real SMALLEST_GAP = PRECISE(1e-12, 1e-5);
+static const real MIN_GAP = PRECISE(1e-12, 1e-5);
 
 /* An infinite bound, multiplied by what should be zero, is taken for this many times the largest x. */
 static const real FAR = 1e4;
@@ -50,7 +50,7 @@ static int holds(dual_newton *s, const real *y, int *is_clean)
         s->weight[i] = !isfinite(bound) && size > 0;
         if (s->weight[i] > 0) *is_clean = 0;
     }
-    return gap > SMALLEST_GAP * terms && gap > 0;
+    return gap > MIN_GAP * terms && gap > 0;
 }
 
 /* Take from y what pulls at the variables with weights: there a direction of rounding errors would prove what

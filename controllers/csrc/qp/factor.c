@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Below this a pivot is rounding error: rows have length 1; or as a share of the row's own entry. */
-static const real SMALLEST_PIVOT = PRECISE(1e-14, 1e-7), SMALLEST_SHARE = PRECISE(1e-15, 1e-7);
+static const real MIN_PIVOT = PRECISE(1e-14, 1e-7), MIN_SHARE = PRECISE(1e-15, 1e-7);
 
 /* An entry of this size is taken for zero. */
 static const real NOTHING = PRECISE(1e-200, 1e-30);
@@ -43,7 +43,7 @@ void factor_build(dual_newton *s, real ridge)
     for (size_t j = 0; j < s->m; j++) s->factor[j * s->m + j] = s->eps[j] + ridge;
     for (size_t i = 0; i < s->n; i++)
         if (!s->side[i]) add_column(s, s->sA + i * s->m, 1);
-    for (size_t j = 0; j < s->m; j++) s->pivot[j] = SMALLEST_PIVOT;
+    for (size_t j = 0; j < s->m; j++) s->pivot[j] = MIN_PIVOT;
     decompose(s);
 }
 
@@ -55,7 +55,7 @@ void factor_weighted(dual_newton *s, const real *rows, real ridge)
         if (s->weight[i] > 0) add_column(s, s->sA + i * s->m, s->weight[i]);
     for (size_t j = 0; j < s->m; j++) {
         real *entry = s->factor + j * s->m + j;
-        s->pivot[j] = SMALLEST_SHARE * *entry + NOTHING;
+        s->pivot[j] = MIN_SHARE * *entry + NOTHING;
         *entry += ridge * *entry + NOTHING;
     }
     decompose(s);

@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_STEPS = 60, REFINEMENTS = 1 };
+enum { MAX_STEPS = 60, REFINEMENTS = 1 };
 
 /* Of a row, relative to its terms; and at the end, where rounding errors leave no better one. */
 static const real TOLERANCE = PRECISE(1e-13, 1e-5), LAST_TOLERANCE = PRECISE(1e-7, 1e-4);
@@ -22,7 +22,7 @@ static const real STUCK_SHARE = 0.1, NEARLY_FULL = 0.9;
 static const real SMALL_PRODUCT = PRECISE(1e-15, 1e-10);
 
 /* The end: a product of gap and push this small, relative to the first. */
-static const real SMALLEST_PRODUCT = PRECISE(1e-30, 1e-15);
+static const real MIN_PRODUCT = PRECISE(1e-30, 1e-15);
 
 /* How far a step goes of the way to where a gap or a push would be zero. */
 static const real SHY = 0.995;
@@ -238,7 +238,7 @@ int interior_point(dual_newton *s)
     const int is_soft = has_soft_rows(s);
     real first = 0, product = 0, rest = 0, step = 0;
     begin(s);
-    for (int k = 0; k < MOST_STEPS; k++) {
+    for (int k = 0; k < MAX_STEPS; k++) {
         s->steps++;
         evaluate(s);
         const real product_before = product, rest_before = rest;
@@ -246,7 +246,7 @@ int interior_point(dual_newton *s)
         if (!k) first = product;
         const int rows_are_stuck = step > NEARLY_FULL && rest > 0.5 * rest_before;
         step = predict_and_correct(s, product, rows_are_stuck || product > 0.5 * product_before);
-        if (!isfinite(step * product) || product < SMALLEST_PRODUCT * first) break;
+        if (!isfinite(step * product) || product < MIN_PRODUCT * first) break;
         if (is_proof(s, s->d) || is_proof(s, s->lam)) return DUAL_NEWTON_INFEASIBLE;
         move(s, step);
         if (step > 0.5 && is_found(s, TOLERANCE)) return DUAL_NEWTON_SOLVED;

@@ -20,7 +20,7 @@ static const real FAR[2] = {100, 1};
 enum { FARTHER = 6 };
 
 /* A step that changes x by less than this part of that distance is the last. */
-static const real SMALLEST_STEP = PRECISE(1e-12, 1e-5);
+static const real MIN_STEP = PRECISE(1e-12, 1e-5);
 
 /* A reduced cost, relative to c, that is zero but for rounding errors. */
 static const real NO_COST = PRECISE(1e-9, 1e-4);
@@ -185,7 +185,7 @@ static int proximal_points(dual_newton *s, dual_newton *parts, const real *c, re
             change = larger(change, fabs(parts->x[i] - s->lb[i]));
             change = larger(change, fabs(parts->x[n + i] - s->ub[i]));
         }
-        if (change <= SMALLEST_STEP * size) return DUAL_NEWTON_SOLVED;
+        if (change <= MIN_STEP * size) return DUAL_NEWTON_SOLVED;
         for (size_t i = 0; i < 2 * n && step < FARTHER; i++) parts->H_diagonal[i] *= (real)0.1;
     }
     return DUAL_NEWTON_NOT_CONVERGED;

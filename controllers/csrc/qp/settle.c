@@ -6,13 +6,13 @@
 #include <string.h>
 
 static const real NOISE = PRECISE(2e-16, 1e-7);          /* of a row, relative to the largest row's terms */
-static const real MOST_NOISE = PRECISE(1e-9, 1e-4);      /* the same, relative to its own */
+static const real MAX_NOISE = PRECISE(1e-9, 1e-4);      /* the same, relative to its own */
 static const real EXACT = PRECISE(3e-16, 2e-7);          /* the same: refining further gains nothing */
 static const real NEAR = PRECISE(1e-10, 1e-5);           /* of a bound, relative to the terms of x */
 static const real DUAL_TOLERANCE = PRECISE(1e-12, 1e-6); /* of a variable, relative to its terms */
 static const real CLOSE_DUAL = PRECISE(1e-14, 3e-7);     /* the same, beside large multipliers */
 static const real RIDGE = PRECISE(1e-13, 2e-7);          /* where a set of bounds is tried */
-enum { MOST_REFINEMENTS = 8 };
+enum { MAX_REFINEMENTS = 8 };
 
 /* Does the full step stay, but for rounding errors, within the piece that it was made for? */
 static int stays(const dual_newton *s)
@@ -31,7 +31,7 @@ static real relative_rest(const dual_newton *s)
     real largest = 0, worst = 0;
     for (size_t j = 0; j < s->m; j++) largest = larger(largest, s->size[j]);
     for (size_t j = 0; j < s->m; j++) {
-        const real noise = smaller(NOISE * largest, MOST_NOISE * s->size[j]), rest = fabs(s->rest[j]) - noise;
+        const real noise = smaller(NOISE * largest, MAX_NOISE * s->size[j]), rest = fabs(s->rest[j]) - noise;
         if (isnan(rest)) return INFINITY;
         if (rest > worst * s->size[j]) worst = rest / s->size[j];
     }
@@ -60,7 +60,7 @@ static real refine(dual_newton *s)
 {
     real before = INFINITY;
     begin(s);
-    for (int k = 0; k < MOST_REFINEMENTS; k++) {
+    for (int k = 0; k < MAX_REFINEMENTS; k++) {
         dual_rest(s, s->end_x, s->end_lam, s->rest, s->size);
         const real now = relative_rest(s);
         if (k && (now <= EXACT || !(now < 0.5 * before))) break;

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Bounds of the work, beside those of the interior point method. */
-enum { MOST_STEPS = 24, STEPS_OF_A_WARM_START = 4 };
+enum { MAX_STEPS = 24, STEPS_OF_A_WARM_START = 4 };
 
 /* Keeps the Newton matrix regular where rows depend on each other, or too few variables are between
    their bounds: there a step is long, and the search finds how long it may be.                        */
@@ -34,7 +34,7 @@ static int step_to_peak(dual_newton *s)
 static int newton(dual_newton *s)
 {
     dual_evaluate(s);
-    for (int step = 0; step < MOST_STEPS; step++) {
+    for (int step = 0; step < MAX_STEPS; step++) {
         factor_build(s, RIDGE);
         factor_solve(s, s->r, s->d);
         dual_direction(s);

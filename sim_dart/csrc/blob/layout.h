@@ -207,7 +207,7 @@
     FIELD(real, pulley_radius, 1, pulleys)
 
 /* The most surfaces in one segment: the working memory of a sequence lies on the stack. */
-#define LARGEST_SEQUENCE 8
+#define MAX_SEQUENCE 8
 
 /* Whose rules a wrap goes by: ours, MuJoCo's, OpenSim's. */
 enum rule { RULE_TAUT = 0, RULE_MUJOCO = 1, RULE_OPENSIM = 2, RULES };
@@ -218,7 +218,7 @@ enum rule { RULE_TAUT = 0, RULE_MUJOCO = 1, RULE_OPENSIM = 2, RULES };
 enum surface { SURFACE_SPHERE = 0, SURFACE_CYLINDER = 1, SURFACE_ELLIPSOID = 2, SURFACES };
 
 /* How many times longer than another one a half axis of an ellipsoid may be. */
-#define LONGEST_HALF_AXIS 10
+#define MAX_HALF_AXIS 10
 
 /* Functions of one variable. */
 enum term { TERM_POLYNOMIAL = 0, TERM_PIECES = 1, TERMS };

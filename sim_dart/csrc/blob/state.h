@@ -151,7 +151,7 @@
     ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
 
 /* Of a muscle, see laws.c. */
-#define REACH_NUMBERS (6 + MOST_LAW_STATES)
+#define REACH_NUMBERS (6 + MAX_LAW_STATES)
 
 /* Seven vectors and an angle: see core_trace. */
 #define CONTACT_NUMBERS 22

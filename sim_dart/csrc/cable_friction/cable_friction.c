@@ -36,7 +36,7 @@
 #include <string.h>
 
 #define QUICK_ROUNDS 8
-#define MOST_ROUNDS 60
+#define MAX_ROUNDS 60
 #define FRICTION_HALVINGS 12
 /* By how much a bend's friction may be off in the last round, of the tensions before and behind it. */
 #define AGREEMENT PRECISE(1e-13, 1e-6)
@@ -193,7 +193,7 @@ static void go_surely(core *c, int is_whole)
 /* Whether bend_force is friction, at bend_next; if not, tangents are for the next round. */
 static int goes_on(core *c, real h)
 {
-    const int32_t was = c->friction_rounds++, is_last = was >= MOST_ROUNDS;
+    const int32_t was = c->friction_rounds++, is_last = was >= MAX_ROUNDS;
     const int agrees = is_found(c, h);
     /* derivatives take one round more */
     if ((agrees && (!HAS_TANGENT || c->friction_settled)) || is_last) return 0;

@@ -23,7 +23,7 @@
 #include "../math/elementary.h"
 
 /* In [N/m]. */
-static const real LEAST_STIFFNESS = PRECISE(1e-6, 1e-3);
+static const real MIN_STIFFNESS = PRECISE(1e-6, 1e-3);
 
 /* e_k of the cable whose bends are `at`: those of cables that stretch are before the slips, one after the other. */
 static real *stretches_of(const core *c, const bent_cable *at)
@@ -49,7 +49,7 @@ void cable_stretch_take(core *c, int32_t muscle, int32_t bend, const cable_stret
     const real f = c->tensions[muscle];
     c->tensions[muscle] = f / (1 + rise);
     c->cable_rise[muscle] = rise, c->cable_stretches[muscle] = 1;
-    c->cable_compliance[muscle] = is_taut ? 1 / larger(found->stiffness, LEAST_STIFFNESS) : 0;
+    c->cable_compliance[muscle] = is_taut ? 1 / larger(found->stiffness, MIN_STIFFNESS) : 0;
     c->cable_beyond[muscle] = (f - c->tensions[muscle]) * c->cable_compliance[muscle];
 }
 

@@ -8,11 +8,11 @@
     const size_t variables = (size_t)(c)->blob.counts.variables, bends = (size_t)(c)->blob.counts.bends;       \
     const size_t i = (size_t)(imus), N = 3 * n + 6 * i;
 
-enum { MOST_IMUS = 64 };
+enum { MAX_IMUS = 64 };
 
 size_t estimator_size(const core *c, int32_t imus)
 {
-    if (imus < 0 || imus > MOST_IMUS) return 0;
+    if (imus < 0 || imus > MAX_IMUS) return 0;
     ESTIMATOR_LENGTHS(c, imus)
     size_t reals = 0;
 #define ADD_LENGTH(name, length) reals += length;

@@ -7,9 +7,9 @@
 
 #include <string.h>
 
-enum { MOST_STEPS = 30 };
-static const real FIRST_DAMPING = PRECISE(1e-3, 1e-3), LEAST_DAMPING = PRECISE(1e-9, 1e-5);
-static const real LARGEST_DAMPING = 1e8;
+enum { MAX_STEPS = 30 };
+static const real FIRST_DAMPING = PRECISE(1e-3, 1e-3), MIN_DAMPING = PRECISE(1e-9, 1e-5);
+static const real MAX_DAMPING = 1e8;
 static const real SMALL_STEP = PRECISE(1e-10, 1e-5); /* in rad or m */
 static const real SAME = 25;  /* square of a distance, over its variance: within it, poses are the same */
 static const real EQUAL = 25; /* difference of sums of squares within which both poses fit */
@@ -83,19 +83,19 @@ static real descend(estimator *e, real *q)
     real *next = e->pose + n, damping = FIRST_DAMPING;
     size_t count;
     real cost = go(e, q, &count);
-    for (int step = 0; step < MOST_STEPS; step++) {
+    for (int step = 0; step < MAX_STEPS; step++) {
         normal_equations(e, q);
         real size, then;
         for (;;) {
             size = try_step(e, q, damping, next);
             then = size < 0 ? INFINITY : go(e, next, &count);
-            if (then <= cost || damping > LARGEST_DAMPING) break;
+            if (then <= cost || damping > MAX_DAMPING) break;
             damping *= 8;
         }
         if (!(then <= cost)) break;
         memcpy(q, next, n * sizeof(real));
         cost = then;
-        damping = larger(damping / 8, LEAST_DAMPING);
+        damping = larger(damping / 8, MIN_DAMPING);
         if (size < SMALL_STEP) break;
     }
     return cost;

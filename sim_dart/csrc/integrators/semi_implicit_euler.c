@@ -51,14 +51,14 @@ static int speed_up(core *c, real h)
 }
 
 /* In rad/s or m/s: how fast a coordinate that was put beyond a limit has to come back, at most. DART's. */
-static const real LARGEST_RETURN = 10;
+static const real MAX_RETURN = 10;
 
 /* No coordinate may pass a limit within h, and those that rub are braked. */
 static void stay_within(core *c, real h)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
-        c->low[j] = smaller((c->blob.lower[j] - c->q[j]) / h, LARGEST_RETURN);
-        c->high[j] = larger((c->blob.upper[j] - c->q[j]) / h, -LARGEST_RETURN);
+        c->low[j] = smaller((c->blob.lower[j] - c->q[j]) / h, MAX_RETURN);
+        c->high[j] = larger((c->blob.upper[j] - c->q[j]) / h, -MAX_RETURN);
     }
     if (c->has_friction) friction_keep(c, h);
     else limits_keep(c);

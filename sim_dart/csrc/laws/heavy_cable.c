@@ -29,14 +29,14 @@ enum {
 };
 
 /* Of the chord: a cable that hangs beside itself has some span. */
-static const real LEAST_RUN = PRECISE(1e-12, 1e-6);
+static const real MIN_RUN = PRECISE(1e-12, 1e-6);
 /* In [m]: a chord has some length. */
-static const real LEAST_CHORD = 1e-6;
+static const real MIN_CHORD = 1e-6;
 /* No cable is drawn further. */
-static const real LARGEST_DRAW = 2;
+static const real MAX_DRAW = 2;
 /* In [N]: of a cable; less is nothing. */
-static const real LEAST_WEIGHT = PRECISE(1e-200, 1e-25);
-static const real MOST_SLACK = PRECISE(80, 35); /* of x */
+static const real MIN_WEIGHT = PRECISE(1e-200, 1e-25);
+static const real MAX_SLACK = PRECISE(80, 35); /* of x */
 static const real ENOUGH_OF_SLACK = PRECISE(1e-9, 1e-4);
 
 static void heavy_prepare(const void *parameters, real *k)
@@ -55,7 +55,7 @@ static void heavy_place(real *k, const real chord[3], const real gravity[3])
     const real b = -dot3(chord, gravity) / g;
     real level[3];
     for (int i = 0; i < 3; i++) level[i] = chord[i] + b / g * gravity[i];
-    k[HEAVY_RISE] = b / l, k[HEAVY_RUN] = larger(sqrt(dot3(level, level)) / l, LEAST_RUN);
+    k[HEAVY_RISE] = b / l, k[HEAVY_RUN] = larger(sqrt(dot3(level, level)) / l, MIN_RUN);
 }
 
 /* A cable where it is: a / L, b / L, l, L, kappa, w; whether it weighs anything. */
@@ -67,11 +67,11 @@ typedef struct {
 static hanging hanging_at(const real *k, real l, real u)
 {
     hanging at;
-    at.l = larger(l, LEAST_CHORD), at.rest = larger(u, at.l / LARGEST_DRAW);
+    at.l = larger(l, MIN_CHORD), at.rest = larger(u, at.l / MAX_DRAW);
     at.run = k[HEAVY_RUN] * at.l / at.rest, at.rise = k[HEAVY_RISE] * at.l / at.rest;
     at.w = k[HEAVY_WEIGHT];
     at.kappa = at.w * at.rest / (2 * k[HEAVY_STIFFNESS]);
-    at.is_heavy = value_of(at.w * at.rest) > value_of(LEAST_WEIGHT);
+    at.is_heavy = value_of(at.w * at.rest) > value_of(MIN_WEIGHT);
     return at;
 }
 
@@ -96,7 +96,7 @@ static real slack_of(const real *k, const hanging *at)
     const real level = k[HEAVY_RUN] * W, taut = 2 * EA * larger(over, 0);
     real sagged = exponential(logarithm(EA * level * level / 24) / 3);
     if (value_of(over) < 0) sagged = smaller(sagged, level / sqrt(-24 * over));
-    const real high = logarithm(MOST_SLACK), low = logarithm(W / (8 * EA + 2 * W));
+    const real high = logarithm(MAX_SLACK), low = logarithm(W / (8 * EA + 2 * W));
     const real guess = logarithm(W / (taut + 2 * sagged));
     return exponential(bracketed_root(too_long, at, low, high, clamped(guess, low, high), ENOUGH_OF_SLACK));
 }
@@ -125,7 +125,7 @@ static real heavy_guess(const real *k, const real *state, real l, real f, real *
 {
     (void)state;
     *step = l / 1000;
-    const real x = k[HEAVY_WEIGHT] * k[HEAVY_RUN] * l / (2 * larger(f, LEAST_WEIGHT));
+    const real x = k[HEAVY_WEIGHT] * k[HEAVY_RUN] * l / (2 * larger(f, MIN_WEIGHT));
     return l * (1 + x * x / 6) / (1 + f / k[HEAVY_STIFFNESS]);
 }
 

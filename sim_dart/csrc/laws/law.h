@@ -22,7 +22,7 @@ typedef struct {
 } cable_stretch;
 
 /* Nothing real pulls harder, in [N]: keeps a state that runs away a number. */
-#define LARGEST_TENSION 1e15
+#define MAX_TENSION 1e15
 
 typedef struct {
     int constants;

@@ -91,7 +91,7 @@ static void share(const muscle_law *before, muscle_law *at)
 
 /* The tensions at both ends of a muscle's commands, as core_reach found them last, and where. */
 typedef struct {
-    real is_known, l, v, h, x[MOST_LAW_STATES], at_low, at_high;
+    real is_known, l, v, h, x[MAX_LAW_STATES], at_low, at_high;
 } reach;
 
 _Static_assert(sizeof(reach) == REACH_NUMBERS * sizeof(real), "as many as there is room for");
@@ -146,7 +146,7 @@ static int bad_command(const core *c, const real *u)
 static real bounded_tension(const muscle_law *at, const real *x, real l, real v, real u)
 {
     const real f = at->law->tension(at->k, x, l, v, u);
-    return clamped(f, at->entry->pushes ? -LARGEST_TENSION : 0, LARGEST_TENSION);
+    return clamped(f, at->entry->pushes ? -MAX_TENSION : 0, MAX_TENSION);
 }
 
 void laws_place(core *c)
@@ -312,7 +312,7 @@ int core_advance(core *c, const real *u, real h)
 }
 
 #define ALMOST (real)1e-6 /* of a period */
-#define MOST_HELD 100
+#define MAX_HELD 100
 
 /* The tension at the driven end, of what is the mean along a cable that stretches so. */
 static real at_driven_end(const core *c, int32_t m, real f)
@@ -326,9 +326,9 @@ static real tension_after(const core *c, const muscle_law *at, real u, real h, r
 {
     const real l = c->lengths[at->m], driven = length_at(c, at->m), v = c->rates[at->m];
     if (!at->states) return at_driven_end(c, at->m, bounded_tension(at, NULL, l, v, u));
-    real x[MOST_LAW_STATES];
+    real x[MAX_LAW_STATES];
     memcpy(x, at->x, (size_t)at->states * sizeof(real));
-    const int steps = at->law->moves_along ? whole_steps(ceil(h / held - ALMOST), MOST_HELD) : 1;
+    const int steps = at->law->moves_along ? whole_steps(ceil(h / held - ALMOST), MAX_HELD) : 1;
     const real t = h / steps, along = at->law->moves_along ? v * t : 0;
     for (int i = 0; i < steps; i++) at->law->advance(at->k, x, driven + v * t * i, v, u + along * i, t);
     return at_driven_end(c, at->m, bounded_tension(at, x, l + v * h, v, u));
@@ -368,7 +368,7 @@ void core_reach(core *c, real h)
     }
 }
 
-#define MOST_INVERSIONS 60
+#define MAX_INVERSIONS 60
 #define ENOUGH PRECISE(1e-14, 5e-6) /* of a force, relative to those about it */
 #define ROUGH PRECISE(1e-11, 2e-5) /* of a force: rounding of laws that are rough */
 #define NEAR_INVERSIONS 6
@@ -431,7 +431,7 @@ static real inverted(const core *c, const muscle_law *at, real f, real h, real h
     const real enough = enough_of(at, f, &high, &low);
     attempt before = low, last = high;
     real u = at->law->is_hill ? at->x[0] : zero_of_chord(&low, &high);
-    for (int i = 0; i < MOST_INVERSIONS; i++) {
+    for (int i = 0; i < MAX_INVERSIONS; i++) {
         if (!is_between(&low, &high, u) || i % 8 == 7) u = (low.u + high.u) / 2;
         before = last, last = attempted(c, at, u, f, h, held);
         if (value_of(fabs(last.off)) <= value_of(enough)) break;

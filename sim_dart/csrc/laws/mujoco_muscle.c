@@ -30,8 +30,8 @@ enum {
 };
 
 static const real MUJOCO_LEAST = PRECISE(1e-15, 1e-15); /* no divisor is less */
-#define LARGEST_MUJOCO_DECAY 0.14
-#define MOST_MUJOCO_STEPS 256
+#define MAX_MUJOCO_DECAY 0.14
+#define MAX_MUJOCO_STEPS 256
 
 static void mujoco_prepare(const void *parameters, real *k)
 {
@@ -128,8 +128,8 @@ static void mujoco_advance(const real *k, real *x, real l, real v, real u, real 
         return;
     }
     const real decay = h * larger(2 * k[HILL_RISE], 2 * k[HILL_FALL]);
-    const int steps = whole_steps(decay / LARGEST_MUJOCO_DECAY + 1, MOST_MUJOCO_STEPS);
-    if (value_of(decay) > LARGEST_MUJOCO_DECAY * MOST_MUJOCO_STEPS) {
+    const int steps = whole_steps(decay / MAX_MUJOCO_DECAY + 1, MAX_MUJOCO_STEPS);
+    if (value_of(decay) > MAX_MUJOCO_DECAY * MAX_MUJOCO_STEPS) {
         x[0] = u;
         return;
     }

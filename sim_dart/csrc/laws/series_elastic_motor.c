@@ -36,10 +36,10 @@ enum {
 enum { CURRENT, SPEED, ANGLE, MOTOR_STATES };
 
 /* With MOTOR_QUICKNESS x time at most this, so many terms of the series suffice. */
-#define LARGEST_CHANGE 0.5
+#define MAX_CHANGE 0.5
 #define TERMS 18
-#define LONGEST_SUBSTEP 1e-4
-#define MOST_SUBSTEPS 1000000
+#define MAX_SUBSTEP 1e-4
+#define MAX_SUBSTEPS 1000000
 
 static real efficiency(const real *k, real current, real speed)
 {
@@ -111,8 +111,8 @@ static void substep(const real *k, real *x, real l, real v, real u, real t)
 
 static void motor_advance(const real *k, real *x, real l, real v, real u, real h)
 {
-    const real least = ceil(h * larger(k[MOTOR_QUICKNESS] / LARGEST_CHANGE, 1 / LONGEST_SUBSTEP));
-    const int steps = whole_steps(least, MOST_SUBSTEPS);
+    const real least = ceil(h * larger(k[MOTOR_QUICKNESS] / MAX_CHANGE, 1 / MAX_SUBSTEP));
+    const int steps = whole_steps(least, MAX_SUBSTEPS);
     const real t = h / steps;
     for (int i = 0; i < steps; i++) substep(k, x, l + v * t * i, v, u, t);
 }

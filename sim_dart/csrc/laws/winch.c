@@ -44,13 +44,13 @@ enum {
 enum { WINCH_SPEED, WINCH_ANGLE, WINCH_STATES };
 
 /* In [m]: what is paid out at least, where it divides. */
-static const real LEAST_CABLE = PRECISE(1e-3, 1e-3);
-static const real LONGEST_WINCH_STEP = 2.5e-4;
+static const real MIN_CABLE = PRECISE(1e-3, 1e-3);
+static const real MAX_WINCH_STEP = 2.5e-4;
 /* Of a substep, with the fastest oscillation of the drum, in [rad]. */
-static const real LARGEST_WINCH_TURN = 0.05;
-#define MOST_WINCH_STEPS 2000
-#define MOST_WINCH_ITERATIONS 20
-#define MOST_DRIVE_ITERATIONS 60
+static const real MAX_WINCH_TURN = 0.05;
+#define MAX_WINCH_STEPS 2000
+#define MAX_WINCH_ITERATIONS 20
+#define MAX_DRIVE_ITERATIONS 60
 /* Of Newton's last step, relative; what is left is about its square, derivatives want one more. */
 static const real ENOUGH_OF_SPEED = HAS_TANGENT ? 1e-14 : PRECISE(1e-8, 1e-4);
 
@@ -82,7 +82,7 @@ static real paid_out(const real *k, real angle)
 
 static real stretched_length(const real *k, real angle)
 {
-    return larger(paid_out(k, angle) + k[WINCH_LEAD], LEAST_CABLE);
+    return larger(paid_out(k, angle) + k[WINCH_LEAD], MIN_CABLE);
 }
 
 /* What a cable pulls with: at its end f, at the drum g, whose slope by w is that where the stretch grows by
@@ -102,8 +102,8 @@ static cable_pull cable_at(const real *k, real over, real length, real v, real w
     if (!(value_of(f) > 0)) return pull;
     pull.f = f, pull.g += f;
     pull.slope += stiff * (reach * damped + over * D * k[WINCH_RADIUS] / length) / length;
-    if (value_of(pull.g) > LARGEST_TENSION)
-        pull.f = smaller(f, LARGEST_TENSION), pull.g = LARGEST_TENSION, pull.slope = 0;
+    if (value_of(pull.g) > MAX_TENSION)
+        pull.f = smaller(f, MAX_TENSION), pull.g = MAX_TENSION, pull.slope = 0;
     return pull;
 }
 
@@ -164,7 +164,7 @@ static real paid_out_at(const real *k, real l, real u)
     const real rho = k[WINCH_RADIUS], most = l + k[WINCH_LEAD], least = (u + k[WINCH_LEAD]) / most;
     const real a = 2 * k[WINCH_PROPORTIONAL] * most / (rho * rho * k[WINCH_AXIAL_STIFFNESS]);
     real s = 1;
-    for (int i = 0; i < MOST_DRIVE_ITERATIONS; i++) {
+    for (int i = 0; i < MAX_DRIVE_ITERATIONS; i++) {
         const real over = (a * (s - least) + 1) * s * s - 1;
         const real step = over / (2 * (a * (s - least) + 1) * s + a * s * s);
         s -= step;
@@ -224,7 +224,7 @@ static real speed_after(const real *k, const winch_substep *s)
     if (value_of(fabs(pushed)) <= value_of(k[WINCH_DRY])) return 0;
     const real braked = value_of(pushed) > 0 ? -k[WINCH_DRY] : k[WINCH_DRY];
     real left = pushed + braked;
-    for (int i = 0; i < MOST_WINCH_ITERATIONS; i++) {
+    for (int i = 0; i < MAX_WINCH_ITERATIONS; i++) {
         const real step = left / (heavy - slope);
         w += step;
         if (value_of(fabs(step)) <= value_of(ENOUGH_OF_SPEED * (fabs(w) + fabs(w0)))) break;
@@ -246,8 +246,8 @@ static void winch_advance(const real *k, real *x, real l, real v, real u, real h
     const real rho = k[WINCH_RADIUS];
     const real holding = k[WINCH_AXIAL_STIFFNESS] * rho * rho / stretched_length(k, x[WINCH_ANGLE]);
     const real quick = sqrt((holding + k[WINCH_PROPORTIONAL]) / k[WINCH_INERTIA]);
-    const real least = ceil(h * larger(quick / LARGEST_WINCH_TURN, 1 / LONGEST_WINCH_STEP));
-    const int steps = whole_steps(least, MOST_WINCH_STEPS);
+    const real least = ceil(h * larger(quick / MAX_WINCH_TURN, 1 / MAX_WINCH_STEP));
+    const int steps = whole_steps(least, MAX_WINCH_STEPS);
     const real t = h / steps;
     for (int i = 0; i < steps; i++) winch_substep_on(k, x, l + v * t * i, v, u, t);
 }

@@ -13,7 +13,7 @@
 enum { STEPS = 100, STARTS = 12 };
 
 /* In [m] or [rad]: what counts as closed, and how far a step goes at most. */
-static const real CLOSED_POSE = PRECISE(1e-10, 1e-5), LARGEST_STEP = 0.5;
+static const real CLOSED_POSE = PRECISE(1e-10, 1e-5), MAX_STEP = 0.5;
 
 /* What a start may have: it stays as it is then. */
 static const real CLOSED_START = PRECISE(1e-12, 1e-6);
@@ -74,7 +74,7 @@ static void go_nearer(core *c, const real *held, real *q)
         c->closing[j] = sum;
         most = larger(most, fabs(sum));
     }
-    const real share = most > LARGEST_STEP ? LARGEST_STEP / most : 1;
+    const real share = most > MAX_STEP ? MAX_STEP / most : 1;
     for (int32_t j = 0; j < dofs; j++) {
         const real next = q[j] + share * c->closing[j], low = c->blob.lower[j], high = c->blob.upper[j];
         c->side[j] = 0;

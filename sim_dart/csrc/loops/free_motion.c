@@ -12,7 +12,7 @@
 #include <string.h>
 
 /* The least pivot, of the largest one. */
-static const real SMALLEST_SHARE = PRECISE(1e-8, 1e-4);
+static const real MIN_SHARE = PRECISE(1e-8, 1e-4);
 
 static real *row_of(core *c, int32_t k)
 {
@@ -72,7 +72,7 @@ int core_free_motion(core *c, const real *dependent, const real *qd)
         int32_t row = 0, column = 0;
         const real pivot = find_pivot(c, dependent, rank, &row, &column);
         if (rank == 0) first = pivot;
-        if (value_of(pivot) <= value_of(SMALLEST_SHARE * first)) break;
+        if (value_of(pivot) <= value_of(MIN_SHARE * first)) break;
         eliminate(c, rank, row, column);
         c->closure_order[rank] = column;
     }

@@ -17,13 +17,13 @@
 #include <string.h>
 
 /* The least pivot, of the largest one. */
-static const real SMALLEST_SHARE = PRECISE(1e-9, 1e-5);
+static const real MIN_SHARE = PRECISE(1e-9, 1e-5);
 
 /* What is closed, in [m] or as a cosine: Newton's next step would leave its square. */
 static const real CLOSED = PRECISE(1e-9, 1e-4);
 
 /* In m/s or 1/s: how fast a gap closes at most. */
-static const real LARGEST_CLOSING = 10;
+static const real MAX_CLOSING = 10;
 
 static real product(const core *c, const real *a, const real *b)
 {
@@ -48,7 +48,7 @@ static void respond_closures(core *c)
     }
     for (int32_t k = 0; k < closures; k++) {
         const real *J = row_of(c, c->closure_jacobian, k);
-        const int is_none = value_of(c->closure_pivot[k]) <= value_of(1e-6 * SMALLEST_SHARE * largest);
+        const int is_none = value_of(c->closure_pivot[k]) <= value_of(1e-6 * MIN_SHARE * largest);
         c->closure_pivot[k] = 0;
         if (is_none) continue;
         dynamics_respond(c, J, row_of(c, c->closure_response, k));
@@ -79,7 +79,7 @@ void loops_factor(core *c)
     for (c->closure_rank = 0; c->closure_rank < closures; c->closure_rank++) {
         const int32_t rank = c->closure_rank, i = largest_pivot(c, rank);
         real *Li = c->closure_factor + (size_t)i * (size_t)closures;
-        if (rank == 0) least = SMALLEST_SHARE * c->closure_pivot[i];
+        if (rank == 0) least = MIN_SHARE * c->closure_pivot[i];
         if (value_of(c->closure_pivot[i]) <= value_of(least)) break;
         Li[rank] = sqrt(c->closure_pivot[i]);
         for (int32_t t = rank + 1; t < closures; t++) {
@@ -135,7 +135,7 @@ void loops_keep(core *c, real h)
     closures_move(c);
     loops_factor(c);
     for (int32_t k = 0; k < c->blob.counts.closures; k++)
-        c->closure_bias[k] = larger(smaller(-c->closure_gap[k] / h, LARGEST_CLOSING), -LARGEST_CLOSING);
+        c->closure_bias[k] = larger(smaller(-c->closure_gap[k] / h, MAX_CLOSING), -MAX_CLOSING);
     loops_project(c, c->closure_bias, c->qd);
 }
 

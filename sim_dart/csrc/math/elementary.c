@@ -64,7 +64,7 @@ void sine_cosine(real x, real *sine, real *cosine)
 {
     real high, low = 0;
     int quarter = 0;
-    if (!(fabs(x) <= LARGEST_ANGLE)) x = fmod(x, 6.283185307179586);
+    if (!(fabs(x) <= MAX_ANGLE)) x = fmod(x, 6.283185307179586);
     high = x;
     if (fabs(x) > 0.785) quarter = reduce(x, &high, &low);
     const real s = small_sine(high, low), c = small_cosine(high, low);
@@ -126,7 +126,7 @@ static real power_of_two(int exponent) /* of a normal number */
     return power;
 }
 
-/* e^x as y 2^n, of |x| < LARGEST_EXPONENT or so; n + WHOLE */
+/* e^x as y 2^n, of |x| < MAX_EXPONENT or so; n + WHOLE */
 static inline real exponential_parts(real x, real *shifted)
 {
     *shifted = x * 1.4426950408889634 + WHOLE;
@@ -153,8 +153,8 @@ real exponential(real x)
     real shifted;
     if (fabs(x) < MODERATE_EXPONENT) return moderate_exponential(x);
     if (isnan(x)) return x;
-    if (x > LARGEST_EXPONENT) return INFINITY;
-    if (x < LEAST_EXPONENT) return 0;
+    if (x > MAX_EXPONENT) return INFINITY;
+    if (x < MIN_EXPONENT) return 0;
     const real y = exponential_parts(x, &shifted);
     const int k = (int)(shifted - WHOLE); /* 2^k itself may be beyond what a number can hold */
     return y * power_of_two(k / 2) * power_of_two(k - k / 2);
@@ -181,7 +181,7 @@ real exponential_less_one(real x)
 real logarithm(real x)
 {
     int k = 0;
-    if (!(x >= SMALLEST_NORMAL && x <= LARGEST)) {
+    if (!(x >= MIN_NORMAL && x <= MAX_NUMBER)) {
         if (!(x > 0)) return x == 0 ? -INFINITY : NAN;
         if (isinf(x)) return x;
         x *= RAISE, k = -RAISED;

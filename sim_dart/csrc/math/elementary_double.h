@@ -7,12 +7,12 @@
 /* Bits of a number: those behind the point, and what is added to the exponent. */
 typedef uint64_t real_bits;
 enum { FRACTION_BITS = 52, EXPONENT_BIAS = 1023 };
-static const real SMALLEST_NORMAL = 2.2250738585072014e-308, LARGEST = 1.7976931348623157e308;
+static const real MIN_NORMAL = 2.2250738585072014e-308, MAX_NUMBER = 1.7976931348623157e308;
 
 /* pi/2 in parts of 22 bits, so that multiples below 2^31 of all but the last are exact. */
 static const real QUARTER[4] = {1.570796012878418, 3.139164164167596e-07, 6.223371969669989e-14,
                                 2.0222662487959506e-21};
-static const real LARGEST_ANGLE = 1e9; /* further than any robot turns */
+static const real MAX_ANGLE = 1e9; /* further than any robot turns */
 
 /* (sin x - x)/x^3 and (cos x - 1 + x^2/2)/x^4 by x^2, for |x| <= pi/4 */
 static const real SINE[] = {-0.16666666666666632,    0.008333333333322372,    -0.0001984126982977151,
@@ -25,7 +25,7 @@ static const real LN2_HIGH = 0.6931471803691238, LN2_LOW = 1.9082149292705877e-1
 /* (r (e^r + 1)/(e^r - 1) - 2)/r^2 by r^2, for |r| <= ln(2)/2 */
 static const real EXP[] = {0.166666666666666, -0.002777777777698507, 6.613756312760736e-05,
                            -1.6533892597968386e-06, 4.137774110612632e-08};
-static const real MODERATE_EXPONENT = 700, LARGEST_EXPONENT = 709.782712893384, LEAST_EXPONENT = -745.2;
+static const real MODERATE_EXPONENT = 700, MAX_EXPONENT = 709.782712893384, MIN_EXPONENT = -745.2;
 
 /* (ln((1 + s)/(1 - s)) - 2s)/s^3 by s^2, for 1 + f within sqrt(1/2) and sqrt(2), s = f/(2 + f) */
 static const real LOG[] = {0.666666666666674,  0.39999999999378016, 0.2857142875130177, 0.22222197586901452,

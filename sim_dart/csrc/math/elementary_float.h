@@ -7,12 +7,12 @@
 /* Bits of a number: those behind the point, and what is added to the exponent. */
 typedef uint32_t real_bits;
 enum { FRACTION_BITS = 23, EXPONENT_BIAS = 127 };
-static const real SMALLEST_NORMAL = 1.17549435e-38, LARGEST = 3.40282347e38;
+static const real MIN_NORMAL = 1.17549435e-38, MAX_NUMBER = 3.40282347e38;
 
 /* pi/2 in parts of 12 bits, so that multiples below 2^12 of all but the last are exact. */
 static const real QUARTER[4] = {1.57080078125, -4.453584551811218e-06, -8.706138032721356e-10,
                                 6.223371969669989e-14};
-static const real LARGEST_ANGLE = 4096; /* beyond, 2 pi's rounding error is below that of the angle */
+static const real MAX_ANGLE = 4096; /* beyond, 2 pi's rounding error is below that of the angle */
 
 /* (sin x - x)/x^3 and (cos x - 1 + x^2/2)/x^4 by x^2, for |x| <= pi/4 */
 static const real SINE[] = {-0.16666655, 0.008332192, -0.00019518791};
@@ -22,7 +22,7 @@ static const real LN2_HIGH = 0.693145751953125, LN2_LOW = 1.428606765330187e-06;
 
 /* (r (e^r + 1)/(e^r - 1) - 2)/r^2 by r^2, for |r| <= ln(2)/2 */
 static const real EXP[] = {0.16666625, -0.0027667128};
-static const real MODERATE_EXPONENT = 87, LARGEST_EXPONENT = 88.72283, LEAST_EXPONENT = -104;
+static const real MODERATE_EXPONENT = 87, MAX_EXPONENT = 88.72283, MIN_EXPONENT = -104;
 
 /* (ln((1 + s)/(1 - s)) - 2s)/s^3 by s^2, for 1 + f within sqrt(1/2) and sqrt(2), s = f/(2 + f) */
 static const real LOG[] = {0.66666776, 0.39977583, 0.29870796};

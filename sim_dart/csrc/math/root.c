@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-#define MOST_ROOT_STEPS 100
+#define MAX_ROOT_STEPS 100
 #define LONG_STEPS 8 /* of the first ones: beyond, a slow step is one of bisection */
 
 /* Newton's rule once more, after which its tangent has converged, too. */
@@ -20,7 +20,7 @@ real bracketed_root(root_function *g, const void *data, real low, real high, rea
 {
     real z = guess, last = high - low;
     int knows_low = 0;
-    for (int i = 0; i < MOST_ROOT_STEPS; i++) {
+    for (int i = 0; i < MAX_ROOT_STEPS; i++) {
         real slope;
         const real value = g(data, z, &slope);
         if (value == 0) return z;

@@ -39,15 +39,15 @@
 #define NO_BETTER PRECISE(1e-11, 1e-4) /* the same: where it stops to shrink, only rounding errors are left */
 #define DIFFERENCE PRECISE(1e-7, 3e-4) /* of a span's length, for second derivatives */
 #define LENGTH_ROUNDING PRECISE(1e-14, 5e-6)  /* of a length */
-#define LEAST_PIVOT PRECISE(1e-12, 1e-5)
-#define UNKNOWNS (2 * LARGEST_SEQUENCE)
+#define MIN_PIVOT PRECISE(1e-12, 1e-5)
+#define UNKNOWNS (2 * MAX_SEQUENCE)
 
 typedef struct {
     const sequence_part *parts;
     int count;
-    real points[LARGEST_SEQUENCE + 2][3];
-    contact contacts[LARGEST_SEQUENCE + 1];
-    real followed[LARGEST_SEQUENCE + 1]; /* turning angles about cylinders */
+    real points[MAX_SEQUENCE + 2][3];
+    contact contacts[MAX_SEQUENCE + 1];
+    real followed[MAX_SEQUENCE + 1]; /* turning angles about cylinders */
     real length, disagreement;
 } cable;
 
@@ -117,7 +117,7 @@ static int eliminate(real H[UNKNOWNS][UNKNOWNS], real *r, int n)
         int best = i;
         for (int k = i + 1; k < n; k++)
             if (value_of(fabs(H[k][i])) > value_of(fabs(H[best][i]))) best = k;
-        if (!(value_of(fabs(H[best][i])) > LEAST_PIVOT)) return 0;
+        if (!(value_of(fabs(H[best][i])) > MIN_PIVOT)) return 0;
         for (int k = 0; k < n; k++) {
             const real h = H[i][k];
             H[i][k] = H[best][k], H[best][k] = h;
@@ -199,7 +199,7 @@ static int is_accepted(cable *c, const real *step, real (*planes)[2][3])
 static int step_newton(cable *c)
 {
     static const real GROWTH[] = {0, 0.3, 1, 3, 10, 100};
-    real H[UNKNOWNS][UNKNOWNS], r[UNKNOWNS], planes[LARGEST_SEQUENCE + 1][2][3], largest = 0;
+    real H[UNKNOWNS][UNKNOWNS], r[UNKNOWNS], planes[MAX_SEQUENCE + 1][2][3], largest = 0;
     const int n = 2 * (c->count - 1);
     if (!linearise(c, planes, H, r)) return 0;
     for (int i = 0; i < n; i++)
@@ -233,7 +233,7 @@ static void settle_tangents(cable *c)
 {
     real last = INFINITY;
     for (int round = 0; round < 3; round++) {
-        real H[UNKNOWNS][UNKNOWNS], step[UNKNOWNS], planes[LARGEST_SEQUENCE + 1][2][3];
+        real H[UNKNOWNS][UNKNOWNS], step[UNKNOWNS], planes[MAX_SEQUENCE + 1][2][3];
         const int n = 2 * (c->count - 1);
         if (!linearise(c, planes, H, step) || !eliminate(H, step, n)) return;
         real most = 0;

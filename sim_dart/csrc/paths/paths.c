@@ -90,11 +90,11 @@ static int is_free(const sequence_part *parts, int count, const real *A, const r
 static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int32_t pulleys, real *row,
                          int is_traced)
 {
-    sequence_part parts[LARGEST_SEQUENCE + 1];
-    wrap_surface placed[LARGEST_SEQUENCE];
-    contact contacts[LARGEST_SEQUENCE + 1];
-    real points[LARGEST_SEQUENCE + 2][3];
-    int32_t frames[LARGEST_SEQUENCE + 3];
+    sequence_part parts[MAX_SEQUENCE + 1];
+    wrap_surface placed[MAX_SEQUENCE];
+    contact contacts[MAX_SEQUENCE + 1];
+    real points[MAX_SEQUENCE + 2][3];
+    int32_t frames[MAX_SEQUENCE + 3];
     const int count = (int)(surfaces + pulleys);
     memset(parts, 0, sizeof parts);
     memset(contacts, 0, sizeof contacts);

@@ -30,7 +30,7 @@
 #include <math.h>
 #include <string.h>
 
-#define MOST_TURNS 1e9 /* no more than an int holds; nothing remembered by us comes near */
+#define MAX_TURNS 1e9 /* no more than an int holds; nothing remembered by us comes near */
 
 /* The ends as the axis sees them, and the circle that fits them. */
 typedef struct {
@@ -149,7 +149,7 @@ static course go_on(const view *v, real remembered)
 {
     const real whole = round((remembered - shorter_turn(v)) / (2 * PI));
     course c = {value_of(v->cross) >= 0 ? 1 : -1, 0, 0};
-    if (whole == 0 || !(value_of(fabs(whole)) < MOST_TURNS)) return c;
+    if (whole == 0 || !(value_of(fabs(whole)) < MAX_TURNS)) return c;
     c.turns = (int)fabs(whole);
     c.is_long = (value_of(whole) > 0) != (c.sense > 0);
     c.sense = value_of(whole) > 0 ? 1 : -1;

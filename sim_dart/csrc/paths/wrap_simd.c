@@ -17,7 +17,7 @@
 #include <math.h>
 
 /* Square of the least sine of the angle between the ends. */
-#define LEAST_SINE2 1e-3
+#define MIN_SINE2 1e-3
 
 /* A lane each; names as in wrap.c's view. */
 typedef struct {
@@ -70,7 +70,7 @@ static void look_at_lanes(const core *c, lane_views *restrict v, wrap_lanes *res
         const real is_after_a = is_less(ad, 0), is_before_b = is_less(-ad, dd);
         const real is_bent = is_after_a * is_before_b * is_less(xx, RR * dd);
         const real is_shrunk = is_less(inner, RR), is_off = is_less(half[i], larger(fabs(za), fabs(zb)));
-        const real is_aside = is_less(LEAST_SINE2 * aa * bb, xx), is_longer = is_less(about, 0);
+        const real is_aside = is_less(MIN_SINE2 * aa * bb, xx), is_longer = is_less(about, 0);
         const real is_plain = (1 - is_shrunk) * (1 - is_off) * is_aside * (1 - is_longer);
         v->a[0][i] = a0, v->a[1][i] = a1, v->a[2][i] = a2;
         v->b[0][i] = b0, v->b[1][i] = b1, v->b[2][i] = b2;

@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-enum { MOST_IMUS = 64, MOST_DELAY = 100000 };
+enum { MAX_IMUS = 64, MAX_DELAY = 100000 };
 
 #define SENSORS_REMEMBERED(ARRAY)                                                                      \
     ARRAY(count, 1) /* of readings so far */                                                           \
@@ -49,7 +49,7 @@ struct sensors {
 
 size_t sensors_size(const core *c, int32_t imus, int32_t delay)
 {
-    if (imus < 0 || imus > MOST_IMUS || delay < 0 || delay > MOST_DELAY) return 0;
+    if (imus < 0 || imus > MAX_IMUS || delay < 0 || delay > MAX_DELAY) return 0;
     SENSORS_LENGTHS(c, imus, delay)
     size_t reals = 0;
 #define ADD_LENGTH(name, length) reals += length;

@@ -21,9 +21,9 @@ from support.robots.robots import PLANAR_2R
 pytestmark = pytest.mark.slow
 
 MIB = 2**20
-MOST = 1000 * MIB
+MAX_MEMORY = 1000 * MIB
 SECONDS = 10.0  # of processor time
-LONGEST = 600.0  # in [s], so that a pipe that is waited for does not hold the tests up
+MAX_WAIT = 600.0  # in [s], so that a pipe that is waited for does not hold the tests up
 
 
 MEASURED = """
@@ -48,7 +48,7 @@ def peak(folder: Path, *words: object) -> tuple[int, str, int]:
         stderr=subprocess.PIPE,
         cwd=folder,
         env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-        timeout=LONGEST,
+        timeout=MAX_WAIT,
         check=False,
     )
     memory, seconds = (folder / "peak").read_text().split()
@@ -120,7 +120,7 @@ FMUS: dict[str, Callable[[Path], Path]] = {
 
 def refused(result: tuple[int, str, int]) -> str:
     code, err, memory = result
-    assert memory < MOST, f"{memory / MIB:.0f} MiB"
+    assert memory < MAX_MEMORY, f"{memory / MIB:.0f} MiB"
     assert code == 2, err
     assert err.startswith("cardsflow: "), err
     assert "internal" not in err
@@ -216,7 +216,7 @@ def test_a_table_at_the_limit_of_columns_is_compared(tmp_path: Path) -> None:
     row = b",".join([b"0"] * 100_000)
     (tmp_path / "a.csv").write_bytes(names + b"\n" + row + b"\n")
     code, err, memory = peak(tmp_path, "compare", "a.csv", "a.csv")
-    assert (code, memory < MOST) == (0, True), err
+    assert (code, memory < MAX_MEMORY) == (0, True), err
 
 
 def solid(name: str, begin: bytes, part: bytes = b"", count: int = 0) -> Callable[[Path], Path]:

@@ -9,7 +9,7 @@ from support.robots.robots import EXAMPLES
 
 from addin_sdfusion.robot import CardsflowError
 from cardsflow_fmu import Experiment
-from sim_dart.plant.settings import MOST_SUBSTEPS
+from sim_dart.plant.settings import MAX_SUBSTEPS
 
 Row = tuple[dict[str, Any], str]
 INF, NAN = float("inf"), float("nan")
@@ -175,7 +175,7 @@ PLANAR_2R: list[Row] = [
     ({"plant.step": 0.0003}, "run.step: 0.001 s is not a whole multiple of plant.step, 0.0003 s"),
     ({"plant.stpe": 1}, "plant.stpe: no key 'stpe'; did you mean 'step'"),
     ({"plant.substeps": 0}, "plant.substeps: must be at least 1"),
-    ({"plant.substeps": MOST_SUBSTEPS + 1}, "plant.substeps: must be at most 1000000"),
+    ({"plant.substeps": MAX_SUBSTEPS + 1}, "plant.substeps: must be at most 1000000"),
     ({"plnt.step": 1}, "plnt: no key 'plnt'; did you mean 'plant'"),
     ({"plant.wrenches": "link_2"}, "plant.wrenches: must be a list of names"),
     ({"plant.wrenches": ["lnk_2"]}, "plant.wrenches: no link 'lnk_2'"),

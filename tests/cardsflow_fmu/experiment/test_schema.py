@@ -26,7 +26,7 @@ from cardsflow_fmu.experiment.settings.world import SIZES
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.studies.definition.reader import read_study
 from cardsflow_fmu.studies.definition.tables import StudyTables
-from sim_dart.plant.settings import MOST_SUBSTEPS
+from sim_dart.plant.settings import MAX_SUBSTEPS
 from sim_dart.scene import FrictionLaw, LinkGeometry
 
 EXPERIMENTS = sorted(file.parent for file in EXAMPLES.glob("*/experiment.toml"))
@@ -293,7 +293,7 @@ def test_names_in_settings_are_those_that_are_known() -> None:
     assert list(SIZES) == list(scene._SHAPES) == list(get_args(world.ShapeName))
     assert get_args(FrictionLaw) == get_args(world.FrictionLaw)
     assert get_args(LinkGeometry) == get_args(world.LinkGeometry)
-    assert MOST_SUBSTEPS == plant.MAX_SUBSTEPS
+    assert MAX_SUBSTEPS == plant.MAX_SUBSTEPS
 
 
 def test_defaults_that_the_schema_tells_change_nothing() -> None:

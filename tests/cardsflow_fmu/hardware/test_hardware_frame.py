@@ -20,7 +20,7 @@ from addin_sdfusion.robot import InputError
 from cardsflow_fmu.hardware.protocol.cobs import Unstuffer, decode, encode
 from cardsflow_fmu.hardware.protocol.frame import (
     HEADER,
-    MOST_VALUES,
+    MAX_VALUES,
     Flag,
     Frame,
     FrameError,
@@ -149,7 +149,7 @@ def test_only_finite_numbers_are_packed() -> None:
     with pytest.raises(FrameError, match="not finite"):
         pack(Frame(Kind.STATE, 0, 1, 1, math.inf, 0, 0, ()))
     with pytest.raises(FrameError, match="length"):
-        pack(Frame(Kind.STATE, 0, 1, 1, 0.0, 0, 0, np.zeros(MOST_VALUES + 1)))
+        pack(Frame(Kind.STATE, 0, 1, 1, 0.0, 0, 0, np.zeros(MAX_VALUES + 1)))
 
 
 def test_a_writer_packs_the_same_bytes_as_pack() -> None:

@@ -42,7 +42,7 @@ from cardsflow_fmu.hardware.protocol.cobs import Unstuffer, encode
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
 from cardsflow_fmu.hardware.protocol.frame import (
-    MOST_BYTES,
+    MAX_BYTES,
     Flag,
     Frame,
     FrameError,
@@ -67,7 +67,7 @@ def at_the_end_of_a_line(device: Device) -> Iterator[str]:
     ended = threading.Event()
 
     def run() -> None:
-        unstuffer = Unstuffer(MOST_BYTES)
+        unstuffer = Unstuffer(MAX_BYTES)
         while not ended.is_set():
             if select.select([ours], (), (), 0.01)[0]:
                 with suppress(OSError):
@@ -303,7 +303,7 @@ def test_only_frames_of_the_connected_peer_are_received() -> None:
 def answer_hello(line: socket.socket) -> None:
     """Be a device for one handshake."""
     device = make_device()
-    data, peer = line.recvfrom(MOST_BYTES)
+    data, peer = line.recvfrom(MAX_BYTES)
     for answer in device.receive(data, peer, 0.0):
         line.sendto(answer, peer)
 
@@ -627,7 +627,7 @@ def test_a_full_serial_line_does_not_block() -> None:
     while not link.counters["not sent"]:
         link._send(frame)
     link._send(frame)
-    unstuffer, found = Unstuffer(MOST_BYTES), list[bytes]()
+    unstuffer, found = Unstuffer(MAX_BYTES), list[bytes]()
     while select.select([ours], (), (), 0.1)[0]:
         found += unstuffer.take(os.read(ours, 4096))
     link._send(frame)

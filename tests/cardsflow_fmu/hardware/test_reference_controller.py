@@ -29,7 +29,7 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.hardware.device.device import Device
 from cardsflow_fmu.hardware.device.server import DeviceServer
 from cardsflow_fmu.hardware.emulator.emulated_device import emulated_device
-from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES, Frame, Kind, pack, unpack
+from cardsflow_fmu.hardware.protocol.frame import MAX_BYTES, Frame, Kind, pack, unpack
 from cardsflow_fmu.runtime.sources import CONTROL, CORE
 from cardsflow_fmu.simulation.run import simulate
 
@@ -319,7 +319,7 @@ def test_a_nonce_that_is_no_number_of_64_bits_is_refused(
 
         def answer() -> None:
             while True:
-                data, peer = line.recvfrom(MOST_BYTES)
+                data, peer = line.recvfrom(MAX_BYTES)
                 if not data:
                     return
                 hello = unpack(data)

@@ -20,7 +20,7 @@ from support.hardware.hardware_fuzz import FRAMES, bad_frames
 from cardsflow_fmu.hardware.links.udp import UdpLink
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.hardware.protocol.exchange import Exchange
-from cardsflow_fmu.hardware.protocol.frame import MOST_BYTES, Flag, Frame, Kind, pack, unpack
+from cardsflow_fmu.hardware.protocol.frame import MAX_BYTES, Flag, Frame, Kind, pack, unpack
 from cardsflow_fmu.hardware.protocol.handshake import Handshake
 
 SOURCE = Path(__file__).parents[3] / "examples/hardware_in_the_loop/device.c"
@@ -221,7 +221,7 @@ def test_copies_of_a_hello_keep_nobody_waiting(built: Path, tmp_path: Path) -> N
 
         def copied(run: int) -> int:
             thief.send(hello(run))
-            return thief.recv(MOST_BYTES)[5]
+            return thief.recv(MAX_BYTES)[5]
 
         assert copied(8) == Kind.HELLO_ACK
         assert copied(8) == Kind.HELLO_ACK
@@ -269,7 +269,7 @@ def conversation(uri: str) -> Iterator[Callable[..., Frame | None]]:
             line.settimeout(within)
             line.send(pack(frame))
             try:
-                return unpack(line.recv(MOST_BYTES))
+                return unpack(line.recv(MAX_BYTES))
             except TimeoutError:
                 return None
 

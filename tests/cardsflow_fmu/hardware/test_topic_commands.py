@@ -41,7 +41,7 @@ TIMEOUT = 0.4
 TOPICS = DeviceTopics(ROBOT, SETTINGS)
 COMMANDS, STATES = TOPICS.commands_topic, TOPICS.states_topic
 FORCES = np.array([30.0, 31.0, 32.0, 33.0])
-LONGEST = 20.0
+MAX_WAIT = 20.0
 """Time to wait for a condition, in [s]."""
 
 
@@ -194,7 +194,7 @@ def test_a_forward_command_controller_commands_by_order(bus: Bus) -> None:
 
         assert eventually(sent)
         assert served.has_said("numbers for some names only")
-        message = states.receive(time.monotonic() + LONGEST)
+        message = states.receive(time.monotonic() + MAX_WAIT)
     assert message is not None
     assert message.message.name == (*(c.name for c in ROBOT.coordinates), *NAMES)
 
@@ -214,7 +214,7 @@ def test_a_device_that_another_drives_refuses(bus: Bus) -> None:
 @pytest.fixture
 def make_link(bus: Bus, monkeypatch: pytest.MonkeyPatch) -> Callable[..., RosLink]:
     monkeypatch.setattr(ros_link, "open_node", bus.node)
-    return lambda timeout=LONGEST, silence=2.0: RosLink(
+    return lambda timeout=MAX_WAIT, silence=2.0: RosLink(
         f"ros2://?timeout={silence}", NodeAddress(timeout=silence), TOPICS, timeout=timeout
     )
 
@@ -228,13 +228,13 @@ def test_a_link_drives_a_device_and_is_told_of_its_end(
         n = len(ROBOT.coordinates)
         np.testing.assert_array_equal(link.start_state[:n], served.robot.plant.q)
         for k in range(20):
-            came = link.exchange(2e-3 * k, FORCES, time.monotonic() + LONGEST)
+            came = link.exchange(2e-3 * k, FORCES, time.monotonic() + MAX_WAIT)
             assert came.state is not None
         assert eventually(lambda: (served.robot.given[-1] == FORCES).all())
         served.device.go_safe()
 
         def is_told() -> bool:
-            came = link.exchange(1.0, FORCES, time.monotonic() + LONGEST)
+            came = link.exchange(1.0, FORCES, time.monotonic() + MAX_WAIT)
             return came.device_flags != 0
 
         assert eventually(is_told)
@@ -247,7 +247,7 @@ def test_a_robot_that_vanishes_ends_a_run_after_the_stated_time(
     link = make_link(silence=0.1)
     with serving(bus):
         link.open(handshake_of(ROBOT, SETTINGS, 2e-3))
-        link.exchange(0.0, FORCES, time.monotonic() + LONGEST)
+        link.exchange(0.0, FORCES, time.monotonic() + MAX_WAIT)
     with pytest.raises(HardwareError, match=re.escape("is lost: no state came for 0.1 s")):
         for _ in range(1000):
             link.exchange(0.0, FORCES, time.monotonic() + 0.01)

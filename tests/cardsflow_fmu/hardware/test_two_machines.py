@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from support.hardware.two_machines import Machines, two_machines
-from support.observed import LONGEST, lines_until
+from support.observed import MAX_WAIT, lines_until
 from support.robots.robots import PLANAR_2R
 
 pytestmark = pytest.mark.slow
@@ -73,7 +73,7 @@ def test_a_run_between_two_machines(
         device(machines, "--listen", uri, "--watchdog", 4000, *shaping),
         controller(machines, uri, tmp_path / "out") as run,
     ):
-        out, err = run.communicate(timeout=LONGEST)
+        out, err = run.communicate(timeout=MAX_WAIT)
     assert run.returncode == 0, err
     summary = json.loads(out)
     assert summary["status"] == "complete"
@@ -91,7 +91,7 @@ def test_a_cable_that_is_pulled_ends_the_run_and_the_device_is_safe(
         with controller(machines, uri, tmp_path / "out", *words) as run:
             lines_until(process, '"running"')
             machines.unplug()
-            _, err = run.communicate(timeout=LONGEST)
+            _, err = run.communicate(timeout=MAX_WAIT)
             said = lines_until(process, '"safe"')
     assert run.returncode != 0
     assert "the hardware is lost: no state in" in err

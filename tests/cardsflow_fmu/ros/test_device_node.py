@@ -17,7 +17,7 @@ from cardsflow_fmu.ros.scene_topics import Shown
 from cardsflow_fmu.ros.topics import JOINT_STATES
 from cardsflow_fmu.ros_interface.address import node_address
 
-LONGEST = 120.0
+MAX_WAIT = 120.0
 """Time to wait for the device, in [s]."""
 
 
@@ -38,7 +38,7 @@ def test_what_a_device_measures_is_published(monkeypatch: pytest.MonkeyPatch) ->
         takes_commands=False,
     ) as node:
         node.take_state()
-        message = inbox.receive(time.monotonic() + LONGEST)
+        message = inbox.receive(time.monotonic() + MAX_WAIT)
     assert message is not None
     state = message.message
     assert state.name == tuple(c.name for c in experiment.robot.coordinates)

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from support.observed import LONGEST, lines_until
+from support.observed import MAX_WAIT, lines_until
 from support.robots.robots import PLANAR_2R
 from support.ros import jazzy
 
@@ -71,7 +71,7 @@ def listening(ros: Environment, node: str, bag: Path, *wanted: str) -> Iterator[
     with started(command, ros) as process:
         lines_until(process, "up")
         yield seen
-        out, _ = process.communicate(timeout=LONGEST)
+        out, _ = process.communicate(timeout=MAX_WAIT)
         seen |= json.loads(out.splitlines()[-1])
 
 
@@ -210,7 +210,7 @@ def test_ctrl_c_ends_a_published_run_with_its_results(ros: Environment, tmp_path
             lines_until(process, "published as node /cardsflow")
             time.sleep(5.0)
         process.send_signal(signal.SIGINT)
-        said, _ = process.communicate(timeout=LONGEST)
+        said, _ = process.communicate(timeout=MAX_WAIT)
     assert process.returncode == 130, said
     assert "Traceback" not in said
     assert len(load_run(tmp_path / "out").rows) > 10

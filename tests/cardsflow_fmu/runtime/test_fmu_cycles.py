@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks into /pro
 CYCLES = os.environ.get("CARDSFLOW_TEST_CYCLES")
 """Such as 10000: the full number, which takes half an hour with workers."""
 
-MOST_GROWTH = 512 * 1024  # bytes, over three quarters of the cycles
+MAX_GROWTH = 512 * 1024  # bytes, over three quarters of the cycles
 
 
 @pytest.mark.cases(1)
@@ -40,7 +40,7 @@ def test_cycles_leave_nothing(
     (files, processes, size), (files_later, processes_later, size_later) = found
     assert files_later == files
     assert processes_later == processes
-    assert size_later - size <= MOST_GROWTH
+    assert size_later - size <= MAX_GROWTH
 
 
 def descriptors() -> list[str]:

@@ -24,7 +24,7 @@ from controllers.qp.solver import BoxSolver
 pytestmark = pytest.mark.native
 
 # What the solver allows itself.
-MOST_STEPS = 84
+MAX_STEPS = 84
 
 
 def solve(problem: BoxProblem) -> BoxSolution:
@@ -71,7 +71,7 @@ def test_random_problems_with_a_solution_are_solved_to_1e_8(kind: str) -> None:
         assert errors[-1] <= 1e-8, seed
     print(f"{kind}: largest error {max(errors):.2g}, {steps} steps, ", end="")
     print(f"{unproven} without a reference")
-    assert steps <= MOST_STEPS
+    assert steps <= MAX_STEPS
     assert unproven <= 1e-2 * qp_problems.COUNT
 
 
@@ -83,7 +83,7 @@ def test_random_problems_without_a_solution_are_proven_infeasible() -> None:
         assert qp_problems.is_proof_of_infeasibility(problem, solution.multipliers), seed
         steps = max(steps, solution.iterations)
     print(f"infeasible: {steps} steps")
-    assert steps <= MOST_STEPS
+    assert steps <= MAX_STEPS
 
 
 @pytest.mark.parametrize("softness", [1e-2, 1e-4, 1e-8])

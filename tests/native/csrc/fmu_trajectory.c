@@ -20,7 +20,7 @@
 
 #include "fmi2FunctionTypes.h"
 
-enum { MOST = 400 };
+enum { MAX_MEMORY = 400 };
 
 static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
                         fmi2String category, fmi2String message, ...)
@@ -57,9 +57,9 @@ static void print(const double *values, size_t count)
 int main(int count, char **arguments)
 {
     const fmi2CallbackFunctions callbacks = {log_message, calloc, free, NULL, NULL};
-    fmi2ValueReference references[MOST];
-    fmi2Real start[MOST], values[MOST];
-    void *library = count > 7 && count < MOST ? OPEN(arguments[1]) : NULL;
+    fmi2ValueReference references[MAX_MEMORY];
+    fmi2Real start[MAX_MEMORY], values[MAX_MEMORY];
+    void *library = count > 7 && count < MAX_MEMORY ? OPEN(arguments[1]) : NULL;
     if (!library) {
         fprintf(stderr, "no library\n");
         return 2;

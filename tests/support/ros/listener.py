@@ -24,7 +24,7 @@ from rclpy.qos import QoSProfile
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-LONGEST = 20.0
+MAX_WAIT = 20.0
 """Time to wait for an answer, in [s]."""
 
 
@@ -70,14 +70,14 @@ class Recorder:
 
 
 def answer(node: Node, future: Any) -> Any:
-    rclpy.spin_until_future_complete(node, future, timeout_sec=LONGEST)
+    rclpy.spin_until_future_complete(node, future, timeout_sec=MAX_WAIT)
     return future.result()
 
 
 def parameters_of(node: Node, name: str, wanted: list[str]) -> dict[str, Any]:
     """Values of parameters, and what the node says to a change of the first."""
     client = AsyncParameterClient(node, name)
-    client.wait_for_services(LONGEST)
+    client.wait_for_services(MAX_WAIT)
     values = answer(node, client.get_parameters(wanted)).values
     found = {
         key: Parameter.from_parameter_msg(parameter(key, value)).value

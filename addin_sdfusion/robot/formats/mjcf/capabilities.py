@@ -15,7 +15,7 @@ from ..capability import Capabilities, Finder, Found, Row, changed, kept, left_o
 from ..features import Words, of_coordinates, of_links, of_muscles, of_robot
 from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
-from .write_bodies import MOST_NESTED, Mover, coordinate_order, movers, too_deep
+from .write_bodies import MAX_NESTED, Mover, coordinate_order, movers, too_deep
 from .write_constraints import EQUALITIES, STEP, has_friction, is_held
 from .write_inertia import missing, written_inertias
 from .write_muscles import LAWS
@@ -232,7 +232,7 @@ MJCF = Capabilities(
         refused(
             "chains of more than 480 links",
             "too-many-nested",
-            f"MuJoCo reads no chain of more than {MOST_NESTED} links; it is one too far",
+            f"MuJoCo reads no chain of more than {MAX_NESTED} links; it is one too far",
             too_deep,
         ),
         refused(

@@ -37,7 +37,7 @@ _PROGRAM = Path(__file__).with_name("compiler.py")
 _QUIET = {"MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 _LINE = re.compile(r"line (\d+)\s*$")
 _ELEMENT = re.compile(r"\nElement .*$", re.DOTALL)
-_LONGEST = 300
+_MAX_MESSAGE = 300
 _OUT_OF_TIME = -getattr(signal, "SIGXCPU", sys.maxsize)
 """Exit code of a process that the system ends at its limit of processor time."""
 
@@ -148,7 +148,7 @@ def _refuse(document: Document, error: str) -> None:
 
 
 def _in_one_line(text: str) -> str:
-    return " ".join(text.split())[:_LONGEST]
+    return " ".join(text.split())[:_MAX_MESSAGE]
 
 
 def transform(row: Row) -> Transform:

@@ -20,9 +20,9 @@ from ...limits import MESH
 from ...mesh_files import is_file, mesh_file
 from ..reading.xml import ABSOLUTE, Node, Notes, parse, shortened
 
-MOST_INCLUDED = 100
+MAX_INCLUDED = 100
 """So many files may be included."""
-MOST_COPIES = 10_000
+MAX_COPIES = 10_000
 """So many elements may be made by `<replicate>`."""
 INITIAL = "initial"
 """The keyframe of our own files with the initial values."""
@@ -112,7 +112,7 @@ class Document:
             for include in includes:
                 file = self._included_file(include)
                 children: list[etree._Element] = []
-                if file.resolve() in included or len(included) > MOST_INCLUDED:
+                if file.resolve() in included or len(included) > MAX_INCLUDED:
                     name = include.attribute("file")
                     problem = f"{name!r} is included already, or too many files are"
                     include.error("included-twice", problem)
@@ -173,8 +173,8 @@ class Document:
                 inside.append((node, inside[-1][1] * count))
             else:
                 inside.pop()
-            if made > MOST_COPIES:
-                problem = f"<replicate> makes over {MOST_COPIES} elements"
+            if made > MAX_COPIES:
+                problem = f"<replicate> makes over {MAX_COPIES} elements"
                 inside[1][0].error("too-many-copies", problem)
                 return
 

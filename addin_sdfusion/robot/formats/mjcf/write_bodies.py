@@ -24,7 +24,7 @@ from ..capability import Found
 from ..writing.xml_text import element, numbers
 from .write_inertia import mjcf_inertia
 
-MOST_NESTED = 480
+MAX_NESTED = 480
 """MuJoCo's XML reader takes 500 elements inside each other."""
 TYPES = {"rotation": "hinge", "translation": "slide"}
 
@@ -98,7 +98,7 @@ def too_deep(robot: Robot) -> Iterator[Found]:
     depths = {WORLD: 0}
     for joint in robot.joints:
         depths[joint.child] = depths[joint.parent] + 1
-    return (Found(Subject("link", n)) for n, depth in depths.items() if depth == MOST_NESTED + 1)
+    return (Found(Subject("link", n)) for n, depth in depths.items() if depth == MAX_NESTED + 1)
 
 
 def _movers(joint: Joint, names: Names) -> Iterator[Mover]:

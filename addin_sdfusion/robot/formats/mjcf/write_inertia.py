@@ -9,11 +9,11 @@ from ...checks.masses import density_matrix
 from ...model.robot import Inertia, Link, Robot
 from ...model.rotations import Matrix3, cross, dot
 
-LEAST = 1e-14
+MIN_INERTIA = 1e-14
 """In [kg·m²]: a safe distance from the 1e-15 below which MuJoCo refuses a moment."""
-LEAST_SHARE = 1e-12
+MIN_SHARE = 1e-12
 """The same as a share of the largest entry, a safe distance from rounding."""
-LEAST_MASS = 1e-12
+MIN_MASS = 1e-12
 """In [kg]; MuJoCo refuses moving bodies below 1e-15."""
 STEPS = (0.0, 1.0, 10.0, 100.0, 1e3, 1e4)
 """What may be added to the moments of inertia, as multiples of the least."""
@@ -29,7 +29,7 @@ def mjcf_inertia(link: Link, *, moving: bool) -> Inertia | None:
     inertia = link.inertia
     if not moving and inertia.mass == 0.0 and not any(map(any, inertia.matrix)):
         return None
-    return _increased(replace(inertia, mass=max(inertia.mass, LEAST_MASS)), missing(inertia) or 0)
+    return _increased(replace(inertia, mass=max(inertia.mass, MIN_MASS)), missing(inertia) or 0)
 
 
 def written_inertias(robot: Robot) -> Iterator[tuple[Link, Inertia]]:
@@ -43,7 +43,7 @@ def written_inertias(robot: Robot) -> Iterator[tuple[Link, Inertia]]:
 
 def missing(inertia: Inertia) -> float | None:
     """The least to add to the moments so that MuJoCo takes them, in [kg·m²]; None if too much."""
-    least = max(LEAST, LEAST_SHARE * max(abs(x) for row in inertia.matrix for x in row))
+    least = max(MIN_INERTIA, MIN_SHARE * max(abs(x) for row in inertia.matrix for x in row))
     for step in STEPS:
         matrix = _increased(inertia, step * least).matrix
         if _exceeds(matrix, least / 2) and _exceeds(density_matrix(matrix), least / 8):

@@ -16,7 +16,7 @@ APART = {"contype": "0", "conaffinity": "0"}
 
 
 _STL_HEAD, _STL_FACET = 84, 50
-_MOST_FACETS = 200_000
+_MAX_FACETS = 200_000
 
 
 def opens_mesh(suffix: str, data: bytes) -> bool:
@@ -24,7 +24,7 @@ def opens_mesh(suffix: str, data: bytes) -> bool:
     if suffix != ".stl":
         return suffix == ".obj"
     facets = int.from_bytes(data[_STL_HEAD - 4 : _STL_HEAD], "little")
-    return 1 <= facets <= _MOST_FACETS and len(data) == _STL_HEAD + _STL_FACET * facets
+    return 1 <= facets <= _MAX_FACETS and len(data) == _STL_HEAD + _STL_FACET * facets
 
 
 def add_meshes(

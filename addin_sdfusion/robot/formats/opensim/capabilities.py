@@ -20,7 +20,7 @@ from ..features import (
 )
 from ..writing import wrap_ends
 from ..writing.plain_paths import with_markers
-from .writing.bodies import LEAST_MASS, standing_links
+from .writing.bodies import MIN_MASS, standing_links
 from .writing.functions import is_written
 from .writing.joints import is_chain, is_one_joint, turns_thrice
 from .writing.loops import CONSTRAINTS
@@ -41,7 +41,7 @@ def osim_losses(robot: Robot) -> list[Finding]:
 def _light_links(robot: Robot) -> Iterator[Found]:
     standing = standing_links(robot)
     for link in robot.links:
-        if link.inertia.mass < LEAST_MASS and link.name not in standing:
+        if link.inertia.mass < MIN_MASS and link.name not in standing:
             yield Found(Subject("link", link.name))
 
 
@@ -148,7 +148,7 @@ OPENSIM = Capabilities(
         changed(
             "links without mass",
             "mass-increased",
-            f"OpenSim needs masses; it gets {LEAST_MASS!r} kg",
+            f"OpenSim needs masses; it gets {MIN_MASS!r} kg",
             _light_links,
         ),
         changed(

@@ -24,7 +24,7 @@ from ..writing.file_names import write_document
 from ..writing.plain_paths import with_markers, with_plain_paths
 from ..writing.xml_text import document, element, numbers
 from .capabilities import HELD, osim_losses
-from .writing.bodies import LEAST_MASS, add_body, frame_path, objects, standing_links
+from .writing.bodies import MIN_MASS, add_body, frame_path, objects, standing_links
 from .writing.forces import add_joint_forces, add_muscle
 from .writing.joints import add_couplers, add_joints, coordinate_paths
 from .writing.loops import CONSTRAINTS, add_loop
@@ -75,7 +75,7 @@ def _osim(robot: Robot, meshes: MeshFiles) -> str:
     body_set = objects(model, "BodySet", "bodyset")
     standing = standing_links(robot)
     for link in robot.links:
-        least = 0.0 if link.name in standing else LEAST_MASS
+        least = 0.0 if link.name in standing else MIN_MASS
         bodies[link.name] = add_body(body_set, link, meshes, least)
     joint_set = objects(model, "JointSet", "jointset")
     add_joints(joint_set, body_set, robot, ranges_of_points(robot))

@@ -16,8 +16,8 @@ from ..reading.xml import TRUE, Node, parse, shortened
 from .names import MODEL_FRAME
 
 _BETWEEN = "::"  # of a model's name and what is in it, as SDF has it
-_DEEPEST = 20
-_MOST_FILES = 50
+_MAX_DEPTH = 20
+_MAX_FILES = 50
 _PARTS = ("link", "joint", "frame")
 _NAMING = ("relative_to", "attached_to", "expressed_in", "frame")
 
@@ -38,8 +38,8 @@ def flatten(model: Node, depth: int = 0) -> None:
     inner = [*model.all("model"), *included_models(model, depth)]
     if not inner:
         return
-    if depth >= _DEEPEST:
-        inner[0].error("nested-too-deep", f"more than {_DEEPEST} models in one another")
+    if depth >= _MAX_DEPTH:
+        inner[0].error("nested-too-deep", f"more than {_MAX_DEPTH} models in one another")
         return
     for node in inner:
         flatten(node, depth + 1)
@@ -131,8 +131,8 @@ def _included(node: Node, depth: int) -> Node | None:
     uri = node.required("uri")
     if uri is None:
         return None
-    if depth >= _DEEPEST or len(node.notes.files) > _MOST_FILES:
-        node.error("nested-too-deep", f"more than {_DEEPEST} files deep, or {_MOST_FILES}")
+    if depth >= _MAX_DEPTH or len(node.notes.files) > _MAX_FILES:
+        node.error("nested-too-deep", f"more than {_MAX_DEPTH} files deep, or {_MAX_FILES}")
         return None
     file = _file(uri.text, node.file.parent)
     if file is None:

@@ -12,7 +12,7 @@ from ...finding import Finding, Subject
 from ...finding_builders import error
 from ...model.robot import Robot
 
-_LONGEST = 200
+_MAX_BYTES = 200
 """Of 255 that systems have; what writes files adds to it."""
 
 
@@ -61,8 +61,8 @@ def stem_fault(stem: str) -> str | None:
     """Why no file can be called so; None where one can."""
     if not stem or any(sign in stem for sign in "/\\\0"):
         return "cannot be part of a file name"
-    if len(stem.encode("utf-8", "replace")) > _LONGEST:
-        return f"is longer than {_LONGEST} bytes, the most in a file name"
+    if len(stem.encode("utf-8", "replace")) > _MAX_BYTES:
+        return f"is longer than {_MAX_BYTES} bytes, the most in a file name"
     return None
 
 

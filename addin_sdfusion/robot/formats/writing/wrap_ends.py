@@ -22,7 +22,7 @@ from .wrap_side import ends_on
 
 POSES = 40
 """How many are looked at beside the initial one."""
-LEAST = 1e-9
+MIN_SIZE = 1e-9
 """In [m]: less is no difference."""
 WIDE = {"rad": math.pi / 2.0, "m": 0.2}
 """How far from its initial value a coordinate without limits goes."""
@@ -52,7 +52,7 @@ def _inside(robot: Robot) -> Iterator[Found]:
     """The wraps of which an end is inside at one of the poses."""
     for muscle, wrap, sizes in _differences(robot):
         k = max(range(len(sizes)), key=sizes.__getitem__)
-        if sizes[k] <= LEAST:
+        if sizes[k] <= MIN_SIZE:
             continue
         words = {"surface": wrap.surface, "first": sizes[0], "farther": ""}
         if k:
@@ -68,7 +68,7 @@ def _unseen(robot: Robot) -> Iterator[Found]:
     names = {
         muscle.name: None
         for muscle, wrap, sizes in _differences(robot)
-        if max(sizes) <= LEAST and _moving(robot, muscle, wrap)
+        if max(sizes) <= MIN_SIZE and _moving(robot, muscle, wrap)
     }
     if names:
         words = {"poses": POSES + 1, "names": ", ".join(map(repr, names))}

@@ -7,7 +7,7 @@ import math
 from .hill import EXCITATION, FIBRE_DAMPING, RIGID, RULES, STATES, hill_parameters
 from .law import Parameter, Rule, TensionLaw, Term, natural, part, positive
 
-_LEAST, _MOST = 1e-7, 1e7
+_MIN_VALUE, _MAX_VALUE = 1e-7, 1e7
 """Strains, forces over F0 and slopes beyond which a curve's pieces have no digits left."""
 
 # (*) With an elastic tendon and no fibre damping the velocity follows from the force: then these
@@ -35,18 +35,20 @@ _PARAMETERS = (
         "passive_fibre_strain",
         "1",
         0.7,
-        _LEAST,
+        _MIN_VALUE,
         math.inf,
         "fibre strain at which it resists with F0",
     ),
     positive("passive_stiffness_low", "1", 0.2, "slope where it begins to resist"),
     Parameter(
-        "passive_stiffness", "1", 0.0, 0.0, _MOST, "slope at F0; 0: 2 over the strain between"
+        "passive_stiffness", "1", 0.0, 0.0, _MAX_VALUE, "slope at F0; 0: 2 over the strain between"
     ),
     part("passive_curviness", 0.75, "of the passive curve"),
-    Parameter("tendon_strain", "1", 0.049, _LEAST, math.inf, "tendon strain at F0"),
-    Parameter("tendon_stiffness", "1", 0.0, 0.0, _MOST, "slope at F0; 0: 1.375 over the strain"),
-    Parameter("tendon_toe_force", "1", 2 / 3, _LEAST, 1.0, "where the tendon becomes linear"),
+    Parameter("tendon_strain", "1", 0.049, _MIN_VALUE, math.inf, "tendon strain at F0"),
+    Parameter(
+        "tendon_stiffness", "1", 0.0, 0.0, _MAX_VALUE, "slope at F0; 0: 1.375 over the strain"
+    ),
+    Parameter("tendon_toe_force", "1", 2 / 3, _MIN_VALUE, 1.0, "where the tendon becomes linear"),
     part("tendon_curviness", 0.5, "of the toe"),
 )
 

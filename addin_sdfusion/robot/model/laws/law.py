@@ -12,7 +12,7 @@ from functools import cache
 from types import CodeType
 from typing import NamedTuple
 
-LARGEST = 1e9
+MAX_VALUE = 1e9
 """Of winches and heavy cables, in SI units: what none has, and the core still computes with."""
 
 
@@ -218,7 +218,7 @@ def natural(name: str, unit: str, default: float | None, meaning: str) -> Parame
 
 def bounded(name: str, unit: str, default: float | None, low: float, meaning: str) -> Parameter:
     """From `low` to what no winch and no cable has."""
-    return Parameter(name, unit, default, low, LARGEST, meaning)
+    return Parameter(name, unit, default, low, MAX_VALUE, meaning)
 
 
 def part(name: str, default: float, meaning: str) -> Parameter:

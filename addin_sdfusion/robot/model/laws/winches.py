@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .law import LARGEST, Command, LawState, TensionLaw, bounded
+from .law import MAX_VALUE, Command, LawState, TensionLaw, bounded
 
 _WINCH = (
     bounded("drum_radius", "m", None, 1e-6, "r, to the middle of the cable"),
@@ -28,7 +28,7 @@ _WINCH = (
     bounded("axial_stiffness", "N", None, 1e-3, "EA, of the cable"),
     bounded("dissipation", "s", 0.0, 0.0, "D"),
     bounded("lead_length", "m", 0.0, 0.0, "l_lead: cable between the drum and the first via point"),
-    bounded("rest_length", "m", 0.0, -LARGEST, "l_0: cable on the path with the drum at 0"),
+    bounded("rest_length", "m", 0.0, -MAX_VALUE, "l_0: cable on the path with the drum at 0"),
     bounded("max_torque", "N.m", None, 1e-9, "T_max, of the motor; largest command of a torque"),
 )
 

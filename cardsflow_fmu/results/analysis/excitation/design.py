@@ -41,9 +41,9 @@ _ROWS = round(WINDOW / GRID) + 1
 _FIRST = 10
 """Row of a span at which its window begins, one a span while it is designed."""
 
-_LONGEST_STEP = 4e-3
-_MOST_SPANS = 1000
-_MOST_SPEED = 100.0
+_MAX_STEP = 4e-3
+_MAX_SPANS = 1000
+_MAX_SPEED = 100.0
 
 _SWEEPS = 6
 _TRIES = 4
@@ -110,11 +110,11 @@ def excitations(
     """
     if robot.loops:
         raise InputError(f"robot {robot.name!r} has closed loops, for which there is no design")
-    least, most = 2 * ORDER * KNOTS, _MOST_SPANS * KNOTS
+    least, most = 2 * ORDER * KNOTS, _MAX_SPANS * KNOTS
     if not least <= duration <= most:
         raise InputError(f"must be {least:g} to {most:g} s, not {duration:g}", key="--duration")
-    if not 0.0 < speed <= _MOST_SPEED:
-        what = f"must be above 0 and at most {_MOST_SPEED:g} rad/s, not {speed:g}"
+    if not 0.0 < speed <= _MAX_SPEED:
+        what = f"must be above 0 and at most {_MAX_SPEED:g} rad/s, not {speed:g}"
         raise InputError(what, key="--speed")
     motions = Motions(robot, np.asarray(start, float), round(duration / KNOTS), speed)
     rng = np.random.default_rng(seed)
@@ -151,7 +151,7 @@ class Design:
         thin = _ROWS * READ / KNOTS  # few readings for all of a span
         robot, sd = motions.robot, priors.inertia
         few = noise * np.sqrt(thin)
-        self._problem = CalibrationProblem(robot, parameters, few, sd, _LONGEST_STEP)
+        self._problem = CalibrationProblem(robot, parameters, few, sd, _MAX_STEP)
         self._exact = CalibrationProblem(robot, parameters, noise, sd)
         self.prior = self._problem.prior(np.zeros(len(parameters)))[2]
 

@@ -16,7 +16,7 @@ from sim_dart.core.mesh_file import read_mesh
 
 from .shapes import Colour, Triangles
 
-MOST_FACES = 6000
+MAX_FACES = 6000
 """Most faces of a link's mesh; CAD meshes have a hundred times as many."""
 
 LinkMeshes = Mapping[str, tuple[Triangles, ...]]
@@ -67,7 +67,7 @@ def _colour(mesh: Mesh) -> Colour | None:
     return red, green, blue
 
 
-def simplified(triangles: Triangles, most: int = MOST_FACES) -> Triangles:
+def simplified(triangles: Triangles, most: int = MAX_FACES) -> Triangles:
     """The surface with at most so many faces: vertices in one cell of a grid become one."""
     cells = 256
     while len(triangles.faces) > most and cells >= 2:

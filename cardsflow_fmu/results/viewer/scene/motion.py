@@ -21,7 +21,7 @@ from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.scene import Scene
 
-_FARTHEST = 1e9
+_MAX_DISTANCE = 1e9
 
 RATE = 25.0
 """Frames a second of a replay."""
@@ -117,7 +117,7 @@ def _tensions(robot: Robot, result: RunData) -> list[str]:
 
 def drawable(values: FloatArray) -> FloatArray:
     """The values, with nan for those of a diverged run that cannot be drawn."""
-    within = np.abs(values) < _FARTHEST
+    within = np.abs(values) < _MAX_DISTANCE
     return values if within.all() else np.where(within, values, np.nan)
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from cardsflow_fmu.utils.arrays import FloatArray
 
-_MOST = 4000
+_MAX_POINTS = 4000
 
 
 def trail_points(path: FloatArray, distance: float) -> tuple[FloatArray, NDArray[np.int64]]:
@@ -23,7 +23,7 @@ def trail_points(path: FloatArray, distance: float) -> tuple[FloatArray, NDArray
     path = np.nan_to_num(path)
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
     walked = np.concatenate([[0.0], np.cumsum(steps)])
-    distance = max(distance, walked[-1] / _MOST)
+    distance = max(distance, walked[-1] / _MAX_POINTS)
     passed = np.floor(walked / distance).astype(np.int64) + 1
     at = distance * np.arange(passed[-1])
     points = np.stack([np.interp(at, walked, path[:, axis]) for axis in range(3)], axis=1)

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Hosts cut messages off; FMPy does so behind 2047 bytes. */
-enum { LONGEST_MESSAGE = 2000 };
+enum { MAX_MESSAGE = 2000 };
 
 /* The message is a printf format, in which "#r0#" means a variable. */
 static int is_special(char c)
@@ -20,7 +20,7 @@ static size_t piece_length(const char *text)
     while (text[i]) {
         size_t length = utf8_next(text + i);
         width += is_special(text[i]) ? 2 : length;
-        if (width > LONGEST_MESSAGE)
+        if (width > MAX_MESSAGE)
             return line ? line : i;
         if (text[i] == '\n')
             line = i;
@@ -47,7 +47,7 @@ static void escape(char *out, const char *text, size_t length)
 void fmi2_log_write(void *context, enum status status, const char *text)
 {
     const struct fmi2_log *log = context;
-    char message[LONGEST_MESSAGE + 1];
+    char message[MAX_MESSAGE + 1];
     if (!log->callbacks.logger)
         return;
     do {

@@ -5,7 +5,7 @@
 #include <string.h>
 
 static const double TOLERANCE = 1e-9; /* of a time that is to be whole steps */
-static const double MOST_STEPS = 100000; /* of a call, as for models in Python */
+static const double MAX_STEPS = 100000; /* of a call, as for models in Python */
 
 void native_close(struct native_model *native)
 {
@@ -39,9 +39,9 @@ int native_reset(struct model *model)
 size_t native_whole_steps(double time, double step, const char *what, struct text *error)
 {
     const double ratio = time / step, whole = floor(ratio + 0.5);
-    if (ratio > MOST_STEPS + 0.5) {
+    if (ratio > MAX_STEPS + 0.5) {
         text_set(error, "%.17g s is %.6g times %s, %.17g s; a step is %.0f of them at most: take shorter ones",
-                 time, ratio, what, step, MOST_STEPS);
+                 time, ratio, what, step, MAX_STEPS);
         return 0;
     }
     if (whole >= 1 && fabs(ratio - whole) <= TOLERANCE * whole)

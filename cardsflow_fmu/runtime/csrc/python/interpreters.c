@@ -50,7 +50,7 @@ static size_t add(struct interpreter found[], size_t count, const char *source, 
     return count + 1;
 }
 
-size_t interpreters_find(const char *resources, struct interpreter found[MOST_INTERPRETERS])
+size_t interpreters_find(const char *resources, struct interpreter found[MAX_INTERPRETERS])
 {
     size_t count = add(found, 0, "CARDSFLOW_PYTHON", environment_get("CARDSFLOW_PYTHON"));
     if (count)

@@ -3,8 +3,8 @@
 #include "../../cable_friction/bends.h"
 #include "../message.h"
 
-#define LARGEST_FRICTION 2
-#define LARGEST_PRESLIDING 1
+#define MAX_FRICTION 2
+#define MAX_PRESLIDING 1
 
 static int is_any_in(int32_t first, int32_t end, const int32_t *points, int32_t count)
 {
@@ -36,16 +36,16 @@ int check_cable_friction(const blob_view *view, char *message, size_t capacity)
         const int32_t bends = view->muscle_bends[m], points = view->muscle_points[m];
         const int32_t contacts = contacts_before(view, first + points, &wrap, &pulley);
         const real way = view->presliding[m];
-        if (!(way > 0 && way <= LARGEST_PRESLIDING))
-            return refuse(message, capacity, "muscle %d: its presliding is not above 0 m and up to %d m", (int)m, LARGEST_PRESLIDING);
+        if (!(way > 0 && way <= MAX_PRESLIDING))
+            return refuse(message, capacity, "muscle %d: its presliding is not above 0 m and up to %d m", (int)m, MAX_PRESLIDING);
         if (bends && !is_simple(view, m, first))
             return refuse(message, capacity, "muscle %d: there is no friction on such a path", (int)m);
         if (bends && bends != points - 2 + contacts)
             return refuse(message, capacity, "muscle %d: its cable does not have %d bends", (int)m, (int)bends);
         left -= bends;
         for (int32_t k = 0; k < bends && left >= 0; k++, mu++)
-            if (!(*mu >= 0 && *mu <= LARGEST_FRICTION))
-                return refuse(message, capacity, "muscle %d: its friction is not from 0 to %d", (int)m, LARGEST_FRICTION);
+            if (!(*mu >= 0 && *mu <= MAX_FRICTION))
+                return refuse(message, capacity, "muscle %d: its friction is not from 0 to %d", (int)m, MAX_FRICTION);
     }
     return left ? refuse(message, capacity, "the muscles' bends do not add up") : 0;
 }

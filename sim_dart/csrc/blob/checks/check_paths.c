@@ -9,7 +9,7 @@
 
 #include <math.h>
 
-#define MOST_TURNS 1000000
+#define MAX_TURNS 1000000
 
 static int is_unit(const real a[3])
 {
@@ -51,9 +51,9 @@ static int check_ellipsoids(const blob_view *b, char *message, size_t capacity)
         if (!is_size(axes[0]) || !is_size(axes[1]))
             return refuse(message, capacity, "surface %d: its half axes are not above zero and finite", k);
         const real longest = larger(larger(axes[0], axes[1]), radius), least = smaller(smaller(axes[0], axes[1]), radius);
-        if (longest > LONGEST_HALF_AXIS * least * (1 + UNIT_TOLERANCE))
+        if (longest > MAX_HALF_AXIS * least * (1 + UNIT_TOLERANCE))
             return refuse(message, capacity, "surface %d: a half axis is more than %d times as long as another one", k,
-                          LONGEST_HALF_AXIS);
+                          MAX_HALF_AXIS);
     }
     return 0;
 }
@@ -84,20 +84,20 @@ static int check_wraps(const blob_view *b, char *message, size_t capacity)
             (b->wrap_last[k] != point && b->wrap_rule[k] != RULE_OPENSIM))
             return refuse(message, capacity, "wrap %d: it cannot be up to via point %d", k, (int)b->wrap_last[k]);
         ruled += b->wrap_rule[k] == RULE_OPENSIM;
-        if (ruled > LARGEST_SEQUENCE)
-            return refuse(message, capacity, "wrap %d: more than %d by OpenSim's rules in one muscle", k, LARGEST_SEQUENCE);
+        if (ruled > MAX_SEQUENCE)
+            return refuse(message, capacity, "wrap %d: more than %d by OpenSim's rules in one muscle", k, MAX_SEQUENCE);
         if (b->wrap_guide[k] < -1 || b->wrap_guide[k] >= b->counts.guides)
             return refuse(message, capacity, "wrap %d: there is no guide %d", k, (int)b->wrap_guide[k]);
         here = k && point == b->wrap_point[k - 1] ? here + 1 : 1;
-        if (here > LARGEST_SEQUENCE)
-            return refuse(message, capacity, "wrap %d: more than %d in one segment", k, LARGEST_SEQUENCE);
+        if (here > MAX_SEQUENCE)
+            return refuse(message, capacity, "wrap %d: more than %d in one segment", k, MAX_SEQUENCE);
         if (b->wrap_surface[k] < 0 || b->wrap_surface[k] >= b->counts.surfaces)
             return refuse(message, capacity, "wrap %d: there is no surface %d", k, (int)b->wrap_surface[k]);
         if (b->wrap_side[k] < -1 || b->wrap_side[k] > WRAP_INSIDE)
             return refuse(message, capacity, "wrap %d: unknown side %d", k, (int)b->wrap_side[k]);
-        if (b->wrap_turns[k] < 0 || b->wrap_turns[k] > MOST_TURNS)
+        if (b->wrap_turns[k] < 0 || b->wrap_turns[k] > MAX_TURNS)
             return refuse(message, capacity, "wrap %d: turns %d are not within 0 to %d", k,
-                          (int)b->wrap_turns[k], MOST_TURNS);
+                          (int)b->wrap_turns[k], MAX_TURNS);
         if (b->wrap_rule[k] != RULE_TAUT && (b->wrap_side[k] || b->wrap_turns[k]))
             return refuse(message, capacity, "wrap %d: a side or turns are for our own rules", k);
         if (b->wrap_side[k] == WRAP_INSIDE && b->wrap_turns[k])

@@ -8,8 +8,8 @@
 #include <math.h>
 
 /* In a step of a rule that is not stable for any. */
-#define LARGEST_DECAY 0.14
-#define MOST_ACTIVATION_STEPS 256
+#define MAX_DECAY 0.14
+#define MAX_ACTIVATION_STEPS 256
 
 /* tanh of |y| <= 0.11, to 2e-11 of it, which no step of order four tells from the whole. */
 #define SMALL_TANH 0.11
@@ -73,13 +73,13 @@ static real stable_step(const real *k, real a, real u, real h)
 real activation_after(const real *k, real a, real u, real h)
 {
     a = hill_activation(k, a);
-    if (value_of(2 * h * larger(k[HILL_RISE], k[HILL_FALL])) <= LARGEST_DECAY) /* no 1 / tau is larger */
+    if (value_of(2 * h * larger(k[HILL_RISE], k[HILL_FALL])) <= MAX_DECAY) /* no 1 / tau is larger */
         return hill_activation(k, accurate_step(k, a, u, h));
     const real decay = h * quickest(k, a, u);
-    if (value_of(decay) <= LARGEST_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
-    const int steps = whole_steps(ceil(decay / LARGEST_DECAY), MOST_ACTIVATION_STEPS);
+    if (value_of(decay) <= MAX_DECAY) return hill_activation(k, accurate_step(k, a, u, h));
+    const int steps = whole_steps(ceil(decay / MAX_DECAY), MAX_ACTIVATION_STEPS);
     const real part = h / steps;
-    if (value_of(decay) <= LARGEST_DECAY * steps)
+    if (value_of(decay) <= MAX_DECAY * steps)
         for (int i = 0; i < steps; i++) a = accurate_step(k, a, u, part);
     else
         for (int i = 0; i < steps; i++) a = stable_step(k, a, u, part);
@@ -133,7 +133,7 @@ void activations_finish(activations *s, real h)
     int is_any_halved = 0;
     find_decays(s, h);
     for (int i = 0; i < s->count; i++) {
-        const int is_halved = value_of(s->decay[i]) > LARGEST_DECAY;
+        const int is_halved = value_of(s->decay[i]) > MAX_DECAY;
         is_any_halved |= is_halved;
         s->step[i] = is_halved ? h / 2 : h;
     }
@@ -142,7 +142,7 @@ void activations_finish(activations *s, real h)
     if (is_any_halved) step_all(s);
     for (int i = 0; i < s->count; i++) {
         const real *k = s->k[i], a = *s->state[i];
-        const int is_slow = value_of(s->decay[i]) <= 2 * LARGEST_DECAY;
+        const int is_slow = value_of(s->decay[i]) <= 2 * MAX_DECAY;
         *s->state[i] = is_slow ? hill_activation(k, s->a[i]) : activation_after(k, a, s->u[i], h);
     }
     s->count = 0;

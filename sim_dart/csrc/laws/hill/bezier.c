@@ -5,13 +5,13 @@
 #include <math.h>
 #include <stddef.h>
 
-#define MOST_BEZIER_STEPS 40
+#define MAX_BEZIER_STEPS 40
 /* Of Newton's rule: what is left is about its square. */
 #define LAST_BEZIER_STEP PRECISE(1e-9, 1e-4)
 /* Of Chebyshev's rule: what is left is about its cube. */
 #define LAST_LONG_STEP PRECISE(4e-5, 1e-3)
 /* Slopes that differ by less meet nowhere, but for rounding errors. */
-#define LEAST_TURN PRECISE(1.5e-8, 3.5e-4)
+#define MIN_TURN PRECISE(1.5e-8, 3.5e-4)
 /* Of values of a curve, which are about 1. */
 #define BEZIER_ROUNDING PRECISE(1e-12, 1e-4)
 
@@ -21,7 +21,7 @@ enum { CELLS = 0, X = 1, Y = X + 5, TABLE = Y + 5 };
 static real corner(const real *start, const real *end)
 {
     const real turn = start[2] - end[2];
-    if (value_of(fabs(turn)) <= LEAST_TURN) return (start[0] + end[0]) / 2;
+    if (value_of(fabs(turn)) <= MIN_TURN) return (start[0] + end[0]) / 2;
     return (end[1] - start[1] - end[0] * end[2] + start[0] * start[2]) / turn;
 }
 
@@ -62,7 +62,7 @@ static inline real quintic_rate(const real *k, real t)
 static real searched(const real *k, real width, real x)
 {
     real low = 0, high = 1, t = x / width;
-    for (int i = 0; i < MOST_BEZIER_STEPS; i++) {
+    for (int i = 0; i < MAX_BEZIER_STEPS; i++) {
         const real off = quintic(k, t) - x;
         if (value_of(off) < 0)
             low = t;

@@ -13,7 +13,7 @@ typedef hill_schutte1993_parameters hill_parameters;
 /* Last steps of Newton's rule, in optimal fibre lengths and in largest contraction velocities. */
 #define LAST_HILL_STEP PRECISE(1e-8, 1e-4)
 /* Fibre velocities are looked for within this many largest contraction velocities. */
-#define LARGEST_VELOCITY 1e6
+#define MAX_VELOCITY 1e6
 
 void hill_prepare(const void *parameters, real shortest, real steepest, real damping, real smoothing,
                   real *k)
@@ -128,12 +128,12 @@ void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real
     if (!k[HILL_ELASTIC]) return;
     const balance b = {f, k, hill_activation(k, x[0]), l, 0, larger(x[1], k[HILL_SHORTEST]), 0};
     real slope, w;
-    if (value_of(excess_by_velocity(&b, -LARGEST_VELOCITY, &slope)) >= 0)
-        w = -LARGEST_VELOCITY;
-    else if (value_of(excess_by_velocity(&b, LARGEST_VELOCITY, &slope)) <= 0)
-        w = LARGEST_VELOCITY;
+    if (value_of(excess_by_velocity(&b, -MAX_VELOCITY, &slope)) >= 0)
+        w = -MAX_VELOCITY;
+    else if (value_of(excess_by_velocity(&b, MAX_VELOCITY, &slope)) <= 0)
+        w = MAX_VELOCITY;
     else
-        w = bracketed_root(excess_by_velocity, &b, -LARGEST_VELOCITY, LARGEST_VELOCITY, 0, LAST_HILL_STEP);
+        w = bracketed_root(excess_by_velocity, &b, -MAX_VELOCITY, MAX_VELOCITY, 0, LAST_HILL_STEP);
     xd[1] = value_of(x[1]) <= value_of(k[HILL_SHORTEST]) ? larger(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
 }
 

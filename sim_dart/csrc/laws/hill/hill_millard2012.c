@@ -19,7 +19,7 @@ enum {
 };
 
 /* Below this, fibre damping counts as none. */
-static const real LEAST_DAMPING = 0.001;
+static const real MIN_DAMPING = 0.001;
 
 static void set_knot(real *knot, real x, real y, real slope)
 {
@@ -30,7 +30,7 @@ static void set_knot(real *knot, real x, real y, real slope)
    zero then.                                                                                          */
 static int is_singular(const hill_millard2012_parameters *p)
 {
-    return p->elastic_tendon != 0 && value_of(p->fibre_damping) < value_of(LEAST_DAMPING);
+    return p->elastic_tendon != 0 && value_of(p->fibre_damping) < value_of(MIN_DAMPING);
 }
 
 /* Five elbows: up steeply, up slowly, over the top, down, out. */
@@ -140,7 +140,7 @@ static real millard_tendon(const real *k, real x, real *slope)
 static void millard_prepare(const void *parameters, real *k)
 {
     const hill_millard2012_parameters *p = parameters;
-    const real damping = value_of(p->fibre_damping) < value_of(LEAST_DAMPING) ? 0 : p->fibre_damping;
+    const real damping = value_of(p->fibre_damping) < value_of(MIN_DAMPING) ? 0 : p->fibre_damping;
     hill_prepare(parameters, p->active_shortest, p->maximum_pennation, damping, 0, k);
     if (is_singular(p)) k[HILL_LEAST_ACTIVATION] = larger(k[HILL_LEAST_ACTIVATION], 0.01);
     prepare_curves(p, k);

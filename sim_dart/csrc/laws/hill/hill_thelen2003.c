@@ -24,7 +24,7 @@ enum {
 
 static const real TOE_FORCE = 0.33, TOE_SHAPE = 3;
 /* In optimal lengths: OpenSim bounds fibres by their pennation only. Above 0, as it is divided by. */
-static const real SHORTEST = PRECISE(1e-12, 1e-6);
+static const real MIN_LENGTH = PRECISE(1e-12, 1e-6);
 
 static real thelen_active(const real *k, real x, real *slope)
 {
@@ -87,7 +87,7 @@ static real thelen_speed(real a)
 static void thelen_prepare(const void *parameters, real *k)
 {
     const hill_thelen2003_parameters *p = parameters;
-    hill_prepare(parameters, SHORTEST, 1.4706289056333368, 0, 0, k);
+    hill_prepare(parameters, MIN_LENGTH, 1.4706289056333368, 0, 0, k);
     k[THELEN_ACTIVE_SHAPE] = p->active_shape, k[THELEN_CONCENTRIC_SHAPE] = p->concentric_shape;
     k[THELEN_PASSIVE_RATE] = p->passive_shape / p->passive_fibre_strain;
     k[THELEN_PASSIVE_SCALE] = exponential_less_one(p->passive_shape);

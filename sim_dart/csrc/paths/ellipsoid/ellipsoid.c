@@ -25,15 +25,15 @@
 #include <math.h>
 #include <string.h>
 
-#define MOST_SHOTS 40
+#define MAX_SHOTS 40
 #define HALVINGS 6
 #define LAST_SHOT_STEP PRECISE(1e-8, 2e-4) /* of angles and the way: what is left is about its square */
 #define AS_GOOD PRECISE(1e-24, 1e-10)      /* of the square of what is left: only rounding errors are */
-#define LONGEST_TURN 0.5
+#define MAX_TURN 0.5
 #define FINE_FROM 1e-3 /* steps below this are taken from geodesics to rounding errors */
 #define FINE_TERM PRECISE(1e-15, 1e-8)
 #define ROUGH_TERM PRECISE(1e-9, 1e-7)
-#define LEAST_CIRCLE 1e-3 /* of tangents: angles on smaller ones say nothing */
+#define MIN_CIRCLE 1e-3 /* of tangents: angles on smaller ones say nothing */
 
 /* Ends and half axes in the ellipsoid's own frame, over the longest of its half axes. */
 typedef struct {
@@ -166,13 +166,13 @@ static int settle_way(const egg_view *v, const tangent_cone cones[2], shot *s)
     int is_found = 0;
     real last_term = ROUGH_TERM;
     shoot(v, cones, last_term, s);
-    for (int shots = 1; shots < MOST_SHOTS;) {
+    for (int shots = 1; shots < MAX_SHOTS;) {
         real step[3] = {0, 0, 0};
         const real size = aim(s, step);
         if (!isfinite(size)) return 0;
         const int is_last = last_term == FINE_TERM && (value_of(size) <= LAST_SHOT_STEP || value_of(s->square) <= AS_GOOD);
         if (value_of(size) <= FINE_FROM) last_term = FINE_TERM;
-        real part = value_of(size) > LONGEST_TURN ? LONGEST_TURN / size : 1;
+        real part = value_of(size) > MAX_TURN ? MAX_TURN / size : 1;
         shot next = *s;
         for (int halving = 0;; halving++, part *= 0.5) {
             next.way = s->way;
@@ -207,7 +207,7 @@ static int is_on_side(const shot *s, int side)
 /* The shortest of those found from that many planes; 0 if one of the starts leads nowhere. */
 static int search_ways(const egg_view *v, const tangent_cone cones[2], int planes, int side, shot *best, int *is_found)
 {
-    way_over starts[MOST_STARTS];
+    way_over starts[MAX_STARTS];
     const int count = fan_starts(v->r, cones, planes, starts);
     int is_complete = count > 0;
     for (int k = 0; k < count; k++) {
@@ -228,7 +228,7 @@ static int search_ways(const egg_view *v, const tangent_cone cones[2], int plane
 /* The way in the best plane, which is longer, for the few ends across a long ellipsoid where shooting fails. */
 static int take_plane(const egg_view *v, const tangent_cone cones[2], shot *best)
 {
-    way_over starts[MOST_STARTS];
+    way_over starts[MAX_STARTS];
     if (!fan_starts(v->r, cones, MANY_PLANES, starts)) return 0;
     best->way = starts[0];
     find_tangent(v, cones, v->a, best->way.a, 1, &best->a);
@@ -247,7 +247,7 @@ static int go_on_from(const wrap_surface *s, const egg_view *v, const tangent_co
         const real at[3] = {p[0] - s->centre[0], p[1] - s->centre[1], p[2] - s->centre[2]};
         for (int k = 0; k < 3; k++) y[k] = dot3(v->R[k], at) / (v->unit * v->r[k]);
         const real c = dot3(y, cones[end].first), sine_ = dot3(y, cones[end].second), size = sqrt(c * c + sine_ * sine_);
-        if (!(value_of(size) > LEAST_CIRCLE)) return 0;
+        if (!(value_of(size) > MIN_CIRCLE)) return 0;
         angle[0] = c / size, angle[1] = sine_ / size;
     }
     best->way.contact = from->pull.angle / v->unit;

@@ -147,17 +147,17 @@ static void refine(const real r[3], const tangent_cone cones[2], real step, real
 /* Put a way into those found, in the order of their lengths; returns how many there are. */
 static int insert(plane_way *found, int count, const plane_way *way)
 {
-    int at = count < MOST_STARTS ? count : MOST_STARTS;
+    int at = count < MAX_STARTS ? count : MAX_STARTS;
     for (; at > 0 && value_of(found[at - 1].length) > value_of(way->length); at--)
-        if (at < MOST_STARTS) found[at] = found[at - 1];
-    if (at < MOST_STARTS) found[at] = *way;
-    return count < MOST_STARTS ? count + 1 : count;
+        if (at < MAX_STARTS) found[at] = found[at - 1];
+    if (at < MAX_STARTS) found[at] = *way;
+    return count < MAX_STARTS ? count + 1 : count;
 }
 
 int fan_starts(const real half_axes[3], const tangent_cone cones[2], int planes,
-               way_over starts[MOST_STARTS])
+               way_over starts[MAX_STARTS])
 {
-    plane_way ways[MANY_PLANES], found[MOST_STARTS];
+    plane_way ways[MANY_PLANES], found[MAX_STARTS];
     int count = 0, sections = 0;
     for (int k = 0; k < planes; k++) {
         real c, s;

@@ -18,7 +18,7 @@ typedef struct {
     real a[2], b[2], contact;
 } way_over;
 
-#define MOST_STARTS 6
+#define MAX_STARTS 6
 #define FEW_PLANES 16
 #define MANY_PLANES 64
 
@@ -28,6 +28,6 @@ CORE_INSIDE void fan_cones(const real a[3], const real b[3], tangent_cone cones[
 /* Starts for ways that are shorter than those beside them among some planes, one of the two numbers above, the
    shortest first; returns how many.                                                                      */
 CORE_INSIDE int fan_starts(const real half_axes[3], const tangent_cone cones[2], int planes,
-                           way_over starts[MOST_STARTS]);
+                           way_over starts[MAX_STARTS]);
 
 #endif

@@ -22,7 +22,7 @@
 #include <math.h>
 
 #define ORDER 16 /* a power of 2, whose root is found by square roots */
-#define MOST_STEPS 64
+#define MAX_STEPS 64
 
 /* Coefficients; those of x and of j side by side, so that processors take them together. */
 typedef struct {
@@ -108,7 +108,7 @@ void geodesic_follow(const real half_axes[3], real way, real last_term, geodesic
     for (int step = 1;; step++) {
         expand_geodesic(A, p, &t);
         const real most = longest_step(&t, last_term);
-        const int is_last = value_of(fabs(left)) <= value_of(most) || step == MOST_STEPS;
+        const int is_last = value_of(fabs(left)) <= value_of(most) || step == MAX_STEPS;
         const real h = is_last ? left : value_of(left) > 0 ? most : -most;
         sum_series(&t, h, p);
         if (bend) *bend += bend_within(A, &t, h);

@@ -196,10 +196,10 @@ static int over_one(core *c, const route *r, int32_t w, int32_t i, int32_t j, wa
 static int over_several(core *c, const route *r, const int32_t *wraps, int count, int32_t i, int32_t j,
                         way_between *way, real *row, int is_traced)
 {
-    sequence_part parts[LARGEST_SEQUENCE];
-    wrap_surface placed[LARGEST_SEQUENCE];
-    contact contacts[LARGEST_SEQUENCE + 1];
-    real points[LARGEST_SEQUENCE + 2][3];
+    sequence_part parts[MAX_SEQUENCE];
+    wrap_surface placed[MAX_SEQUENCE];
+    contact contacts[MAX_SEQUENCE + 1];
+    real points[MAX_SEQUENCE + 2][3];
     int is_free = 1;
     memset(parts, 0, sizeof parts);
     memset(contacts, 0, sizeof contacts);
@@ -232,11 +232,11 @@ static int over_several(core *c, const route *r, const int32_t *wraps, int count
 
 int route_wraps_over(core *c, const route *r, int32_t i, int32_t j, way_between *way, real *row, int is_traced)
 {
-    int32_t wraps[LARGEST_SEQUENCE];
+    int32_t wraps[MAX_SEQUENCE];
     int count = 0;
     for (int32_t w = r->wraps; w < r->wraps + r->wrap_count && is_traced; w++)
         if ((int32_t)value_of(c->wrap_before[w]) == i) c->wrap_contact[CONTACT_NUMBERS * w + CONTACT_NUMBERS - 1] = 0;
-    for (; count < LARGEST_SEQUENCE; count++)
+    for (; count < MAX_SEQUENCE; count++)
         if ((wraps[count] = ranked(c, r, i, count, -1)) < 0) break;
     if (!count) return 0;
     return count == 1 ? over_one(c, r, wraps[0], i, j, way, row, is_traced)

@@ -13,7 +13,7 @@
 #include <math.h>
 #include <stddef.h>
 
-#define LEAST_SQUARE 1e-15
+#define MIN_SQUARE 1e-15
 
 /* The ends across the axis, and their tangents. */
 typedef struct {
@@ -41,7 +41,7 @@ static int flatten(const wrap_surface *s, const real A[3], const real B[3], flat
     for (int k = 0; k < 3; k++) f->d[k] = f->b[k] - f->a[k];
     f->R = s->radius, f->RR = f->R * f->R;
     f->aa = dot3(f->a, f->a), f->bb = dot3(f->b, f->b), f->dd = dot3(f->d, f->d);
-    f->t = value_of(f->dd) > LEAST_SQUARE * LEAST_SQUARE ? -dot3(f->a, f->d) / f->dd : 0;
+    f->t = value_of(f->dd) > MIN_SQUARE * MIN_SQUARE ? -dot3(f->a, f->d) / f->dd : 0;
     for (int k = 0; k < 3; k++) f->near[k] = f->a[k] + f->t * f->d[k];
     return value_of(f->aa) >= value_of(f->RR) && value_of(f->bb) >= value_of(f->RR);
 }
@@ -71,7 +71,7 @@ static int is_crossing(const flat *f, const real touch[3], const real lift[3])
     real u[3], v[3], w[3];
     for (int k = 0; k < 3; k++) u[k] = touch[k] - f->a[k], v[k] = lift[k] - f->b[k], w[k] = f->b[k] - f->a[k];
     const real det = turned(f, u, v);
-    if (value_of(fabs(det)) < LEAST_SQUARE) return 0;
+    if (value_of(fabs(det)) < MIN_SQUARE) return 0;
     const real s = turned(f, w, v) / det, t = turned(f, w, u) / det;
     return value_of(s) >= 0 && value_of(s) <= 1 && value_of(t) >= 0 && value_of(t) <= 1;
 }
@@ -107,7 +107,7 @@ static int mujoco_rule(const wrap_surface *s, const flat *f, const real *guide, 
         const real along = dot3(side, f->n);
         for (int k = 0; k < 3; k++) side[k] -= along * f->n[k];
     }
-    if (value_of(f->dd) < LEAST_SQUARE) return RULE_STRAIGHT;
+    if (value_of(f->dd) < MIN_SQUARE) return RULE_STRAIGHT;
     const real t = value_of(f->t) < 0 ? 0 : value_of(f->t) > 1 ? 1 : f->t;
     real near[3];
     for (int k = 0; k < 3; k++) near[k] = f->a[k] + t * f->d[k];

@@ -13,7 +13,7 @@ from ..maths import apply
 from ..state import world
 from .data import ComponentData, Path, transform
 
-_LARGEST_ATTRIBUTE = 2 * 1024 * 1024
+_MAX_ATTRIBUTE = 2 * 1024 * 1024
 
 WRAPPERS: dict[Any, type] = {}
 """The class of the API for a kind of data: by its class, or by class and kind."""
@@ -208,6 +208,6 @@ class Attributes(Items):
 
 def _write(owner: Seen, key: tuple[str, str], value: str) -> None:
     refuse_reference(owner._component, "Attributes.add")
-    if len(value.encode()) > _LARGEST_ATTRIBUTE:
+    if len(value.encode()) > _MAX_ATTRIBUTE:
         raise RuntimeError("3 : the value of an attribute is larger than 2 MB")
     world().put(owner._data.attributes, key, value)

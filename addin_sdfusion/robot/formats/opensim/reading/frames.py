@@ -13,7 +13,7 @@ from ...reading.xml import ZERO, Node
 from .document import last_name, objects
 
 GROUND = "/ground"
-MOST_OFFSETS = 50
+MAX_OFFSETS = 50
 """So many frames may hang on each other."""
 
 
@@ -109,7 +109,7 @@ class Frames:
         kind, _, name = path.rpartition("/")
         if path == GROUND or (kind == "/bodyset" and name in self.bodies):
             return self.bodies[name], IDENTITY
-        if path not in self._offsets or depth > MOST_OFFSETS:
+        if path not in self._offsets or depth > MAX_OFFSETS:
             return None
         node, own = self._offsets[path]
         socket = node.optional("socket_parent") or node.optional("socket_parent_connectee_name")

@@ -30,7 +30,7 @@ POINTS: dict[str, type[SimmSpline] | type[PiecewiseLinear]] = {
     "SimmSpline": SimmSpline,
     "PiecewiseLinearFunction": PiecewiseLinear,
 }
-MOST_INNER = 20
+MAX_INNER = 20
 
 
 def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
@@ -43,7 +43,7 @@ def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
     """
     if node.tag == "Constant":
         return [("", constant(node.number("value", 0.0)))]
-    if node.tag == "MultiplierFunction" and depth < MOST_INNER:
+    if node.tag == "MultiplierFunction" and depth < MAX_INNER:
         factor, of = node.number("scale", 1.0), inner(node, "function")
         terms = [] if of is None else read_terms(of, coordinates, depth + 1)
         return [(name, scaled(function, factor)) for name, function in terms]

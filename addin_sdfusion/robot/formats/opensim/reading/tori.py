@@ -30,7 +30,7 @@ COUNTED = 2.0
 AROUND = 64
 """So many places of the ring are looked at first."""
 HALVINGS = 60
-LEAST = 1e-12
+MIN_RATIO = 1e-12
 """A line that is as short as this, in [m], has no direction."""
 
 Segment = tuple[Vector3, Vector3]
@@ -150,7 +150,7 @@ def _nearest(ring: float, a: Vector3, b: Vector3) -> float:
 
     def distance(angle: float) -> float:
         p = (ring * math.cos(angle), ring * math.sin(angle), 0.0)
-        t = dot(along, subtract(p, a)) / max(dot(along, along), LEAST * LEAST)
+        t = dot(along, subtract(p, a)) / max(dot(along, along), MIN_RATIO * MIN_RATIO)
         return math.dist(p, add(a, _times(t, along)))
 
     step = 2.0 * math.pi / AROUND

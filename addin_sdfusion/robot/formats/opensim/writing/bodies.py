@@ -12,7 +12,7 @@ from ....model.rotations import Matrix3, rotation, rpy, transpose
 from ...writing.xml_text import element, numbers
 from .names import GROUND
 
-LEAST_MASS = 1e-12
+MIN_MASS = 1e-12
 """In [kg]: OpenSim takes away the inertia of a body without mass, and refuses two such in a row."""
 
 
@@ -80,7 +80,7 @@ def add_body(
 
 def add_massless(bodies: ElementTree.Element, name: str) -> None:
     """Add a body between the single joints of a chain."""
-    _add_mass(element(bodies, "Body", name=name), Inertia(0.0), LEAST_MASS)
+    _add_mass(element(bodies, "Body", name=name), Inertia(0.0), MIN_MASS)
 
 
 def _add_meshes(

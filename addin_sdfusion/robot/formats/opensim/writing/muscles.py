@@ -110,7 +110,7 @@ MILLARDS_CURVES: dict[str, Names] = {
     },
 }
 _NEEDED_FLAT = ("active_minimum", "concentric_slope_at_vmax", "eccentric_slope_at_vmax")
-LEAST_ACTIVATION = 0.01
+MIN_ACTIVATION = 0.01
 """The smallest `minimum_activation` that OpenSim takes for muscles that would be singular."""
 
 
@@ -191,7 +191,7 @@ def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
     values = dict(ours)
     if kind == "hill_thelen2003":
         values["elastic_tendon"] = 1.0
-        values["minimum_activation"] = max(values["minimum_activation"], LEAST_ACTIVATION)
+        values["minimum_activation"] = max(values["minimum_activation"], MIN_ACTIVATION)
     if kind == "hill_schutte1993":
         values["elastic_tendon"] = 1.0
     if kind in ("hill_degroote2016", "hill_schutte1993"):
@@ -199,7 +199,7 @@ def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
     if kind == "hill_millard2012":
         if values["elastic_tendon"] and values["fibre_damping"] < 0.001:
             values["fibre_damping"] = 0.0
-            values["minimum_activation"] = max(values["minimum_activation"], LEAST_ACTIVATION)
+            values["minimum_activation"] = max(values["minimum_activation"], MIN_ACTIVATION)
         else:
             values |= dict.fromkeys(_NEEDED_FLAT, 0.0)
     return values

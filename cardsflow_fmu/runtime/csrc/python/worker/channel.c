@@ -108,7 +108,7 @@ static enum bell_answer sleep_for(const uint32_t *number, uint32_t value, uint32
 }
 
 /* Asleep at most this long, in s: then it is looked after whether the process still runs. */
-static const double LONGEST_SLEEP = 0.1;
+static const double MAX_SLEEP = 0.1;
 
 static int explain(struct process *process, enum bell_answer answer, double longest, double waited,
                    struct text *error)
@@ -139,7 +139,7 @@ static int wait_for_answer(struct channel *channel, struct process *process, dou
     int is_there = wait_looking(number, value, &channel->patience);
     while (!is_there) {
         enum bell_answer answer = sleep_for(number, value, &block->host.sleeps, &process->bell,
-                                            longest < LONGEST_SLEEP ? longest : LONGEST_SLEEP);
+                                            longest < MAX_SLEEP ? longest : MAX_SLEEP);
         is_there = __atomic_load_n(number, __ATOMIC_ACQUIRE) == value;
         if (!is_there && answer != BELL_RUNG &&
             explain(process, answer, longest, monotonic_seconds() - begin, error))

@@ -41,7 +41,7 @@ static const char START[] =
     "    main(*sys.argv[1:])\n";
 
 /* Waits this long for a process that has the command to quit, and at least for one to terminate, in s. */
-static const double LONGEST_QUIT = 5;
+static const double MAX_QUIT = 5;
 
 static void stop(struct python_worker *self, double patience)
 {
@@ -54,7 +54,7 @@ static void quit(struct python_worker *self)
 {
     if (self->is_alive && process_is_own(&self->process))
         channel_quit(&self->channel, &self->process);
-    stop(self, LONGEST_QUIT);
+    stop(self, MAX_QUIT);
 }
 
 /* A copy of the host, made by fork, shares the memory, but neither calls the worker nor ends it. */
@@ -148,7 +148,7 @@ static int terminate(struct model *model)
     enum outcome outcome;
     double longest = longest_call(self);
     return self->is_alive &&
-           ask(self, COMMAND_TERMINATE, NULL, 0, longest > LONGEST_QUIT ? longest : LONGEST_QUIT,
+           ask(self, COMMAND_TERMINATE, NULL, 0, longest > MAX_QUIT ? longest : MAX_QUIT,
                &outcome, &model->error);
 }
 
@@ -279,7 +279,7 @@ static int first_line(const char *text)
 /* Tries interpreters until one fits. */
 static enum outcome start_any(struct python_worker *self, struct text *error)
 {
-    struct interpreter found[MOST_INTERPRETERS];
+    struct interpreter found[MAX_INTERPRETERS];
     struct text tried = {NULL}, reason = {NULL};
     enum outcome outcome = OUTCOME_UNFIT;
     size_t count = interpreters_find(self->resources, found);

@@ -20,7 +20,7 @@ static void let_others_run(void)
 
 /* In s. A sleep and a wake-up take some 50 us: who usually waits longer than the first is put to sleep
  * soon. A look that takes as long as the last has lent the processor to others, who want it. */
-static const double LONGEST_USUAL = 500e-6, LONGEST = 1e-3, SHORTEST = 20e-6, CROWDED = 200e-6;
+static const double MAX_USUAL = 500e-6, MAX_SPIN = 1e-3, MIN_SPIN = 20e-6, CROWDED = 200e-6;
 
 static void pause_processor(void)
 {
@@ -40,7 +40,7 @@ int wait_looking(const uint32_t *word, uint32_t value, const struct patience *pa
 {
     enum { LOOKS = 100 };
     double now = monotonic_seconds(), before;
-    double end = now + (patience->usual < LONGEST_USUAL ? LONGEST : SHORTEST);
+    double end = now + (patience->usual < MAX_USUAL ? MAX_SPIN : MIN_SPIN);
     do {
         for (int i = 0; i < LOOKS; i++) {
             if (is_there(word, value))
@@ -57,7 +57,7 @@ int wait_looking(const uint32_t *word, uint32_t value, const struct patience *pa
 void patience_learn(struct patience *patience, double waited)
 {
     const double weight = 0.125;
-    if (waited > 2 * LONGEST_USUAL)
-        waited = 2 * LONGEST_USUAL;
+    if (waited > 2 * MAX_USUAL)
+        waited = 2 * MAX_USUAL;
     patience->usual += weight * (waited - patience->usual);
 }

@@ -167,12 +167,12 @@ int process_is_own(const struct process *process)
 
 void process_end(struct process *process, double patience)
 {
-    enum { LONGEST_KILL = 5000 };
+    enum { MAX_KILL = 5000 };
     if (WaitForSingleObject(process->handle, (DWORD)(patience * 1000)) != WAIT_OBJECT_0) {
         if (process->job)
             TerminateJobObject(process->job, 1);
         TerminateProcess(process->handle, 1);
-        WaitForSingleObject(process->handle, LONGEST_KILL);
+        WaitForSingleObject(process->handle, MAX_KILL);
     }
     process->is_running = 0;
     CloseHandle(process->handle);
@@ -209,15 +209,15 @@ int process_attach(const char *argument, struct shared_memory *memory, struct be
 
 char *process_own_library(void)
 {
-    enum { LONGEST = 32768 };
+    enum { MAX_WIDE_PATH = 32768 };
     HMODULE module = NULL;
-    wchar_t *wide = malloc(LONGEST * sizeof *wide);
+    wchar_t *wide = malloc(MAX_WIDE_PATH * sizeof *wide);
     char *path = NULL;
     if (wide &&
         GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS |
                                GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
                            (const wchar_t *)(const void *)make_job, &module) &&
-        GetModuleFileNameW(module, wide, LONGEST))
+        GetModuleFileNameW(module, wide, MAX_WIDE_PATH))
         path = utf8_from_wide(wide);
     free(wide);
     return path;
