@@ -58,6 +58,9 @@ def _read(path: str) -> ModuleType:
 _SOURCES = _read("cardsflow_fmu/runtime/sources.py")  # what the libraries are made of
 _HEADERS = _read("sim_dart/muscles/law_headers.py")
 _JOINT_LAWS = _read("controllers/laws/joint_laws.py")
+EXAMPLES = "cardsflow_fmu/examples_data"
+"""Folder of the examples in a wheel; `cardsflow examples` reads it."""
+
 LIBRARIES = _SOURCES.LIBRARIES
 FLAGS = [*_SOURCES.FLAGS, *_SOURCES.WARNINGS]
 SANITIZE = ["-O0", "-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
@@ -196,6 +199,21 @@ def parse_platforms(names: str) -> list[str]:
     return platforms
 
 
+def example_files() -> dict[Path, str]:
+    """Return the files of the examples with their paths in a wheel: no results, no caches."""
+    root = ROOT / "examples"
+    return {
+        file: f"{EXAMPLES}/{file.relative_to(root).as_posix()}"
+        for file in sorted(root.rglob("*"))
+        if file.is_file()
+        and file.suffix not in (".fmu", ".pyc", ".so", ".dll", ".dylib")
+        and not any(
+            part in ("results", "__pycache__") or part.startswith(".")
+            for part in file.relative_to(root).parts
+        )
+    }
+
+
 def _take_or_make(
     name: str, output: Path, fingerprint: str, command_for: Callable[[Path], list[str]]
 ) -> list[Path]:
@@ -257,6 +275,9 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg, unused-igno
         for folder, files in ((ROOT, headers), (output, compiled)):
             for file in files:
                 build_data["force_include"][str(file)] = file.relative_to(folder).as_posix()
+        if version != "editable":
+            for file, target in example_files().items():
+                build_data["force_include"][str(file)] = target
         platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{platform}"

@@ -20,6 +20,7 @@ from .addin import add_addin, add_import_cad  # noqa: E402
 from .calibrate import add_calibrate, add_excite  # noqa: E402
 from .common import EXIT_CODES, FAILED, INTERRUPTED  # noqa: E402
 from .device import add_device, add_replay  # noqa: E402
+from .examples import add_examples  # noqa: E402
 from .init import add_completion, add_init, add_schema  # noqa: E402
 from .parser import BAD_INPUT, Commands, Parser  # noqa: E402
 from .results import add_compare, add_plot, add_report  # noqa: E402
@@ -32,7 +33,7 @@ from .terminal.suggestions import suggest_file  # noqa: E402
 from .view import add_view  # noqa: E402
 
 _COMMANDS = {
-    "Start": (add_init, add_check, add_info),
+    "Start": (add_init, add_examples, add_check, add_info),
     "Simulate": (add_run, add_build, add_view, add_report, add_plot, add_compare),
     "Analyse and design": (add_size, add_activations, add_study),
     "Hardware": (add_device, add_replay, add_excite, add_calibrate),

@@ -91,7 +91,7 @@ def _title(summary: Mapping[str, Any]) -> str:
 
 
 def _tracking_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
-    """By signal, as the root mean square of all together is that of a norm."""
+    """Return the RMS tracking error of all signals together, then the errors by signal."""
     tracking = summary["tracking"]
     if tracking["rms"] is None:
         return []
@@ -100,7 +100,7 @@ def _tracking_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
         for name, error in tracking["per_signal"].items()
     }
     worst = _by_size(rows, lambda name: tracking["per_signal"][name]["max"])
-    title = f"tracking    {_text(tracking['rms'])} {tracking['unit']}, RMS of the errors' 2-norm"
+    title = f"tracking    RMS tracking error {_text(tracking['rms'])} {tracking['unit']}"
     return [title, *_rows(rows, worst, most)]
 
 

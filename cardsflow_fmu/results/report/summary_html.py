@@ -53,7 +53,7 @@ def in_short(summary: Mapping[str, Any]) -> list[str]:
     tracking = summary.get("tracking") or {}
     if tracking.get("rms") is not None:
         unit = tracking.get("unit", "")
-        parts.append(f"tracking error {tracking['rms']:.3g} {unit}, RMS of the errors' 2-norm")
+        parts.append(f"RMS tracking error {tracking['rms']:.3g} {unit}")
         parts.append(f"largest error of one signal {tracking['max']:.3g} {unit}")
     ticks = summary.get("ticks")
     for key in ("infeasible_ticks", "not_converged_ticks"):

@@ -83,10 +83,13 @@ def test_the_help_of_all_tells_the_exit_codes(cardsflow: CommandLine) -> None:
 # Bad input: one line, exit code 2
 
 PUBLISHER = ["--company", "Us", "--url", "https://example.org", "--email", "us@example.org"]
+GROUPS = (("addin",), ("examples",))
 MISSING = {
     ("init",): ["nowhere"],
     ("schema",): ["nothing"],
     ("completion",): ["nothing"],
+    ("examples", "list"): ["nothing"],
+    ("examples", "copy"): ["nothing"],
     ("run",): ["nowhere"],
     ("build",): ["nowhere", "-o", "fmus"],
     ("check",): ["nowhere"],
@@ -120,7 +123,7 @@ MISSING = {
 
 
 @pytest.mark.parametrize(
-    "words", [words for words in COMMANDS if words != ("addin",)], ids=" ".join
+    "words", [words for words in COMMANDS if words not in GROUPS], ids=" ".join
 )
 def test_bad_input_is_one_line_and_exit_code_2(
     words: tuple[str, ...],
@@ -185,7 +188,12 @@ def test_commands_that_write_files_list_them_as_json(
 
 
 def test_every_command_but_those_for_people_and_shells_has_json() -> None:
-    without = {("schema",), ("completion",), ("addin",)}  # which print the input of other programs
+    without = {
+        ("schema",),
+        ("completion",),
+        ("addin",),
+        ("examples",),
+    }  # which print the input of other programs
     for words, parser in COMMANDS.items():
         options = {option for action in parser._actions for option in action.option_strings}
         assert ("--json" in options) == (words not in without), words

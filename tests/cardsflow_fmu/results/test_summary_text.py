@@ -23,7 +23,7 @@ def test_no_rms_is_above_its_largest_error() -> None:
     rows = re.findall(rf"RMS ({NUMBER}), max ({NUMBER})", text)
     assert len(rows) == 3
     assert all(float(rms) <= float(largest) for rms, largest in rows)
-    assert "RMS of the errors' 2-norm" in text
+    assert "tracking    RMS tracking error " in text
 
 
 def test_the_worst_five_and_all_when_asked() -> None:
