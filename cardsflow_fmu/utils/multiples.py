@@ -33,7 +33,7 @@ def whole_steps(
     ratio = time / step
     if ratio > most + 0.5:
         what = f"{time!r} s is {ratio:.6g} times {what}, {step!r} s"
-        raise InputError(f"{what}; a step is {most} of them at most: take shorter ones", key=key)
+        raise InputError(f"{what}; the maximum is {most}; use shorter steps", key=key)
     steps = round(ratio) if math.isfinite(ratio) else 0
     if steps < 1 or abs(ratio - steps) > _TOLERANCE * steps:
         raise InputError(f"{time!r} s is not a whole multiple of {what}, {step!r} s", key=key)

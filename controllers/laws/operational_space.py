@@ -256,7 +256,7 @@ class OperationalSpaceController:
             raise SimulationError("the state or the reference of the controller is not finite")
         if status == law_in_c.FAILED:
             raise SimulationError(
-                "no forces within the bounds move the robot as it must: QP failed"
+                "no forces within the limits produce the required motion: the QP failed"
             )
         law = self._law
         return OperationalSpaceSolution(

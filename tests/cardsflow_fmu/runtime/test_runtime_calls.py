@@ -62,12 +62,12 @@ def test_in_error_everything_is_refused_but_reset(started: Host) -> None:
 @pytest.mark.parametrize(
     ("time", "step", "message"),
     [
-        (0.0, 0.0, "is none"),
-        (0.0, -STEP, "is none"),
-        (0.0, math.nan, "is none"),
-        (math.inf, STEP, "is none"),
-        (STEP, STEP, "starts at 0.001 s, but the last one led to 0 s"),
-        (-1e-8, STEP, "but the last one led to 0 s"),
+        (0.0, 0.0, "invalid step"),
+        (0.0, -STEP, "invalid step"),
+        (0.0, math.nan, "invalid step"),
+        (math.inf, STEP, "invalid step"),
+        (STEP, STEP, "starts at 0.001 s, but the last step ended at 0 s"),
+        (-1e-8, STEP, "but the last step ended at 0 s"),
     ],
 )
 def test_steps_that_do_not_continue(started: Host, time: float, step: float, message: str) -> None:
@@ -83,7 +83,7 @@ def test_steps_end_at_the_stop_time(host: Host) -> None:
     host.slave.doStep(0.1, 0.1)
     host.slave.doStep(0.2, 0.1)
     refused(lambda: host.slave.doStep(0.3, 0.1))
-    assert "behind the stop time 0.3 s" in host.last
+    assert "after the stop time 0.3 s" in host.last
 
 
 @pytest.mark.parametrize(("start", "stop"), [(math.nan, 1.0), (math.inf, None), (1.0, 0.5)])

@@ -95,7 +95,7 @@ def test_what_escapes_from_python(toy_fmu: Path, monkeypatch: pytest.MonkeyPatch
         one.start()
         state = one.slave.fmi2GetFMUstate
         refused(lambda: state(one.slave.component, ctypes.byref(ctypes.c_void_p())))
-        assert one.last == "getFMUstate: the model answered neither bytes nor a text"
+        assert one.last == "getFMUstate: the model returned neither bytes nor a string"
         two.start()
         refused(lambda: two.slave.doStep(0.0, STEP))
         assert two.last == "doStep at 0 s: <class 'KeyboardInterrupt'>"

@@ -32,7 +32,7 @@ def test_far_too_long(files: dict[str, Path], model: str, tmp_path: Path) -> Non
     for step in (1e6, 1e300, 100.001):
         with running(files[model], tmp_path / str(step)) as host:
             refused(lambda host=host, step=step: host.slave.doStep(0.0, step))
-            said = f"times {REASONS[model]}, 0.001 s; a step is 100000 of them at most"
+            said = f"times {REASONS[model]}, 0.001 s; the maximum is 100000"
             assert said in host.last
             assert "\n" not in host.last
 
@@ -42,7 +42,7 @@ def test_no_step_at_all(files: dict[str, Path], model: str, tmp_path: Path) -> N
     for step in NO_STEP:
         with running(files[model], tmp_path / str(step)) as host:
             refused(lambda host=host, step=step: host.slave.doStep(0.0, step))
-            assert host.last == f"doStep: a step of {step:.12g} s at 0 s is none"
+            assert host.last == f"doStep: invalid step of {step:.12g} s at 0 s"
 
 
 def test_a_reset_leads_back(files: dict[str, Path], tmp_path: Path) -> None:

@@ -60,7 +60,7 @@ static struct instance *open_at(const struct log *log, const char *guid,
     if (folder) {
         instance = instance_open(log, guid, folder);
     } else {
-        text_set(&error, "the resource location %s is no file URI of this machine",
+        text_set(&error, "the resource location %s is not a file URI of this machine",
                  resource_location ? resource_location : "(none)");
         log_status(log, STATUS_ERROR, text_get(&error));
         text_free(&error);

@@ -11,7 +11,7 @@ static const char NO_EVENTS[] = "this FMU has no event mode";
 static const char NO_CLOCKS[] = "this FMU has no clocks";
 static const char NO_STRUCTURE[] = "this FMU has no structural parameters";
 static const char NO_STATES[] = "this FMU is for co-simulation, not for model exchange";
-static const char NO_DEPENDENCIES[] = "this FMU does not tell dependencies of elements";
+static const char NO_DEPENDENCIES[] = "this FMU does not provide dependencies of elements";
 static const char NO_ADJOINTS[] = "this FMU has no adjoint derivatives";
 static const char NO_OUTPUT_DERIVATIVES[] = "this FMU has no output derivatives";
 

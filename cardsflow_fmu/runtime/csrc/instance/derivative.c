@@ -35,7 +35,7 @@ static const char *expand(const struct port_table *ports, const uint32_t *refere
         return "out of memory";
     for (size_t i = 0; i < count; i++) {
         if (!is_real(ports, references[i]))
-            return "a value reference is no real variable";
+            return "a value reference is not a real variable";
         size_t size = ports->ports[references[i]].size;
         if (size > expected - indices->count)
             return "too few seeds or sensitivities for the variables";
@@ -49,7 +49,7 @@ static const char *check(const struct port_table *ports, const struct derivative
 {
     for (size_t i = 0; i < request->unknown_count; i++)
         if (ports->ports[request->unknowns[i]].causality != CAUSALITY_OUTPUT)
-            return "an unknown is no output";
+            return "an unknown is not an output";
     for (size_t i = 0; i < request->known_count; i++)
         if (!isfinite(request->seeds[i]))
             return "a seed is not finite";

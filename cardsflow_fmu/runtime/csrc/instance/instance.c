@@ -135,7 +135,7 @@ enum status instance_enter_initialization_mode(struct instance *instance)
         return STATUS_ERROR;
     if (!instance->is_set_up)
         return instance_fail(instance,
-                             "enterInitializationMode: out of order, setupExperiment comes first");
+                             "enterInitializationMode: out of order; call setupExperiment first");
     instance->life_cycle = INITIALIZATION_MODE;
     instance->initialization_is_due = 1;
     return STATUS_OK;
@@ -160,15 +160,15 @@ static double time_tolerance(double time, double step)
 static enum status check_step(struct instance *instance, double time, double step)
 {
     if (!isfinite(time) || !isfinite(step) || step <= 0)
-        return instance_fail(instance, "doStep: a step of %.12g s at %.12g s is none", step, time);
+        return instance_fail(instance, "doStep: invalid step of %.12g s at %.12g s", step, time);
     double tolerance = time_tolerance(time, step);
     if (!(fabs(time - instance->time) <= tolerance))
         return instance_fail(instance,
-                             "doStep: the step starts at %.12g s, but the last one led to %.12g s",
+                             "doStep: the step starts at %.12g s, but the last step ended at %.12g s",
                              time, instance->time);
     if (time + step > instance->stop_time + tolerance)
         return instance_fail(instance,
-                             "doStep: the step leads to %.12g s, behind the stop time %.12g s",
+                             "doStep: the step ends at %.12g s, after the stop time %.12g s",
                              time + step, instance->stop_time);
     return STATUS_OK;
 }

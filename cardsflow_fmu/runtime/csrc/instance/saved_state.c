@@ -132,7 +132,7 @@ static const char *check(const struct instance *instance, const void *bytes, siz
         return "is too short";
     memcpy(&header, bytes, sizeof header);
     if (memcmp(header.magic, MAGIC, sizeof MAGIC) != 0 || header.version != FORMAT_VERSION)
-        return "is no state of this version";
+        return "is not a state of this version";
     if (header.size != size)
         return "has another length than it had when it was serialized";
     if (header.guid != hash(instance->ports.guid) || header.count != instance->ports.count)

@@ -55,7 +55,7 @@ enum status state_serialize(struct instance *instance, const void *state, void *
     if (!saved || !bytes)
         return refuse(instance, "serializeFMUstate: null pointer");
     if (size < saved->size)
-        return refuse(instance, "serializeFMUstate: there is too little room");
+        return refuse(instance, "serializeFMUstate: the buffer is too small");
     memcpy(bytes, saved->bytes, saved->size);
     return STATUS_OK;
 }

@@ -76,7 +76,7 @@ static int has_room(struct instance *instance, const char *call, const struct po
 {
     if (port->size <= left)
         return 1;
-    instance_fail(instance, "%s: %s needs %lu values, %lu are left", call, port->name,
+    instance_fail(instance, "%s: %s requires %lu values, %lu remain", call, port->name,
                   (unsigned long)port->size, (unsigned long)left);
     return 0;
 }

@@ -30,7 +30,7 @@ struct opened_model *native_model_open(const void *file, size_t size, const void
     struct text error = {NULL};
     struct opened_model *opened = calloc(1, sizeof *opened);
     if (!opened)
-        text_set(&error, "there is no memory for the model");
+        text_set(&error, "not enough memory for the model");
     if (opened && !port_table_copy(&opened->ports, ports, ports_size, &error) &&
         !native_open_bytes(&opened->model, &opened->ports, file, size, values, &error))
         return opened;

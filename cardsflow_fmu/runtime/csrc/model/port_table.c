@@ -155,7 +155,7 @@ static const char *take_header(struct reader *reader, size_t size)
     if (reader->damaged || length != size)
         return "is cut off or damaged";
     if (version != FORMAT_VERSION)
-        return "has a format that this library does not know";
+        return "has an unknown format";
     return crc == crc32(reader->at, reader->left) ? NULL : "is damaged";
 }
 
@@ -191,7 +191,7 @@ int port_table_copy(struct port_table *table, const void *bytes, size_t size, st
     table->file = malloc(size + 1);
     if (table->file)
         memcpy(table->file, bytes, size);
-    const char *wrong = table->file ? parse(table, size) : "cannot be held: there is no memory";
+    const char *wrong = table->file ? parse(table, size) : "cannot be stored: out of memory";
     if (wrong) {
         text_set(error, "the table of variables %s", wrong);
         port_table_free(table);

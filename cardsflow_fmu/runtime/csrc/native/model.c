@@ -23,7 +23,7 @@ double *native_values(const struct native_model *native, struct native_group gro
     const size_t there = native->ports->count;
     if ((count == ANY || group.count == count) && group.first <= there && group.count <= there - group.first)
         return native->values + group.first;
-    text_set(error, "native.bin does not fit the variables of the FMU: it has %lu of %lu for %s from %lu on",
+    text_set(error, "native.bin does not match the variables of the FMU: it has %lu of %lu for %s from %lu on",
              (unsigned long)group.count, (unsigned long)there, name, (unsigned long)group.first);
     return NULL;
 }
@@ -40,7 +40,7 @@ size_t native_whole_steps(double time, double step, const char *what, struct tex
 {
     const double ratio = time / step, whole = floor(ratio + 0.5);
     if (ratio > MAX_STEPS + 0.5) {
-        text_set(error, "%.17g s is %.6g times %s, %.17g s; a step is %.0f of them at most: take shorter ones",
+        text_set(error, "%.17g s is %.6g times %s, %.17g s; the maximum is %.0f; use shorter steps",
                  time, ratio, what, step, MAX_STEPS);
         return 0;
     }
@@ -64,7 +64,7 @@ int native_save(const double *const *parts, const size_t *sizes, size_t count, v
     *size = total(sizes, count) * sizeof(double);
     double *at = *bytes = malloc(*size + 1);
     if (!at) {
-        text_set(error, "there is no memory for the state");
+        text_set(error, "not enough memory for the state");
         return 1;
     }
     for (size_t i = 0; i < count; at += sizes[i++])

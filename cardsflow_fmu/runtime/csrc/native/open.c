@@ -31,7 +31,7 @@ static struct native_model *made(const struct port_table *ports, double *values,
     struct native_model *native = calloc(1, sizeof *native);
     double *own = native && !values ? calloc(ports->count + 1, sizeof *own) : NULL;
     if (!native || (!values && !own)) {
-        text_set(error, "there is no memory for the model");
+        text_set(error, "not enough memory for the model");
         free(native);
         return NULL;
     }

@@ -119,7 +119,7 @@ int native_reference_open(struct model *model, struct native_model *native, stru
     }
     struct reference *c = calloc(1, sizeof *c + s.of.parts.count * sizeof c->parts[0]);
     if (!c) {
-        text_set(error, "there is no memory for the model");
+        text_set(error, "not enough memory for the model");
         return 1;
     }
     c->settings = s;

@@ -19,7 +19,7 @@ int native_robot_open(struct native_robot *robot, const struct native_file *file
     }
     robot->memory = malloc(size);
     if (!robot->memory || !(robot->core = core_open(file->blob, file->blob_size, robot->memory))) {
-        text_set(error, "there is no memory for the robot");
+        text_set(error, "not enough memory for the robot");
         return 1;
     }
     core *c = robot->core;
@@ -52,7 +52,7 @@ int native_robot_open(struct native_robot *robot, const struct native_file *file
     robot->damping = core_coordinates(c, "damping");
     robot->load = calloc(robot->n + 1, sizeof *robot->load);
     if (!robot->load)
-        text_set(error, "there is no memory for the robot");
+        text_set(error, "not enough memory for the robot");
     return !robot->load;
 }
 

@@ -71,7 +71,7 @@ static int finish(const struct python_api *py, python_object *result, struct tex
     }
     int failed = py->PyObject_IsTrue(result);
     if (failed && take_text(py, result, error))
-        text_set(error, "the model answered neither None nor a text");
+        text_set(error, "the model returned neither None nor a string");
     drop(py, result);
     return failed;
 }
@@ -113,7 +113,7 @@ static int copy_bytes(const struct python_api *py, python_object *object, void *
     if (py->PyBytes_AsStringAndSize(object, &chars, &length) != 0) {
         py->PyErr_Clear();
         if (take_text(py, object, error))
-            text_set(error, "the model answered neither bytes nor a text");
+            text_set(error, "the model returned neither bytes nor a string");
         return 1;
     }
     *size = (size_t)length;
@@ -173,7 +173,7 @@ static int take_answers(const struct python_api *py, python_object *result,
     if (size == expected && size > 0)
         memcpy(request->answers, bytes, size);
     else if (size != expected)
-        text_set(error, "the model answered another number of values");
+        text_set(error, "the model returned a wrong number of values");
     free(bytes);
     return size != expected;
 }

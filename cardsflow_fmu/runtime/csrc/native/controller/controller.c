@@ -266,13 +266,13 @@ static int step(struct model *model)
     native_independent_load(c, robot, c->q, c->qd, robot->load);
     const int status = control_loop_tick(c->loop, period, c->q, c->qd, c->reference, robot->load);
     if (c->undetermined) {
-        text_set(&model->error, "where loops close, %s does not follow from the independent coordinates at this pose",
+        text_set(&model->error, "%s does not follow from the independent coordinates of the closed loops at this pose",
                  native->ports->ports[c->q - native->values + c->undetermined - 1].name);
         c->undetermined = 0;
         return 1;
     }
     if (status >= COMPUTED_TORQUE_FAILED) {
-        text_set(&model->error, "no forces within the bounds move the robot as it must: QP failed");
+        text_set(&model->error, "no forces within the limits produce the required motion: the QP failed");
         return 1;
     }
     native_falling_rise(c, period);
@@ -376,7 +376,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
     int failed = !c || native_controller_settings(c, native, error);
     if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) ||
                            native_falling_open(c) || open_slid(c, &native->robot) || open_loop(native, c)))) {
-        text_set(error, "there is no memory for the controller");
+        text_set(error, "not enough memory for the controller");
         failed = 1;
     }
     if (failed || native_controller_fill(c, native, error)) {

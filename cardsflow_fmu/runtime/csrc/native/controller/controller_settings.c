@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-static const char DOES_NOT_FIT[] = "native.bin does not fit its controller";
+static const char DOES_NOT_FIT[] = "native.bin does not match its controller";
 
 /* Whether no index is beyond what there is. */
 static int are_sound(const struct controller_settings *s, const struct native_robot *robot)

@@ -186,7 +186,7 @@ static int use_exact_transition(struct estimator_model *s, const core *c, struct
     if ((s->transition = malloc(size)) != NULL)
         transition = core_transition_open(c, s->transition);
     if (!transition) {
-        text_set(error, "there is no memory for the estimator");
+        text_set(error, "not enough memory for the estimator");
         return 1;
     }
     estimator_use_transition(s->estimator, core_transition_fill, transition);
@@ -198,14 +198,14 @@ static int fill(struct estimator_model *s, struct native_model *native, struct t
     struct estimator_settings *of = &s->settings;
     const struct native_robot *robot = &native->robot;
     if (estimator_settings_read(of, native->file.settings, native->file.settings_size) || !are_sound(of, robot)) {
-        text_set(error, "native.bin does not fit its estimator");
+        text_set(error, "native.bin does not match its estimator");
         return 1;
     }
     const int32_t units = (int32_t)of->of.units.count;
     const size_t size = estimator_size(robot->core, units);
     void *memory = size ? malloc(size) : NULL;
     if (!memory || !(s->estimator = estimator_open(robot->core, units, of->imu_frame, memory))) {
-        text_set(error, memory ? "native.bin does not fit its estimator" : "there is no memory for the estimator");
+        text_set(error, memory ? "native.bin does not match its estimator" : "not enough memory for the estimator");
         free(memory);
         return 1;
     }
@@ -224,7 +224,7 @@ int native_estimator_open(struct model *model, struct native_model *native, stru
 {
     struct estimator_model *s = calloc(1, sizeof *s);
     if (!s)
-        text_set(error, "there is no memory for the model");
+        text_set(error, "not enough memory for the model");
     if (!s || fill(s, native, error)) {
         free_estimator(s);
         return 1;

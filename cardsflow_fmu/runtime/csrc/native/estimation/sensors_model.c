@@ -135,7 +135,7 @@ static int fill(struct sensors_model *s, struct native_model *native, struct tex
     struct sensors_settings *of = &s->settings;
     const struct native_robot *robot = &native->robot;
     if (sensors_settings_read(of, native->file.settings, native->file.settings_size) || !are_sound(of, robot)) {
-        text_set(error, "native.bin does not fit its sensors");
+        text_set(error, "native.bin does not match its sensors");
         return 1;
     }
     const int32_t units = (int32_t)of->of.units.count, delay = (int32_t)of->delay[0];
@@ -143,7 +143,7 @@ static int fill(struct sensors_model *s, struct native_model *native, struct tex
     void *memory = size ? malloc(size) : NULL;
     if (!memory || !(s->sensors = sensors_open(robot->core, units, of->imu_frame, delay, memory))) {
         free(memory);
-        text_set(error, memory ? "native.bin does not fit its sensors" : "there is no memory for the sensors");
+        text_set(error, memory ? "native.bin does not match its sensors" : "not enough memory for the sensors");
         return 1;
     }
     size_t length;
@@ -161,7 +161,7 @@ int native_sensors_open(struct model *model, struct native_model *native, struct
 {
     struct sensors_model *s = calloc(1, sizeof *s);
     if (!s)
-        text_set(error, "there is no memory for the model");
+        text_set(error, "not enough memory for the model");
     if (!s || fill(s, native, error)) {
         if (s)
             free(s->sensors);

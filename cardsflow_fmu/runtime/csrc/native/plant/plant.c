@@ -109,7 +109,7 @@ static int initialize(struct model *model)
     memcpy(robot->qd, plant->qd_start, robot->n * sizeof(double));
     if (core_move_checked(robot->core, robot->q, robot->qd) == 0) {
         if (core_close(robot->core, NULL, robot->q)) {
-            text_set(&model->error, "the robot's loops cannot be closed from where it starts");
+            text_set(&model->error, "the robot's loops cannot be closed from its start pose");
             return 1;
         }
         core_close_rates(robot->core, robot->qd);
@@ -129,7 +129,7 @@ static int refuse_step(struct model *model, int bad)
         return refuse_command(model, (size_t)-bad - 1);
     if ((size_t)bad > robot->n)
         text_set(&model->error,
-                 "the robot diverged at t = %.6g s: a muscle's state is no number; use a smaller step", time);
+                 "the robot diverged at t = %.6g s: a muscle's state is not finite; use a smaller step", time);
     else
         text_set(&model->error,
                  "the robot diverged at t = %.6g s: %s is %.17g with velocity %.17g; use a smaller step or "
@@ -207,7 +207,7 @@ int native_plant_open(struct model *model, struct native_model *native, struct t
 {
     struct plant *plant = calloc(1, sizeof *plant);
     if (!plant)
-        text_set(error, "there is no memory for the model");
+        text_set(error, "not enough memory for the model");
     if (!plant || native_plant_settings(plant, native, error)) {
         native_plant_free(plant);
         return 1;

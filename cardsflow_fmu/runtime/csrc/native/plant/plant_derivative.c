@@ -142,7 +142,7 @@ static int go_with_tangent(struct model *model, core_tangent *tangent, struct ch
         failed = go_step(plant, tangent, change);
     const int is_driven = plant->settings.of.tensions.count || plant->settings.of.far_tensions.count;
     if (failed || (is_driven && core_tangent_drive(tangent))) {
-        text_set(&model->error, "the step leads nowhere: an input is not finite, or the robot diverges");
+        text_set(&model->error, "the step failed: an input is not finite, or the robot diverges");
         return 1;
     }
     if (plant->settings.of.energies.count)
@@ -226,7 +226,7 @@ int native_plant_derivative(struct model *model, const struct derivative *reques
     struct change change;
     core_tangent *tangent = open_tangent(native);
     if (!tangent || open_change(&change, &native->robot, plant->settings.of.external_points.count)) {
-        text_set(&model->error, "there is no memory for a derivative");
+        text_set(&model->error, "not enough memory for a derivative");
         return 1;
     }
     const int failed = derive(model, request, tangent, &change);

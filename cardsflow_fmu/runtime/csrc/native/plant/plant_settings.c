@@ -50,7 +50,7 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
     struct plant_settings *s = &plant->settings;
     const struct native_group *points = &s->of.external_points;
     if (plant_settings_read(s, native->file.settings, native->file.settings_size) || !are_sound(s, robot)) {
-        text_set(error, "native.bin does not fit its plant");
+        text_set(error, "native.bin does not match its plant");
         return 1;
     }
     plant->rule = s->integrator[0] ? core_runge_kutta : core_step;
@@ -58,13 +58,13 @@ int native_plant_settings(struct plant *plant, struct native_model *native, stru
     plant->external_wrenches = calloc(6 * (size_t)points->count + 1, sizeof *plant->external_wrenches);
     plant->motor_torques = calloc(robot->n + 1, sizeof *plant->motor_torques);
     if (!plant->muscle_commands || !plant->external_wrenches || !plant->motor_torques) {
-        text_set(error, "there is no memory for the model");
+        text_set(error, "not enough memory for the model");
         return 1;
     }
     /* the core reads these arrays from now on, in every step */
     if (core_external_wrenches(robot->core, (int32_t)points->count, s->external_frame, s->external_point,
                                plant->external_wrenches)) {
-        text_set(error, "native.bin does not fit its plant");
+        text_set(error, "native.bin does not match its plant");
         return 1;
     }
     return place_values(plant, native, error);

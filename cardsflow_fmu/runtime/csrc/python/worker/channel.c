@@ -172,7 +172,7 @@ static int collect(struct channel *channel, struct process *process, double long
     for (;;) {
         uint64_t size = channel->block->worker.size;
         if (size == 0 || size > total - channel->bytes.size || append(channel, size)) {
-            text_set(error, "the worker process has answered more than there is memory for");
+            text_set(error, "the worker process returned more data than fits into memory");
             return 1;
         }
         if (channel->bytes.size == total)

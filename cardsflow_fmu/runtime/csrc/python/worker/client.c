@@ -73,7 +73,7 @@ static int ask(struct python_worker *self, enum command command, const void *byt
 {
     *outcome = OUTCOME_UNFIT;
     if (!self->is_alive) {
-        text_set(error, "the worker process has ended: a reset starts another");
+        text_set(error, "the worker process has ended; a reset starts a new one");
         return 1;
     }
     if (belongs_to_another(self, error))
@@ -195,7 +195,7 @@ static int derivative(struct model *model, const struct derivative *request)
     int failed = call_with(model, COMMAND_DERIVATIVE, bytes, size);
     free(bytes);
     if (!failed && self->channel.bytes.size != n * sizeof(double)) {
-        text_set(&model->error, "the worker process has answered another number of derivatives");
+        text_set(&model->error, "the worker process returned a wrong number of derivatives");
         return 1;
     }
     if (!failed && n)
