@@ -75,8 +75,8 @@ def _init(options: argparse.Namespace) -> int:
             print_warning(note)
     findings = [finding.as_dict() for finding in starter.findings]
     print_files([starter.file], options.json, notes=starter.notes, findings=findings)
-    if not options.json and starter.trial is not None and starter.trial.is_good:
-        error, peak = starter.trial.error, starter.trial.peak
+    if not options.json and starter.test_run is not None and starter.test_run.is_good:
+        error, peak = starter.test_run.error, starter.test_run.peak
         forces = f", muscle forces up to {peak:.4g} N" if math.isfinite(peak) else ""
         print(f"test run passed: largest tracking error {error:.2g}{forces}")
     return GOOD

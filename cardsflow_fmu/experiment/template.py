@@ -1,4 +1,4 @@
-"""A first experiment for a robot: a gentle motion, with comments on what else can be said."""
+"""Text of a first experiment.toml, with comments on further settings."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from .settings.file import ExperimentTables
 
 Form = Mapping[str, Any]
 
-_BESIDE = ("start", "disturbance", "world", "robots", "wiring", "fmus", "hardware")
-"""Tables that a first experiment does without."""
+_OTHER_TABLES = ("start", "disturbance", "world", "robots", "wiring", "fmus", "hardware")
+"""Tables that a first experiment does not contain."""
 
 _TOP = (
-    "{}: {}, simulated by `cardsflow run` of it. Lines in `#` say what else there is; `cardsflow "
-    "schema` prints what editors need to complete and check it."
+    "{}: {}. Simulate it with `cardsflow run`. Lines with `#` show further settings and their "
+    "defaults. `cardsflow schema` prints a JSON Schema for editors."
 )
 
 
 @dataclass(frozen=True)
-class Beginning:
-    """What a first experiment of a robot does.
+class ExperimentDraft:
+    """Content of a first experiment.
 
     Attributes:
-        motion: The motion to follow, of the coordinates that are left.
-        what: It, in words.
-        file: Its table beside the experiment, without noise; where empty, its points are written.
-        locked: What coordinates are locked at, in [rad] or [m], and why, by name.
-        springs: Stiffness, rest and damping that would do instead, in SI units, by name, of those
-            that nothing drives.
-        dependent: Names of coordinates that follow from the others, by loops.
-        f_max: Force bounds that the robot's files lack, in [N], by the muscle's name.
-        f_max_reason: Where they come from.
+        motion: The reference motion of the coordinates that are not locked.
+        what: Description of the motion.
+        file: File of the motion, without noise; empty to write its points.
+        locked: Locked coordinates: position in [rad] or [m], and reason, by name.
+        springs: Stiffness, rest position and damping of springs that could replace a lock, in SI
+            units, by coordinate without drive.
+        dependent: Names of coordinates that closed loops determine.
+        f_max: Force limits that the robot files do not specify, in [N], by muscle.
+        f_max_reason: Comment on these limits.
         kp, kd: Gains, in [1/s²] and [1/s].
-        observer: Bandwidth of the disturbance observer, in [rad/s]; 0 for none.
-        period, step: Of the controller and of the simulation, in [s].
-        remarks: What else there is to know, a line each.
+        observer: Bandwidth of the disturbance observer, in [rad/s]; 0: no observer.
+        period, step: Controller period and simulation step, in [s].
+        notes: Notes for users, one line each.
     """
 
     motion: Trajectory
@@ -58,119 +58,116 @@ class Beginning:
     observer: float = field(default=0.0, kw_only=True)
     period: float = field(kw_only=True)
     step: float = field(kw_only=True)
-    remarks: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     what: str = "a gentle motion from the first pose to one nearby and back"
     file: str = ""
 
 
 def experiment_text(
-    robot: Robot, path: str, beginning: Beginning, cable_set: str | None = None
+    robot: Robot, path: str, draft: ExperimentDraft, cable_set: str | None = None
 ) -> str:
-    """The text of an experiment.toml.
+    """Return the text of an experiment.toml.
 
     Args:
-        robot: The robot, with a muscle and a coordinate at least.
-        path: Where its files are, from the experiment's folder.
-        beginning: What it does.
-        cable_set: The cable set that is asked for; None for the file's own.
+        robot: The robot, with at least one muscle and one coordinate.
+        path: Path of the robot, relative to the folder of the experiment.
+        draft: Content of the experiment.
+        cable_set: Name of the cable set; None for the default of the robot file.
     """
     tables: Form = json_schema(ExperimentTables)["properties"]
     keys = ("robot", "reference", "controller", "plant", "run")
     own_robot, reference, controller, plant, run = (tables[key] for key in keys)
-    motion = beginning.motion
-    left = [c for c in robot.coordinates if c.name not in beginning.locked]
+    motion = draft.motion
+    moving = [c for c in robot.coordinates if c.name not in draft.locked]
     lines = [
-        *(
-            f"# {line}"
-            for line in wrap(_TOP.format(" ".join(robot.name.split()), beginning.what), 96)
-        ),
-        *(f"# {line}" for remark in beginning.remarks for line in wrap(remark, 96)),
+        *(f"# {line}" for line in wrap(_TOP.format(" ".join(robot.name.split()), draft.what), 96)),
+        *(f"# {line}" for note in draft.notes for line in wrap(note, 96)),
         "",
         "[robot]",
         *_line("path", path, own_robot),
         *_line("cable_set", cable_set or robot.cable_set, own_robot, used=bool(cable_set)),
         *_line("gravity", list(robot.gravity), own_robot, used=False),
-        *_locked(robot, beginning),
-        *_muscles(robot, beginning, tables["muscles"]),
+        *_locked(robot, draft),
+        *_muscles(robot, draft, tables["muscles"]),
         "",
         f"[reference]  # {_meaning(reference)}",
-        *_motion(beginning, left, reference),
+        *_motion(draft, moving, reference),
         "",
         "[controller]",
         *_line("type", "joint_space", controller),
-        *_line("kp", beginning.kp, controller),
-        *_line("kd", beginning.kd, controller),
-        *_line("period", beginning.period, controller),
-        *_dependent(beginning),
-        *(f"# passive.{toml_key(name)} = true" for name in beginning.springs),
+        *_line("kp", draft.kp, controller),
+        *_line("kd", draft.kd, controller),
+        *_line("period", draft.period, controller),
+        *_dependent(draft),
+        *(f"# passive.{toml_key(name)} = true" for name in draft.springs),
         *_defaults(controller, {"ki"}),
-        *_line("observer", beginning.observer, controller, used=beginning.observer > 0.0),
+        *_line("observer", draft.observer, controller, used=draft.observer > 0.0),
         *_defaults(controller, {"delay", "predict", "muscle_horizon", "engine"}),
         "",
         "[plant]",
-        *_line("step", beginning.step, plant),
+        *_line("step", draft.step, plant),
         *_defaults(
             plant, {"mass_scale", "friction_scale", "integrator", "engine", "substeps", "energy"}
         ),
         "",
         "[run]",
-        *_line("step", beginning.step, run),
+        *_line("step", draft.step, run),
         *_line("duration", motion.points[-1].time, run),
         *_line("output", "results", run),
         *_defaults(run, {"format", "compute", "coupling", "scheme"}),
         "",
         "# Other tables:",
-        *(f"# [{name}]  {_meaning(tables[name])}" for name in _BESIDE),
+        *(f"# [{name}]  {_meaning(tables[name])}" for name in _OTHER_TABLES),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _motion(beginning: Beginning, left: Sequence[Coordinate], form: Form) -> Iterator[str]:
-    """What is to be followed."""
-    if beginning.file:
-        yield from _line("file", beginning.file, form)
+def _motion(draft: ExperimentDraft, moving: Sequence[Coordinate], form: Form) -> Iterator[str]:
+    """Yield the lines of the reference motion."""
+    if draft.file:
+        yield from _line("file", draft.file, form)
         yield from _line("noise", 0.0, form)
         return
-    yield from _line("spline", beginning.motion.spline, form)
-    yield from point_lines(left, beginning.motion.points, beginning.dependent)
+    yield from _line("spline", draft.motion.spline, form)
+    yield from point_lines(moving, draft.motion.points, draft.dependent)
 
 
-def _locked(robot: Robot, beginning: Beginning) -> Iterator[str]:
-    """What does not move, and why."""
-    if not beginning.locked:
+def _locked(robot: Robot, draft: ExperimentDraft) -> Iterator[str]:
+    """Yield the lines of locked coordinates, with reasons."""
+    if not draft.locked:
         return
     yield ""
-    yield "# Held where they are; free are those whose line is left out, for muscles or a motor:"
+    yield "# Locked coordinates. Remove a line if muscles or a motor drive the coordinate:"
     units = {c.name: c.unit for c in robot.coordinates}
-    for name, (value, why) in beginning.locked.items():
+    for name, (value, why) in draft.locked.items():
         yield f"coordinates.{toml_key(name)}.locked = {value!r}  # [{units[name]}]; {why}"
-    if beginning.springs:
-        yield "# Or left to springs and dampers, which [controller] calls passive then:"
-    for name, (stiffness, rest, damping) in beginning.springs.items():
-        own = f"initial = {beginning.locked[name][0]!r}, rest = {rest!r}"
+    if draft.springs:
+        yield "# Alternative: springs and dampers, with controller.passive for these coordinates:"
+    for name, (stiffness, rest, damping) in draft.springs.items():
+        own = f"initial = {draft.locked[name][0]!r}, rest = {rest!r}"
         spring = f"{own}, stiffness = {stiffness!r}, damping = {damping!r}"
         yield f"# coordinates.{toml_key(name)} = {{ {spring} }}"
 
 
-def _dependent(beginning: Beginning) -> Iterator[str]:
-    """What follows from the others, where loops close."""
-    if not beginning.dependent:
+def _dependent(draft: ExperimentDraft) -> Iterator[str]:
+    """Yield the lines of coordinates that closed loops determine."""
+    if not draft.dependent:
         return
-    yield "# Where loops close, these follow from the others, which alone have reference and gains:"
-    for name in beginning.dependent:
+    yield "# Closed loops determine these coordinates; only the others have reference and gains:"
+    for name in draft.dependent:
         yield f"dependent.{toml_key(name)} = true"
 
 
-def _muscles(robot: Robot, beginning: Beginning, form: Form) -> Iterator[str]:
+def _muscles(robot: Robot, draft: ExperimentDraft, form: Form) -> Iterator[str]:
     if not robot.muscles:
         return
     muscle, keys = robot.muscles[0], form["additionalProperties"]
     yield ""
     yield f"# {_meaning(form)}"
-    if beginning.f_max:
+    if draft.f_max:
         yield "[muscles]"
-        yield from (f"# {line}" for line in wrap(beginning.f_max_reason, 96))
-        for name, value in _by_pattern(robot, beginning.f_max).items():
+        yield from (f"# {line}" for line in wrap(draft.f_max_reason, 96))
+        for name, value in _by_pattern(robot, draft.f_max).items():
             yield f"{toml_key(name)}.f_max = {value!r}  # [N]"
         return
     yield f"# [muscles.{toml_key(muscle.name)}]"
@@ -180,7 +177,7 @@ def _muscles(robot: Robot, beginning: Beginning, form: Form) -> Iterator[str]:
 
 
 def _by_pattern(robot: Robot, values: Mapping[str, float]) -> Mapping[str, float]:
-    """One value for all muscles where they share it, which a single name may differ from."""
+    """Return one pattern for all muscles if they share a value."""
     names = {muscle.name for muscle in robot.muscles}
     shared = len(set(values.values())) == 1 and names == set(values) and len(names) > 1
     if not shared or EVERY_OTHER in names:
@@ -189,14 +186,14 @@ def _by_pattern(robot: Robot, values: Mapping[str, float]) -> Mapping[str, float
 
 
 def _defaults(form: Form, keys: set[str]) -> Iterator[str]:
-    """Settings that are left at their defaults."""
+    """Yield commented lines of settings with their defaults."""
     for key, own in form["properties"].items():
         if key in keys:
             yield from _line(key, own["default"], form, used=False)
 
 
 def _line(key: str, value: Any, form: Form, *, used: bool = True) -> Iterator[str]:
-    """A setting, and what it means."""
+    """Yield the line of a setting, with its description."""
     own: Mapping[str, Any] = form["properties"][key]
     if isinstance(value, str) and not value:
         return
@@ -212,5 +209,5 @@ def _meaning(form: Form) -> str:
 
 
 def _toml(value: Any) -> str:
-    """A value as TOML, whose texts, numbers and lists are written as those of JSON."""
+    """Return a value as TOML; strings, numbers and lists have the same form as in JSON."""
     return json_text(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -190,7 +190,7 @@ def _signals(
 
 
 def _tracking(followed: Sequence[Followed], columns: Columns) -> dict[str, Any]:
-    """Root mean square over time of the errors' 2-norm, and the largest of all."""
+    """Return the RMS over time of the 2-norm of the errors, and the largest error."""
     if not followed or not len(columns["time"]):
         return {"rms": None, "max": None, "unit": None, "per_signal": {}}
     errors = [signal.error(columns[signal.actual], columns[signal.desired]) for signal in followed]

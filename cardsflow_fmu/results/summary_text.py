@@ -9,15 +9,15 @@ from typing import Any
 from cardsflow_fmu.cosim.pacing import describe_timeliness
 
 WORST = 5
-"""Signals of a kind in a short text."""
+"""Number of signals of a kind in a short text."""
 
 
 def describe_summary(summary: Mapping[str, Any], *, every: bool = False) -> list[str]:
-    """A text, a line a topic.
+    """Return a summary as lines of text.
 
     Args:
-        summary: From `summarize` or `summarize_system`.
-        every: Whether all signals are in it; else the worst of each kind.
+        summary: Result of `summarize` or `summarize_system`.
+        every: Whether to include all signals instead of the worst of each kind.
     """
     most = None if every else WORST
     lines = [f"WARNING: {warning}" for warning in summary.get("warnings") or ()]
@@ -37,34 +37,34 @@ def describe_summary(summary: Mapping[str, Any], *, every: bool = False) -> list
 
 
 def _engine_lines(summary: Mapping[str, Any]) -> list[str]:
-    """Engines of the participants and the master; older summaries have none."""
+    """Return the engines of participants and master; older summaries have none."""
     engines = summary.get("engine")
     if not engines:
         return []
     named = ", ".join(f"{role} {engine}" for role, engine in engines.items())
     missing = summary.get("not_in_c") or {}
-    why = "".join(f"; {role} in Python: C does not have {what}" for role, what in missing.items())
+    why = "".join(f"; {role} in Python: not in C: {what}" for role, what in missing.items())
     return [f"engine      {named}; master {summary['master']}{why}"]
 
 
 def _contact_lines(summary: Mapping[str, Any]) -> list[str]:
-    """The error of the friction between bodies, where there is one."""
+    """Return the error of the contact friction law, if any."""
     friction = summary.get("contact_friction") or {"excess": 0.0}
     if not friction["excess"]:
         return []
     return [
-        f"friction    {friction['law']}: what slides between x and y brakes up to "
-        f'{friction["excess"]:.0%} too much; world.friction_law = "cone" is exact and slower'
+        f"friction    {friction['law']}: friction between the x and y directions is up to "
+        f'{friction["excess"]:.0%} too strong; world.friction_law = "cone" is exact but slower'
     ]
 
 
 def _real_time_lines(summary: Mapping[str, Any]) -> list[str]:
-    """Timeliness of a run by the clock, and exchanges with the hardware; where there were any."""
+    """Return the timing of a real-time run, and the exchanges with hardware."""
     lines = []
     hardware, real_time = summary.get("hardware"), summary.get("real_time")
     if hardware is not None:
         lines.append(
-            f"hardware    {hardware['link'] or 'as the environment says'}, {hardware['mode']}"
+            f"hardware    {hardware['link'] or 'address from the environment'}, {hardware['mode']}"
         )
         if hardware["round_trip"] is not None:
             lines[0] += (
@@ -91,7 +91,7 @@ def _title(summary: Mapping[str, Any]) -> str:
 
 
 def _tracking_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
-    """Return the RMS tracking error of all signals together, then the errors by signal."""
+    """Return the RMS tracking error, and the errors of the signals."""
     tracking = summary["tracking"]
     if tracking["rms"] is None:
         return []
@@ -105,7 +105,7 @@ def _tracking_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
 
 
 def _estimation_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
-    """Errors of the estimate, where there is one."""
+    """Return the errors of the estimate, if any."""
     estimate = summary.get("estimation")
     if not estimate:
         return []
@@ -117,26 +117,28 @@ def _estimation_lines(summary: Mapping[str, Any], most: int | None) -> list[str]
     }
     title = f"estimate    valid {estimate['valid_share']:.1%} of the time, "
     title += f"mean innovation {_text(estimate['innovation'])}"
-    lines = [title if estimate["feeds"] else f"{title}; it only watches"]
+    lines = [title if estimate["feeds"] else f"{title}; not used by the controller"]
     if estimate.get("fitted"):
-        lines.append("  no joint encoders: q, and y by it, is the pose that fits each reading best")
+        lines.append(
+            "  no joint encoders: q and y are from the pose that fits each measurement best"
+        )
     return [*lines, *_rows(rows, _by_size(rows, lambda name: signals[name]["max"]), most)]
 
 
 def _by_size(names: Iterable[str], size: Callable[[str], float | None]) -> list[str]:
-    """Names by their size, the largest first; what has no number before all."""
+    """Sort names by size, the largest first; sizes that are not finite come before all."""
     sizes = {name: size(name) for name in names}
     known = {name: math.inf if own is None else own for name, own in sizes.items()}
     return sorted(known, key=lambda name: -known[name])
 
 
 def _rows(rows: Mapping[str, str], worst: Sequence[str], most: int | None) -> list[str]:
-    """A line a signal: all, in their order, or the worst of many."""
+    """Return one line per signal: all in order, or the worst of many."""
     names = list(rows) if most is None or len(rows) <= most else worst[:most]
     width = max((len(name) for name in names), default=0)
     lines = [f"  {name:<{width}} {rows[name]}" for name in names]
-    left = len(rows) - len(names)
-    return [*lines, f"  and {left} smaller: --verbose"] if left else lines
+    more = len(rows) - len(names)
+    return [*lines, f"  and {more} smaller; use --verbose"] if more else lines
 
 
 def _force_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
@@ -149,13 +151,13 @@ def _force_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
         line = f"{_text(muscle['min'], digits=4)} to {_text(muscle['max'], digits=4)} N"
         if muscle["f_min"] is not None:
             upper = "unlimited" if muscle["f_max"] is None else f"{muscle['f_max']:.4g}"
-            line += f", bounds {muscle['f_min']:.4g} to {upper}"
+            line += f", limits {muscle['f_min']:.4g} to {upper}"
         rows[name] = line
     return [title, *_rows(rows, _by_size(rows, lambda name: muscles[name]["max"]), most)]
 
 
 def _torque_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
-    """Torques or forces of motors at joints, where there are any."""
+    """Return torques or forces of joint motors, if any."""
     motors = (summary.get("torques") or {}).get("per_motor") or {}
     rows = {}
     for name, motor in motors.items():
@@ -164,7 +166,7 @@ def _torque_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
         bounds = [motor["tau_min"], motor["tau_max"]]
         if bounds != [None, None]:
             words = ["unlimited" if bound is None else f"{bound:.4g}" for bound in bounds]
-            rows[name] += f", bounds {words[0]} to {words[1]}"
+            rows[name] += f", limits {words[0]} to {words[1]}"
     title = ["torques"] if motors else []
     return [*title, *_rows(rows, _by_size(rows, lambda name: motors[name]["max"]), most)]
 
@@ -178,17 +180,19 @@ def _infeasible_lines(summary: Mapping[str, Any], most: int | None) -> list[str]
         lines[0] += f", and {undecided} not converged"
     slack = summary["slack"]
     if slack["first_at_s"] is not None:
-        lines[0] += f", between {slack['first_at_s']:.6g} and {slack['last_at_s']:.6g} s, missing:"
+        lines[0] += (
+            f", between {slack['first_at_s']:.6g} and {slack['last_at_s']:.6g} s; shortfall:"
+        )
         signals = slack["per_signal"]
         rows = {n: f"up to {_text(s['max'])} {s['unit']}" for n, s in signals.items()}
         worst = _by_size(rows, lambda name: signals[name]["max"])
         shown = {n.removeprefix("slack."): row for n, row in rows.items()}
         lines += _rows(shown, [n.removeprefix("slack.") for n in worst], most)
     if slack["limits_dropped_ticks"]:
-        lines.append(f"  joint limits could not be kept at {slack['limits_dropped_ticks']} ticks")
+        lines.append(f"  joint limits were violated at {slack['limits_dropped_ticks']} ticks")
     return lines
 
 
 def _text(value: float | None, scale: float = 1.0, digits: int = 3) -> str:
-    """A number, scaled; what was not finite has no number in the summary."""
-    return "no number" if value is None else f"{scale * value:.{digits}g}"
+    """Format a scaled number; the summary has no value for numbers that are not finite."""
+    return "not finite" if value is None else f"{scale * value:.{digits}g}"

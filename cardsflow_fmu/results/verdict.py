@@ -1,36 +1,36 @@
-"""Warnings of a run, as lines: no forces that fit, a reference that is not followed."""
+"""Warnings of a run: infeasible ticks, large tracking errors, lost estimates."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-_FOLLOWED = 0.5
-"""An error beyond this part of what the reference moves by is not following it."""
-_MIN_ERROR = 0.01
-"""Errors below it, in [rad] or [m], are small whatever the reference does."""
-_NAMED = 3
-"""Most joints that a line names."""
+_MAX_RATIO = 0.5
+"""Maximum ratio of tracking error and range of the reference."""
+_SMALL_ERROR = 0.01
+"""Tracking error, in [rad] or [m], that is never reported."""
+_MAX_NAMES = 3
+"""Maximum number of joints in a line."""
 
 
 def problems(summary: Mapping[str, Any]) -> list[str]:
-    """What is wrong with a run, the worst first; empty where nothing is.
+    """Return warnings about a run, the most severe first.
 
     Args:
-        summary: From `summarize` or `summarize_system`, or as a run has written it.
+        summary: Result of `summarize` or `summarize_system`, or the summary.json of a run.
     """
-    found = (_lost, _infeasible, _undecided, _slipping, _astray)
-    return [line for problem in found for line in problem(summary)]
+    checks = (_lost_estimate, _infeasible, _not_converged, _contact_errors, _tracking_errors)
+    return [line for problem in checks for line in problem(summary)]
 
 
-def _lost(summary: Mapping[str, Any]) -> list[str]:
-    """When the estimate was not to be relied on."""
+def _lost_estimate(summary: Mapping[str, Any]) -> list[str]:
+    """Report invalid estimates."""
     estimate = summary.get("estimation") or {}
     if estimate.get("first_lost_at_s") is None:
         return []
     return [
-        f"the estimate was lost in {1 - estimate['valid_share']:.1%} of the run, first at "
-        f"t = {estimate['first_lost_at_s']:.6g} s; it ends {estimate['status']}"
+        f"the estimate was invalid in {1 - estimate['valid_share']:.1%} of the run, first at "
+        f"t = {estimate['first_lost_at_s']:.6g} s; final status: {estimate['status']}"
     ]
 
 
@@ -44,51 +44,54 @@ def _infeasible(summary: Mapping[str, Any]) -> list[str]:
         line += f", from t = {slack['first_at_s']:.6g} s"
     rows = {name: s for name, s in (slack.get("per_signal") or {}).items() if s["max"]}
     worst = sorted(rows, key=lambda name: -float(rows[name]["max"]))
-    lacks = [
-        f"{name.removeprefix('slack.')} lacks up to {rows[name]['max']:.3g} {rows[name]['unit']}"
-        for name in worst[:_NAMED]
+    shortfalls = [
+        f"up to {rows[name]['max']:.3g} {rows[name]['unit']} at {name.removeprefix('slack.')}"
+        for name in worst[:_MAX_NAMES]
     ]
-    if len(worst) > _NAMED:
-        lacks.append(f"{len(worst) - _NAMED} more lack less")
-    return ["; ".join([line, ", ".join(lacks)] if lacks else [line])]
+    if len(worst) > _MAX_NAMES:
+        shortfalls.append(f"less at {len(worst) - _MAX_NAMES} more")
+    torques = all(rows[name]["unit"] in ("N.m", "N") for name in worst)
+    what = "torque shortfall" if torques else "shortfall"
+    return [f"{line}; {what} {', '.join(shortfalls)}" if shortfalls else line]
 
 
-def _undecided(summary: Mapping[str, Any]) -> list[str]:
+def _not_converged(summary: Mapping[str, Any]) -> list[str]:
     count, ticks = summary.get("not_converged_ticks"), summary.get("ticks")
     if not count:
         return []
-    return [f"{count} of {ticks} ticks not converged: forces that fit may exist, none were found"]
+    what = "feasible forces may exist, but none were found"
+    return [f"{count} of {ticks} ticks not converged: {what}"]
 
 
-def _slipping(summary: Mapping[str, Any]) -> list[str]:
-    """Contact forces that friction cones did not converge to."""
+def _contact_errors(summary: Mapping[str, Any]) -> list[str]:
+    """Report contact forces that did not converge to the friction cone."""
     friction = summary.get("contact_friction") or {}
     if not (count := friction.get("not_converged_steps")):
         return []
     return [
-        f"contact forces of {count} of {friction['steps']} steps not converged: contacts break "
+        f"contact forces of {count} of {friction['steps']} steps not converged: they violate "
         f"Coulomb's law by up to {friction['error']:.3g} m/s"
     ]
 
 
-def _astray(summary: Mapping[str, Any]) -> list[str]:
-    """Errors that are large beside what the reference moves by, of the same unit."""
+def _tracking_errors(summary: Mapping[str, Any]) -> list[str]:
+    """Report tracking errors that are large compared to the range of the reference."""
     rows = (summary.get("tracking") or {}).get("per_signal") or {}
     moved: dict[str, float] = {}
     for row in rows.values():
         if row.get("moves") is None:
             return []
         moved[row["unit"]] = max(moved.get(row["unit"], 0.0), float(row["moves"]))
-    lost = {
+    large = {
         name: row
         for name, row in rows.items()
-        if row["max"] > max(_FOLLOWED * moved[row["unit"]], _MIN_ERROR)
+        if row["max"] > max(_MAX_RATIO * moved[row["unit"]], _SMALL_ERROR)
     }
-    if not lost:
+    if not large:
         return []
-    name = max(lost, key=lambda n: float(lost[n]["max"]))
-    row, others = lost[name], f", and {len(lost) - 1} more" if len(lost) > 1 else ""
+    name = max(large, key=lambda n: float(large[n]["max"]))
+    row, others = large[name], f", and {len(large) - 1} more" if len(large) > 1 else ""
     return [
-        f"the reference is not followed: {name} is up to {row['max']:.3g} {row['unit']} off{others}"
-        f", while references move by up to {moved[row['unit']]:.3g} {row['unit']}"
+        f"the reference is not tracked: tracking error up to {row['max']:.3g} {row['unit']} at "
+        f"{name}{others}; range of the reference {moved[row['unit']]:.3g} {row['unit']}"
     ]

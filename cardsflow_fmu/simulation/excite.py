@@ -1,4 +1,4 @@
-"""Experiments whose motion identifies a robot's numbers, ready to run."""
+"""Experiments with a motion that identifies parameters of a robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from addin_sdfusion.robot.files import write_files
 from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from cardsflow_fmu.cosim.signals.port import coordinate_signals
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
-from cardsflow_fmu.experiment.template import Beginning, experiment_text
+from cardsflow_fmu.experiment.template import ExperimentDraft, experiment_text
 from cardsflow_fmu.results.analysis.excitation.design import (
     DURATION,
     NOISE,
@@ -28,27 +28,32 @@ from cardsflow_fmu.utils.csv_table import csv_text
 from cardsflow_fmu.utils.folder_lock import new_folder
 from sim_dart.calibration.identifiability import identifiable
 
+from .draft_search import DraftSearch, TestRun
 from .starter import path_from, read_movable
-from .trials import Search, Trial
 
 MOTION, REPORT = "motion.csv", "excitation.txt"
 
-FREE = ("muscles.*.offset", "muscles.*.via_points", "links.*.inertia", "joints.*.damping")
-"""What is to be found when nothing is asked for."""
+DEFAULT_PARAMETERS = (
+    "muscles.*.offset",
+    "muscles.*.via_points",
+    "links.*.inertia",
+    "joints.*.damping",
+)
+"""Patterns of the parameters that are identified by default."""
 
-_SIZES = 6
-_FOLLOWED = 0.05
-"""Most that a trial may be off, in [rad] or [m]."""
+_MAX_MOTIONS = 6
+_MAX_ERROR = 0.05
+"""Maximum tracking error of a test run, in [rad] or [m]."""
 
 
 @dataclass(frozen=True)
 class Excited:
-    """What has been written.
+    """Written excitation experiment.
 
     Attributes:
-        files: The experiment, its motion and the report.
-        text: The report.
-        findings: What is doubtful in the robot's files.
+        files: Experiment, motion and report.
+        text: Text of the report.
+        findings: Findings of the check of the robot files.
     """
 
     files: list[Path]
@@ -64,38 +69,40 @@ def excite(
     duration: float = DURATION,
     speed: float = SPEED,
 ) -> Excited:
-    """Design a motion from which a calibration identifies what is free, as an experiment.
+    """Write an experiment with a motion from which a calibration identifies parameters.
 
     Args:
-        robot: A robot's file or its folder.
-        free: What a calibration is to find; see `sim_dart.calibration.parameters.GROUPS`. `FREE`
-            when empty.
-        folder: For experiment.toml, motion.csv and the report; new, or empty.
-        cable_set: The cable set; the file's own when None.
-        duration: Of the motion, in [s].
-        speed: Largest, in [rad/s].
+        robot: Robot file or its folder.
+        free: Patterns of the parameters; see `sim_dart.calibration.parameters.GROUPS`
+            (default when empty: `DEFAULT_PARAMETERS`).
+        folder: New or empty folder of experiment.toml, motion.csv and the report.
+        cable_set: Name of the cable set (default: as in the robot file).
+        duration: Duration of the motion, in [s].
+        speed: Maximum joint speed, in [rad/s].
 
     Raises:
-        InputError: The robot cannot be read or moved, or has nothing of what is asked for.
-        RobotError: It cannot be used.
-        CardsflowError: No motion was followed in a trial. Nothing is written.
+        InputError: The robot cannot be read or moved, or has none of the parameters.
+        RobotError: The robot is invalid.
+        CardsflowError: Every test run failed. Nothing is written.
     """
     with new_folder(folder, "excitation"):
         found, findings = read_movable(robot, cable_set)
-        search = Search(found, Path(robot), cable_set)
+        search = DraftSearch(found, Path(robot), cable_set)
         first, _ = search.best()
         if first.locked:
             name, (_, why) = next(iter(first.locked.items()))
             raise InputError(
-                f"robot {found.name!r} cannot move {name}: {why}; what does not move is not "
-                "identifiable: make it a fixed joint of the robot",
+                f"robot {found.name!r} cannot move {name} ({why}); parameters of a joint without "
+                "motion are unidentifiable; make it a fixed joint",
                 file=robot,
             )
         start = np.array(first.motion.points[0].q)
-        designed = excitations(_bounded(found, first), start, free or FREE, duration, speed)
-        design, beginning, trial = _followed(search, first, islice(designed, _SIZES))
-        text = described(design, trial, _next(folder, robot, free or FREE))
-        written = replace(beginning, file=MOTION)
+        designed = excitations(
+            _with_force_limits(found, first), start, free or DEFAULT_PARAMETERS, duration, speed
+        )
+        design, draft, test_run = _largest_tracked(search, first, islice(designed, _MAX_MOTIONS))
+        text = described(design, test_run, _next(folder, robot, free or DEFAULT_PARAMETERS))
+        written = replace(draft, file=MOTION)
         path = path_from(folder, Path(robot))
         contents = {
             EXPERIMENT_TOML: experiment_text(found, path, written, cable_set),
@@ -105,37 +112,37 @@ def excite(
         return Excited(write_files(folder, contents), text, findings)
 
 
-def _bounded(robot: Robot, beginning: Beginning) -> Robot:
-    """The robot with the force bounds that its files lack."""
-    muscles = [replace(m, f_max=beginning.f_max.get(m.name, m.f_max)) for m in robot.muscles]
-    return robot.with_muscles(muscles) if beginning.f_max else robot
+def _with_force_limits(robot: Robot, draft: ExperimentDraft) -> Robot:
+    """Return the robot with the force limits that its files do not specify."""
+    muscles = [replace(m, f_max=draft.f_max.get(m.name, m.f_max)) for m in robot.muscles]
+    return robot.with_muscles(muscles) if draft.f_max else robot
 
 
-def _followed(
-    search: Search, first: Beginning, designed: Iterable[Excitation]
-) -> tuple[Excitation, Beginning, Trial | None]:
-    """The largest of some motions that is followed in a trial.
+def _largest_tracked(
+    search: DraftSearch, first: ExperimentDraft, designed: Iterable[Excitation]
+) -> tuple[Excitation, ExperimentDraft, TestRun | None]:
+    """Return the first motion whose test run passes; the motions are sorted by size.
 
     Raises:
-        CardsflowError: None is.
+        CardsflowError: Every test run failed.
     """
-    tried = ""
+    failure = ""
     for design in designed:
         motion = _trajectory(design)
-        what = "a motion that identifies its numbers, for `cardsflow calibrate`"
-        beginning = replace(first, motion=motion, what=what, remarks=())
-        trial = search.tried(beginning)
-        if trial is None:
-            note = "not tried: it has something that the native models lack"
-            return design, replace(beginning, remarks=(note,)), None
-        if trial.complete and not trial.infeasible and trial.error <= _FOLLOWED:
-            return design, beginning, trial
-        tried = (
-            f"errors up to {trial.error:.3g} of {trial.worst}, {trial.infeasible} infeasible ticks"
+        what = "a motion that identifies parameters, for `cardsflow calibrate`"
+        draft = replace(first, motion=motion, what=what, notes=())
+        test_run = search.run_test(draft)
+        if test_run is None:
+            note = "no test run: the native models do not support this robot"
+            return design, replace(draft, notes=(note,)), None
+        if test_run.complete and not test_run.infeasible and test_run.error <= _MAX_ERROR:
+            return design, draft, test_run
+        failure = (
+            f"tracking error up to {test_run.error:.3g} at {test_run.worst}, "
+            f"{test_run.infeasible} infeasible ticks"
         )
     raise CardsflowError(
-        f"robot {search.robot.name!r} follows no such motion in a trial: {tried}; ask for a slower "
-        "one by --speed"
+        f"robot {search.robot.name!r}: every test run failed: {failure}; use a lower --speed"
     )
 
 
@@ -152,7 +159,7 @@ def _table(robot: Robot, design: Excitation) -> str:
 
 
 def _next(folder: Path, robot: str | Path, free: Sequence[str]) -> list[str]:
-    """How it goes on."""
+    """Return the commands of the next steps."""
     patterns = ", ".join(free)
     return [
         f"record      cardsflow run {folder} --hardware udp://HOST:PORT",
@@ -161,28 +168,28 @@ def _next(folder: Path, robot: str | Path, free: Sequence[str]) -> list[str]:
     ]
 
 
-def described(design: Excitation, trial: Trial | None, next_: Sequence[str]) -> str:
-    """The report on a motion.
+def described(design: Excitation, test_run: TestRun | None, next_: Sequence[str]) -> str:
+    """Return the report on a motion.
 
     Args:
-        design: It.
-        trial: How it was followed in a simulation, where there was one.
-        next_: Lines on how it goes on.
+        design: The motion.
+        test_run: Result of its test run; None without a test run.
+        next_: Lines with the commands of the next steps.
     """
     seen, m = identifiable(design), design.motion
     forces = design.forces
     lines = [
-        f"{len(seen)} numbers; a recording of the motion identifies {seen.sum()} of them",
+        f"{len(seen)} parameters; a recording of the motion identifies {seen.sum()} of them",
         f"motion      {m.times[-1]:g} s, up to {np.abs(m.qd).max():.3g} rad/s or m/s, forces "
         f"{forces.min():.4g} to {forces.max():.4g} N",
-        f"readings    every {1e3 * READ:g} ms, with {1e3 * NOISE:g} mrad or mm of noise, which "
-        "deviations go with",
+        f"sampling    every {1e3 * READ:g} ms, noise {1e3 * NOISE:g} mrad or mm; the predicted "
+        "standard deviations are proportional to the noise",
     ]
-    if trial is not None:
-        lines.append(f"trial       errors up to {trial.error:.2g} rad or m")
+    if test_run is not None:
+        lines.append(f"test run    tracking error up to {test_run.error:.2g} rad or m")
     lines += [*next_, "", "predicted                                              sd     prior"]
     for one, sd, is_seen in zip(design.parameters, design.sd, seen, strict=True):
-        mark = "" if is_seen else "  not identifiable: held by its prior"
+        mark = "" if is_seen else "  unidentifiable: determined by its prior"
         lines.append(f"{one.name:47s} {sd:9.2g} {one.sd:9.2g} {one.unit}{mark}")
     lines += unidentified(design)
     return "\n".join([*lines, *(f"WARNING {note}" for note in design.notes)])

@@ -1,4 +1,4 @@
-"""A first experiment for a robot, tried before it is written."""
+"""First experiment for a robot, with a test run before it is written."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.template import experiment_text
 
-from .trials import Search, Trial
+from .draft_search import DraftSearch, TestRun
 
-_REMARKED = ("no-force-limit", "initial-outside-limits", *NOT_SIMULATED)
-"""Findings that are remarks of an experiment."""
+_NOTED = ("no-force-limit", "initial-outside-limits", *NOT_SIMULATED)
+"""Codes of findings that the notes of the experiment cover."""
 
 
 @dataclass(frozen=True)
 class Starter:
-    """A first experiment.
+    """First experiment of a robot.
 
     Attributes:
-        file: Where it is.
-        notes: What was changed or left out so that the robot moves, a line each.
-        findings: What is doubtful in the robot's files.
-        trial: What a run of it gave; None where it was not tried.
+        file: The experiment.toml.
+        notes: Changes that make the robot movable, one line each.
+        findings: Findings of the check of the robot files.
+        test_run: Result of the test run; None if the native models do not support the robot.
     """
 
     file: Path
     notes: tuple[str, ...]
     findings: tuple[Finding, ...]
-    trial: Trial | None
+    test_run: TestRun | None
 
 
 def init(
@@ -43,62 +43,62 @@ def init(
     *,
     overwrite: bool = False,
 ) -> Starter:
-    """Write an experiment.toml for a robot, which `cardsflow run` runs as it is.
+    """Write an experiment.toml for a robot that `cardsflow run` can run without changes.
 
     Args:
-        robot: A robot's file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its folder.
-        output: The file, or a folder for experiment.toml.
-        cable_set: The cable set to use; the file's own when None.
+        robot: Robot file (.sdf, .urdf, .osim, MJCF .xml, *_bodies.xml) or its folder.
+        output: The file, or the folder of experiment.toml.
+        cable_set: Name of the cable set (default: as in the robot file).
         overwrite: Whether to replace an existing file.
 
     Returns:
-        The file, and what there is to know of it.
+        The file, notes, findings, and the test run.
 
     Raises:
-        InputError: The file is there already or cannot be written, or the robot cannot be moved.
-        RobotError: The robot cannot be used.
+        InputError: The file exists or cannot be written, or the muscles cannot move the robot.
+        RobotError: The robot is invalid.
     """
     file = Path(output)
     if is_folder(file) or not file.suffix:
         file /= EXPERIMENT_TOML
     if file.suffix != ".toml":
-        raise InputError("an experiment is a .toml", file=file, key="-o")
+        raise InputError("must have the suffix .toml", file=file, key="-o")
     if not overwrite:
         _require_new(file)
     found, findings = read_movable(robot, cable_set)
     path = path_from(file.parent, Path(robot))
     try:
-        beginning, trial = Search(found, Path(robot), cable_set).best()
+        draft, test_run = DraftSearch(found, Path(robot), cable_set).best()
     except InputError as error:
         error.file = error.file or Path(robot)
         raise
-    text = experiment_text(found, path, beginning, cable_set)
+    text = experiment_text(found, path, draft, cable_set)
     if overwrite:
         write_files(file.parent, {file.name: text})
     else:
         _write_new(file, text)
-    return Starter(file, beginning.remarks, findings, trial)
+    return Starter(file, draft.notes, findings, test_run)
 
 
 def read_movable(
     robot: str | Path, cable_set: str | None = None
 ) -> tuple[Robot, tuple[Finding, ...]]:
-    """A robot that something can move, and what is doubtful in its files.
+    """Read a robot that has movable joints and drives, and its findings.
 
     Raises:
-        InputError: It cannot be read, or nothing moves.
-        RobotError: It cannot be used.
+        InputError: The robot cannot be read, or has no movable joints or no drives.
+        RobotError: The robot is invalid.
     """
     reading = read(robot, cable_set)
     found = reading.require()
     if not (found.coordinates and (found.muscles or found.motors)):
-        lack = "no muscles and no motors" if found.coordinates else "no joints that move"
-        raise InputError(f"robot {found.name!r} has {lack}: there is nothing to run", file=robot)
-    return found, tuple(f for f in reading.findings if f.code not in _REMARKED)
+        missing = "no muscles and no motors" if found.coordinates else "no movable joints"
+        raise InputError(f"robot {found.name!r} has {missing}", file=robot)
+    return found, tuple(f for f in reading.findings if f.code not in _NOTED)
 
 
 def path_from(folder: Path, robot: Path) -> str:
-    """The way from the experiment's folder to the robot; the whole path on another drive."""
+    """Return the path of the robot relative to a folder; absolute on another drive."""
     try:
         return Path(os.path.relpath(robot.resolve(), folder.resolve())).as_posix()
     except ValueError:
@@ -112,7 +112,7 @@ def _require_new(file: Path) -> None:
 
 
 def _write_new(file: Path, text: str) -> None:
-    """Write a file that is not there, or nothing."""
+    """Write a new file; a failed write leaves no file."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with file.open("x", encoding="utf-8") as stream:

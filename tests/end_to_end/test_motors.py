@@ -385,7 +385,7 @@ def test_results_tell_of_motors(pendulum: Path, capsys: pytest.CaptureFixture[st
     load(pendulum, "[-50.0, 60.0]")
     out = pendulum / "results"
     assert main(["run", str(pendulum), "-o", str(out)]) == 0
-    assert "N.m, bounds -50 to 60" in capsys.readouterr().out
+    assert "N.m, limits -50 to 60" in capsys.readouterr().out
     result = Result.load(out)
     tau = result["tau.q"]
     (row,) = result.summary["torques"]["per_motor"].values()

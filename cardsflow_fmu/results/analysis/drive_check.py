@@ -1,4 +1,4 @@
-"""Findings on what cannot run, or muscles cannot drive: of a robot, and of an experiment."""
+"""Findings on robots and experiments that cannot run or that muscles cannot drive."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from controllers.force_distribution.poses import INFEASIBLE
 from sim_dart import CoreDynamics, control_dynamics
 from sim_dart.core.mass_check import massless_coordinates
 
-from .first_motion import closed_or, initial_pose, lacks, pose_terms, very_large
+from .first_motion import initial_pose, missing_drives, pose_terms, size_problem, try_close_loops
 from .sizing import driven_part, reference_motion
 
 _POSES = 5
-_NO_ARM = 1e-9  # beside the largest of the robot's
+_MIN_ARM = 1e-9  # moment arm, as fraction of the largest moment arm of the robot
 _POINTS = 100
 
 
 def check(robot: Robot) -> list[Finding]:
-    """Everything that `cardsflow check` says of a robot, which may be built in Python.
+    """Return all findings of `cardsflow check` on a robot, for example one built in Python.
 
-    That is `addin_sdfusion.robot.check`, which knows no dynamics; and where that finds no errors,
-    what cannot be simulated, such as loops that cannot be closed, or driven.
+    These are the findings of `addin_sdfusion.robot.check`. If there are no errors, findings of the
+    simulation follow, such as loops that cannot be closed, or coordinates without drives.
 
     Returns:
-        Errors first, then warnings; empty for a sound robot.
+        Errors first, then warnings; empty for a valid robot.
     """
     findings = description_check(robot)
     if any(finding.is_error for finding in findings):
@@ -42,34 +42,34 @@ def check(robot: Robot) -> list[Finding]:
 
 
 def drive_findings(robot: Robot) -> list[Finding]:
-    """What cannot be simulated, and what muscles cannot do, wherever an experiment puts the robot.
+    """Return findings on simulation and drives that do not depend on an experiment.
 
     Args:
         robot: A robot without errors.
     """
     if not robot.coordinates or not (robot.muscles or robot.motors or robot.loops):
         return []
-    if (large := very_large(robot)) is not None:
-        problem = f"whether it can be simulated and driven is not looked at: {large}"
+    if (large := size_problem(robot)) is not None:
+        problem = f"simulation and drives are not checked: {large}"
         return [warning(Subject("robot", robot.name), "not-looked-at", problem)]
     try:
         dynamics = control_dynamics(robot, may_be_singular=True)
         if not (robot.muscles or robot.motors):
             return []
-        return [*_massless(robot, dynamics), *_held(robot, dynamics, None)]
-    except CardsflowError as refused:
-        problem = f"{refused}: it is described, converted and drawn, not run"
+        return [*_massless(robot, dynamics), *_drive_warnings(robot, dynamics, None)]
+    except CardsflowError as failure:
+        problem = f"{failure}; the robot can be converted and displayed, but not simulated"
         return [warning(Subject("robot", robot.name), "not-simulated", problem)]
 
 
 def experiment_findings(experiment: Experiment) -> list[Finding]:
-    """What goes wrong in a run that can begin, as far as that is known without one."""
+    """Return findings on an experiment that do not require a run."""
     robot = experiment.robot
     dynamics = control_dynamics(robot, may_be_singular=True)
     subject = Subject("experiment", experiment.name)
     found = [warning(subject, "experiment", line) for line in experiment.warnings()]
     passive = experiment.controller.uncontrolled
-    found += _held(robot, dynamics, np.array(experiment.start.q), passive)
+    found += _drive_warnings(robot, dynamics, np.array(experiment.start.q), passive)
     return found + list(_motion(experiment, subject))
 
 
@@ -79,32 +79,32 @@ def _massless(robot: Robot, dynamics: CoreDynamics) -> Iterator[Finding]:
         return
     for name in massless_coordinates(robot, M):
         problem = (
-            "its motion moves no mass, and no engine simulates that; give the links there masses "
-            f"and inertias, or lock it: [robot.coordinates.{name}] locked = true"
+            "its motion moves no mass, which no engine can simulate; set masses and "
+            f"inertias of its links, or lock it: [robot.coordinates.{name}] locked = true"
         )
         yield error(Subject("coordinate", name), "massless-motion", problem)
 
 
-def _held(
+def _drive_warnings(
     robot: Robot,
     dynamics: CoreDynamics,
     start: FloatArray | None,
     passive: Sequence[bool] = (),
 ) -> Iterator[Finding]:
-    """Coordinates that no muscle moves, and those that muscles cannot hold at the start."""
-    q = closed_or(dynamics, initial_pose(robot) if start is None else start)
-    poses = [closed_or(dynamics, pose, q) for pose in _poses(robot)]
+    """Report coordinates without muscles, and coordinates that muscles cannot hold at the start."""
+    q = try_close_loops(dynamics, initial_pose(robot) if start is None else start)
+    poses = [try_close_loops(dynamics, pose, q) for pose in _poses(robot)]
     arms = [np.abs(dynamics.actuator_jacobian(pose)).max(axis=0) for pose in poses]
-    still = np.max(arms, axis=0) <= _NO_ARM * max(float(np.max(arms)), 1e-300)
+    still = np.max(arms, axis=0) <= _MIN_ARM * max(float(np.max(arms)), 1e-300)
     free = []
     for k, c in enumerate(robot.coordinates):
         if not c.lower < c.upper or (passive and passive[k]) or dynamics.dependent[k]:
             continue
         if still[k]:
             problem = (
-                "no muscle moves it; lock it, [robot.coordinates."
-                f"{c.name}] locked = true, as `cardsflow init` does, give it a motor, or leave it "
-                f"to a spring and a damper: controller.passive.{c.name} = true"
+                "no muscle drives it; lock it ([robot.coordinates."
+                f"{c.name}] locked = true, as `cardsflow init` does), add a motor, or use a spring "
+                f"and a damper with controller.passive.{c.name} = true"
             )
             yield warning(Subject("coordinate", c.name), "coordinate-without-muscle", problem)
         else:
@@ -112,15 +112,15 @@ def _held(
     terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
     massless = massless_coordinates(robot, terms.M)
     free = [k for k in free if robot.coordinates[k].name not in massless]
-    where = "in its initial pose" if start is None else "where the experiment starts"
+    where = "in the initial pose" if start is None else "in the start pose"
     found = drivable(terms, free)
-    for k, why in lacks(robot, dynamics, q, found).items():
+    for k, why in missing_drives(robot, dynamics, q, found).items():
         subject = Subject("coordinate", robot.coordinates[k].name)
         yield warning(subject, "pose-not-held", f"muscles cannot drive it {where}: {why}")
 
 
 def _poses(robot: Robot) -> FloatArray:
-    """The initial pose, and others within the limits."""
+    """Return the initial pose and random poses within the joint limits."""
     pose = initial_pose(robot)
     rng = np.random.default_rng(0)
     reach = [min(1.0, 0.5 * (c.upper - c.lower)) for c in robot.coordinates]
@@ -143,8 +143,8 @@ def _motion(experiment: Experiment, subject: Subject) -> Iterator[Finding]:
     wrong = status == INFEASIBLE
     if wrong.any():
         problem_ = (
-            f"no forces within their bounds fit at {int(wrong.sum())} of {len(wrong)} points of "
-            f"the reference, from t = {motion.times[int(np.argmax(wrong))]:.3g} s; "
-            "`cardsflow size` says what is missing"
+            f"{int(wrong.sum())} of {len(wrong)} points of the reference are infeasible within the "
+            f"force limits, from t = {motion.times[int(np.argmax(wrong))]:.3g} s; "
+            "`cardsflow size` computes the required forces"
         )
         yield warning(subject, "motion-not-held", problem_)

@@ -1,8 +1,8 @@
-"""A first motion that a robot's muscles can make: where it starts, what moves, what is locked.
+"""First motion that the muscles of a robot can perform: start pose, end pose, locked coordinates.
 
-The start is the initial pose where muscles can hold it, else one nearby; coordinates that muscles
-cannot drive there are locked. Each of the others then moves where the forces have more room, all
-at once, by as much as keeps the forces within their bounds all along.
+The start pose is the initial pose if the muscles can hold it, otherwise a pose nearby. Coordinates
+that the muscles cannot drive there are locked. All other coordinates move at the same time, each in
+the direction with the larger force margin, as far as all forces stay within their limits.
 """
 
 from __future__ import annotations
@@ -28,33 +28,33 @@ from sim_dart import CoreDynamics, control_dynamics
 from sim_dart.core.mass_check import massless_coordinates
 
 DURATION = 4.0
-"""In [s]: half of it there, half of it back."""
+"""Duration of the motion to the end pose and back, in [s]."""
 REACH = {"rad": 0.1, "m": 0.01}
-"""How far a coordinate goes where limits and muscles leave room."""
+"""Maximum motion of a coordinate, by unit."""
 
-_OF_REACH = 0.02  # of the robot's size, the most that a sliding coordinate goes
-_FROM_LIMITS = 0.05  # of the range between its limits, the least distance of a start from them
-_UNLIMITED = 100.0  # times the robot's weight: what a muscle without a limit is counted on for
-_GRAVITY = 9.81  # where the robot has none, in [m/s²]
+_MAX_SLIDE = 0.02  # maximum motion of a sliding coordinate, as fraction of the robot size
+_LIMIT_DISTANCE = 0.05  # minimum distance of the start from joint limits, as fraction of the range
+_UNLIMITED = 100.0  # assumed force limit of a muscle without f_max, in robot weights
+_GRAVITY = 9.81  # in [m/s²], also for robots without gravity
 _PATH = np.linspace(0.0, 1.0, 9)[1:]
 _HALVINGS = 4
-_SEARCHED = 1000  # poses that are tried, over the square of the number of coordinates
+_MAX_POSES = 1000  # number of searched poses times the square of the number of coordinates
 
-NO_ROOM, NO_MASS = "its limits leave it no room", "it moves no mass"
-UNDRIVEN = "no muscle moves it"
-FOLLOWS = "loops make it follow from the others"
+NO_ROOM, NO_MASS = "its joint limits leave no range", "it moves no mass"
+UNDRIVEN = "no muscle drives it"
+FOLLOWS = "closed loops determine it"
 
 
 @dataclass(frozen=True)
 class FirstMotion:
-    """A motion there and back.
+    """Motion from a start pose to an end pose and back.
 
     Attributes:
-        robot: The robot, with what is locked.
-        locked: What coordinates are locked at, in [rad] or [m], by name.
-        reasons: Why, by name, in words.
-        start, end: Positions of the coordinates that are left, in [rad] or [m].
-        moved: Whether the start is another pose than the robot's own.
+        robot: The robot with locked coordinates.
+        locked: Positions of locked coordinates, in [rad] or [m], by name.
+        reasons: Reasons for the locks, by name.
+        start, end: Positions of the other coordinates, in [rad] or [m].
+        moved: Whether the start pose differs from the initial pose of the robot.
     """
 
     robot: Robot
@@ -65,8 +65,8 @@ class FirstMotion:
     moved: bool
 
 
-def very_large(robot: Robot) -> str | None:
-    """What makes a robot so large that looking at its drives takes minutes; None where nothing."""
+def size_problem(robot: Robot) -> str | None:
+    """Describe why an analysis of the drives would take minutes; None if the robot is small."""
     n, m = limits.DRIVEN_COORDINATES, limits.DRIVEN_MUSCLES
     if len(robot.coordinates) <= n and len(robot.muscles) <= m:
         return None
@@ -74,47 +74,47 @@ def very_large(robot: Robot) -> str | None:
 
 
 def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {}) -> FirstMotion:
-    """A motion that the muscles of a robot can make.
+    """Find a motion that the muscles of a robot can perform.
 
     Args:
-        robot: The robot, with a muscle and a coordinate at least.
-        scale: Factor on how far coordinates go.
-        held: Coordinates that are locked in any case, and why.
+        robot: The robot, with at least one muscle and one coordinate.
+        scale: Factor on the size of the motion.
+        held: Reasons of coordinates that must be locked, by name.
 
     Returns:
-        The motion; no coordinate is left where the robot cannot be held at all.
+        The motion. All coordinates are locked if the muscles cannot hold the robot.
 
     Raises:
-        InputError: The robot is too large to look for one.
+        InputError: The robot is too large for the search.
     """
-    if (large := very_large(robot)) is not None:
-        what = f"robot {robot.name!r}: no motion is looked for, as {large}"
-        raise InputError(f"{what}: write experiment.toml by hand, as those of the examples")
+    if (large := size_problem(robot)) is not None:
+        what = f"robot {robot.name!r} is too large for the search of a first motion: {large}"
+        raise InputError(f"{what}; write experiment.toml by hand, see the examples")
     pose = initial_pose(robot)
     dynamics = control_dynamics(robot, may_be_singular=True)
     reasons = {c.name: NO_ROOM for c in robot.coordinates if not c.lower < c.upper}
     reasons |= dict.fromkeys(massless_coordinates(robot, _initial_mass(robot, dynamics)), NO_MASS)
     reasons |= held
-    pose = closed_or(dynamics, pose)
+    pose = try_close_loops(dynamics, pose)
     for c, follows in zip(robot.coordinates, dynamics.dependent, strict=True):
-        if follows:  # they go where the loops are closed
+        if follows:  # the closed loops determine them
             reasons.pop(c.name, None)
     found, q = _held_pose(robot, dynamics, pose, reasons)
     names = [c.name for c in robot.coordinates]
-    reasons |= {names[k]: why for k, why in lacks(robot, dynamics, q, found).items()}
+    reasons |= {names[k]: why for k, why in missing_drives(robot, dynamics, q, found).items()}
     for name in massless_coordinates(robot, dynamics.mass_matrix(q)):
         reasons.setdefault(name, NO_MASS)
     locked = {n: float(x) for n, x in zip(names, q, strict=True) if n in reasons}
     if set(reasons) >= {n for n, d in zip(names, dynamics.dependent, strict=True) if not d}:
-        locked = {n: float(x) for n, x in zip(names, q, strict=True)}  # nothing moves by itself
+        locked = {n: float(x) for n, x in zip(names, q, strict=True)}
         reasons |= {n: FOLLOWS for n in names if n not in reasons}
-    left = lock(robot, locked)
+    reduced = lock(robot, locked)
     start = np.array([x for n, x in zip(names, q, strict=True) if n not in reasons])
     end = start
     if len(start):
-        end = _end(left, control_dynamics(left, may_be_singular=True), start, scale)
+        end = _end(reduced, control_dynamics(reduced, may_be_singular=True), start, scale)
     return FirstMotion(
-        left,
+        reduced,
         locked,
         reasons,
         tuple(start.tolist()),
@@ -124,18 +124,18 @@ def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {})
 
 
 def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatArray) -> Terms:
-    """What the muscles and motors of a robot have to hold at a pose, and what they have for it.
+    """Return the required torques at a pose, and the torques that muscles and motors can produce.
 
     Args:
         robot: The robot.
-        dynamics: Its dynamics.
+        dynamics: Dynamics of the robot.
         q: The pose, shape (n,), in [rad] or [m].
         qdd: Accelerations, shape (n,), in [rad/s²] or [m/s²].
 
     Raises:
-        InputError: Some of it is beyond the range of numbers.
+        InputError: A value is not finite.
     """
-    M, force = dynamics.mass_matrix(q), counted_force(robot)
+    M, force = dynamics.mass_matrix(q), assumed_force(robot)
     arms = [robot_size(robot) if motor.unit == "rad" else 1.0 for motor in robot.motors]
     counted = force * np.append(np.ones(dynamics.m), arms)
     A, torque = -dynamics.actuator_jacobian(q).T, M @ qdd + dynamics.gravity(q)
@@ -144,8 +144,8 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
         torques = A * (high - low)
     if not all(np.isfinite(part).all() for part in (M, torques, torque)):
         raise InputError(
-            "inertias, moment arms, weights or forces are beyond the range of numbers; a length, a "
-            "mass or a force is far too large"
+            "inertias, moment arms, weights or forces are not finite; a length, mass or force of "
+            "the robot is too large"
         )
     return Terms(
         M,
@@ -157,19 +157,19 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
     )
 
 
-def counted_force(robot: Robot) -> float:
-    """What a muscle without a limit is counted on for, in [N]."""
+def assumed_force(robot: Robot) -> float:
+    """Return the assumed force limit of a muscle without f_max, in [N]."""
     weight = sum(link.inertia.mass for link in robot.links) * _GRAVITY
     return max(_UNLIMITED * weight, *(10.0 * m.f_min for m in robot.muscles), 1e-9)
 
 
 def initial_pose(robot: Robot) -> FloatArray:
-    """The initial pose, a little within the limits."""
+    """Return the initial pose, moved away from the joint limits."""
     pose = []
     for c in robot.coordinates:
         room = c.upper - c.lower
-        off = min(_FROM_LIMITS * room, REACH[c.unit]) if room > 0.0 else 0.0
-        low, high = c.lower + off, c.upper - off
+        distance = min(_LIMIT_DISTANCE * room, REACH[c.unit]) if room > 0.0 else 0.0
+        low, high = c.lower + distance, c.upper - distance
         q = min(max(c.initial, c.lower), c.upper)
         pose.append(min(max(q, low), high))
     return np.array(pose)
@@ -178,7 +178,7 @@ def initial_pose(robot: Robot) -> FloatArray:
 def _held_pose(
     robot: Robot, dynamics: CoreDynamics, pose: FloatArray, reasons: Mapping[str, str]
 ) -> tuple[Drivable, FloatArray]:
-    """The pose where muscles drive most coordinates, the nearest of several."""
+    """Find the pose at which the muscles drive most coordinates; nearby poses first."""
     free = [
         k
         for k, c in enumerate(robot.coordinates)
@@ -189,7 +189,7 @@ def _held_pose(
     lower, upper = dynamics.q_min, dynamics.q_max
     spread = np.array([1.0 if c.unit == "rad" else 20.0 * _slide(robot) for c in robot.coordinates])
     spread = np.minimum(spread, np.where(np.isfinite(upper - lower), 0.4 * (upper - lower), np.inf))
-    count = min(200, _SEARCHED // max(1, len(free)) ** 2) if len(free) else 0
+    count = min(200, _MAX_POSES // max(1, len(free)) ** 2) if len(free) else 0
     for k in range(count):
         if len(best.coordinates) == len(free):
             break
@@ -197,21 +197,21 @@ def _held_pose(
         q = pose.copy()
         q[free] = np.clip(pose + away, lower, upper)[free]
         if dynamics.dependent.any():
-            q = closed_or(dynamics, q, pose)
+            q = try_close_loops(dynamics, q, pose)
         found = _driven(robot, dynamics, q, free)
         if len(found.coordinates) > len(best.coordinates):
             best, at = found, q
     return best, at
 
 
-def closed_or(
-    dynamics: CoreDynamics, q: FloatArray, otherwise: FloatArray | None = None
+def try_close_loops(
+    dynamics: CoreDynamics, q: FloatArray, fallback: FloatArray | None = None
 ) -> FloatArray:
-    """The pose with closed loops; another one, or itself, where that is none."""
+    """Close the loops of a pose; return the fallback (default: the pose) if that fails."""
     try:
         return dynamics.closed(q)
     except InputError:
-        return q if otherwise is None else otherwise
+        return q if fallback is None else fallback
 
 
 def _driven(robot: Robot, dynamics: CoreDynamics, q: FloatArray, free: list[int]) -> Drivable:
@@ -221,7 +221,7 @@ def _driven(robot: Robot, dynamics: CoreDynamics, q: FloatArray, free: list[int]
 
 
 def robot_size(robot: Robot) -> float:
-    """How large the robot is, roughly, in [m]."""
+    """Estimate the size of the robot, in [m]."""
     points = [p.position for m in robot.muscles for p in m.via_points]
     size = float(np.ptp(np.array(points), axis=0).max()) if points else 0.0
     offsets = [abs(x) for j in robot.joints for x in j.T_parent_joint.position]
@@ -229,42 +229,42 @@ def robot_size(robot: Robot) -> float:
 
 
 def _slide(robot: Robot) -> float:
-    """How far a sliding coordinate goes, in [m]: as becomes the robot's size."""
-    return min(REACH["m"], _OF_REACH * robot_size(robot))
+    """Return the maximum motion of a sliding coordinate, in [m]."""
+    return min(REACH["m"], _MAX_SLIDE * robot_size(robot))
 
 
 def _end(robot: Robot, dynamics: CoreDynamics, start: FloatArray, scale: float) -> FloatArray:
-    """Where the motion goes from its start: as far as forces stay within their bounds."""
+    """Return the end pose: as far from the start as all forces stay within their limits."""
     slide = _slide(robot)
     step = np.zeros(len(start))
     for k, c in enumerate(robot.coordinates):
         if not dynamics.dependent[k]:
             most = scale * (REACH["rad"] if c.unit == "rad" else slide)
-            ways = -min(most, 0.5 * (start[k] - c.lower)), min(most, 0.5 * (c.upper - start[k]))
-            step[k] = _way(robot, dynamics, start, k, ways)
+            options = -min(most, 0.5 * (start[k] - c.lower)), min(most, 0.5 * (c.upper - start[k]))
+            step[k] = _signed_step(robot, dynamics, start, k, options)
     for _ in range(_HALVINGS):
         if _margin_along(robot, dynamics, start, step, _PATH) > MARGIN:
             break
         step *= 0.5
-    return closed_or(dynamics, start + step, start)
+    return try_close_loops(dynamics, start + step, start)
 
 
-def _way(
-    robot: Robot, dynamics: CoreDynamics, start: FloatArray, k: int, ways: tuple[float, float]
+def _signed_step(
+    robot: Robot, dynamics: CoreDynamics, start: FloatArray, k: int, options: tuple[float, float]
 ) -> float:
-    """The way of one coordinate that leaves the forces more room, shorter where neither does."""
+    """Return the step of one coordinate with the larger force margin, halved until one fits."""
     for part in 0.5 ** np.arange(_HALVINGS):
-        steps = [_one(k, part * way, start) for way in ways]
+        steps = [_unit_step(k, part * option, start) for option in options]
         margins = [_margin_along(robot, dynamics, start, step) for step in steps]
-        room = [max(t - MARGIN, 0.0) * abs(way) for t, way in zip(margins, ways, strict=True)]
+        room = [max(t - MARGIN, 0.0) * abs(x) for t, x in zip(margins, options, strict=True)]
         if max(room) > 0.0:
-            return float(part * ways[int(np.argmax(room))])
+            return float(part * options[int(np.argmax(room))])
     return 0.0
 
 
-def _one(k: int, way: float, like: FloatArray) -> FloatArray:
+def _unit_step(k: int, size: float, like: FloatArray) -> FloatArray:
     step = np.zeros_like(like)
-    step[k] = way
+    step[k] = size
     return step
 
 
@@ -275,7 +275,7 @@ def _margin_along(
     step: FloatArray,
     path: FloatArray = np.ones(1),  # noqa: B008
 ) -> float:
-    """The smallest margin of the forces along a quintic there, at some parts of its time."""
+    """Return the smallest force margin along a quintic motion, at given fractions of its time."""
     rows, T = np.flatnonzero(~dynamics.dependent).tolist(), 0.5 * DURATION
     motion = ApproachReference(start, start + step, T).evaluate(T * path)
     margins = []
@@ -288,27 +288,30 @@ def _margin_along(
     return min(margins)
 
 
-def lacks(robot: Robot, dynamics: CoreDynamics, q: FloatArray, found: Drivable) -> dict[int, str]:
-    """In words, what every coordinate lacks that muscles cannot drive at a pose."""
+def missing_drives(
+    robot: Robot, dynamics: CoreDynamics, q: FloatArray, found: Drivable
+) -> dict[int, str]:
+    """Describe for every coordinate without sufficient drive at a pose what is missing."""
     if not found.missing:
         return {}
     terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
-    counted = np.full(dynamics.m, counted_force(robot))
+    counted = np.full(dynamics.m, assumed_force(robot))
     high = np.append(np.maximum(terms.high[: dynamics.m], counted), terms.high[dynamics.m :])
     strong = replace(terms, high=high)
     driven = drivable(strong, sorted([*found.coordinates, *found.missing])).coordinates
     words = {}
-    for k, lack in found.missing.items():
+    for k, missing in found.missing.items():
         name = robot.coordinates[k].name
         if k in driven:
-            words[k] = "what drives it is too weak; `cardsflow size` says what it needs"
-        elif lack == "any muscle":
+            words[k] = "its drives are too weak; `cardsflow size` computes the required forces"
+        elif missing == "any muscle":
             words[k] = UNDRIVEN
-        elif lack == "one of its own":
-            words[k] = "muscles do not move it apart from the others, or by far too little"
+        elif missing == "one of its own":
+            words[k] = "muscles cannot move it independently of the others"
         else:
-            others = " while the others are held" if found.coordinates else ""
-            words[k] = f"nothing pulls {name} {lack}{others}"
+            others = " while they hold the other joints" if found.coordinates else ""
+            sign = "negative" if missing == "down" else "positive"
+            words[k] = f"no muscle produces {sign} torque at {name}{others}"
     return words
 
 

@@ -1,4 +1,4 @@
-"""Muscle-muscle and muscle-link interference along a motion: `cardsflow check --motion`."""
+"""Muscle-muscle and muscle-link interference during a motion: `cardsflow check --motion`."""
 
 from __future__ import annotations
 
@@ -36,25 +36,25 @@ if TYPE_CHECKING:
 
 RANDOM = "random"
 _POSTURES = 500
-_WIDE = {"rad": math.pi, "m": 1.0}  # where a joint has no limits
+_WIDE = {"rad": math.pi, "m": 1.0}  # range of joints without limits
 _TOUCHING = 1e-9  # in [m]
-_NEAR = 1e-3  # in [m]: muscles, which have no thickness, meet within it
+_NEAR = 1e-3  # collision distance of muscles, which have no thickness, in [m]
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Postures to look at.
+    """Postures of a check.
 
     Attributes:
         postures: Shape (k, n), in [rad] or [m].
-        times: Shape (k,), in [s]; None where they are no motion in time.
+        times: Shape (k,), in [s]; None for postures without times.
     """
 
     postures: FloatArray
     times: FloatArray | None
 
     def place(self, robot: Robot, sample: int) -> str:
-        """When or where a posture is, for messages."""
+        """Return time or positions of a posture, for messages."""
         if self.times is not None:
             return f"at t = {self.times[sample]:.4g} s"
         values = zip(robot.coordinates, self.postures[sample], strict=True)
@@ -62,16 +62,16 @@ class Motion:
 
 
 def read_motion(motion: str, reading: Reading, robot: Robot) -> Motion:
-    """The postures of a motion.
+    """Read the postures of a motion.
 
     Args:
-        motion: `random`, the name of a trajectory beside the robot, or a table with a column
-            `q.<joint>` or `<joint>` for every joint, such as a run's results.csv.
-        reading: Where the robot comes from.
+        motion: `random`, the name of a trajectory in the folder of the robot, or a table with a
+            column `q.<joint>` or `<joint>` for every joint, such as the results.csv of a run.
+        reading: Result of reading the robot.
         robot: The robot.
 
     Raises:
-        InputError: There is no such motion, or it is not one of this robot.
+        InputError: The motion does not exist or does not match the robot.
     """
     if motion == RANDOM:
         return Motion(_random_postures(robot), None)
@@ -81,7 +81,7 @@ def read_motion(motion: str, reading: Reading, robot: Robot) -> Motion:
 
 
 def _random_postures(robot: Robot) -> FloatArray:
-    """The same ones every time, within the joints' limits."""
+    """Return reproducible random postures within the joint limits."""
     limits = np.array([_limits(c) for c in robot.coordinates]).reshape(-1, 2)
     low, high = limits[:, 0], limits[:, 1]
     postures: FloatArray = np.random.default_rng(0).uniform(low, high, (_POSTURES, len(limits)))
@@ -89,7 +89,7 @@ def _random_postures(robot: Robot) -> FloatArray:
 
 
 def _limits(coordinate: Coordinate) -> tuple[float, float]:
-    """Its limits, or as wide a range where there is none."""
+    """Return the limits of a coordinate, or a finite range without limits."""
     lower, upper, wide = coordinate.lower, coordinate.upper, _WIDE[coordinate.unit]
     return (
         lower if math.isfinite(lower) else min(-wide, upper - 2 * wide),
@@ -102,8 +102,9 @@ def _trajectory(name: str, reading: Reading, robot: Robot) -> Motion:
 
     file = trajectories_file(reading.files[0])
     if file is None:
-        what = f"{name!r} is neither {RANDOM!r} nor a .csv, and there is no trajectories file"
-        raise InputError(f"{what} beside {reading.files[0]}", key="--motion")
+        what = f"{name!r} is neither {RANDOM!r} nor a .csv file, and the folder of"
+        what += f" {reading.files[0]} has no trajectories file"
+        raise InputError(what, key="--motion")
     try:
         trajectory = read_trajectory(file, name)
     except UnknownNameError:
@@ -120,12 +121,12 @@ def _table(file: Path, robot: Robot) -> Motion:
     try:
         data = read_file(file, limits.MOTION)
         if data.count(b"\n") + data.count(b"\r") > 2 * limits.MOTION_ROWS:
-            raise InputError(f"holds more than {limits.MOTION_ROWS} rows", file=file)
+            raise InputError(f"has more than {limits.MOTION_ROWS} rows", file=file)
         rows = list(csv.reader(io.StringIO(data.decode("utf-8-sig"))))
     except (UnicodeDecodeError, csv.Error):
-        raise InputError("is no table of comma-separated values", file=file) from None
+        raise InputError("is not a table of comma-separated values", file=file) from None
     if len(rows) < 2:
-        raise InputError("holds no rows", file=file)
+        raise InputError("has no rows", file=file)
     names = [name.strip() for name in rows[0]]
     columns = [_column(c.name, names, file) for c in robot.coordinates]
     postures = [_numbers(row, columns, file, line) for line, row in enumerate(rows[1:], 2)]
@@ -147,33 +148,33 @@ def _numbers(row: Sequence[str], columns: Sequence[int], file: Path, line: int) 
     try:
         values = [float(row[k]) for k in columns]
     except (ValueError, IndexError):
-        raise InputError("holds something that is no number", file=file, line=line) from None
+        raise InputError("contains a value that is not a number", file=file, line=line) from None
     if not all(math.isfinite(value) for value in values):
-        raise InputError("holds a number that is not finite", file=file, line=line)
+        raise InputError("contains a value that is not finite", file=file, line=line)
     return values
 
 
 def motion_findings(
     reading: Reading, robot: Robot, motion: str, clearance: float, capsule_radius: float | None
 ) -> list[Finding]:
-    """A warning for each pair that comes nearer than a clearance.
+    """Return a warning for each pair with less distance than a clearance.
 
     Args:
         reading: Where the robot comes from.
         robot: The robot.
         motion: See `read_motion`.
-        clearance: In [m].
-        capsule_radius: Radius of capsules in place of the links, in [m]; None for the hulls
-            of their collision meshes.
+        clearance: Minimum distance, in [m].
+        capsule_radius: Radius of capsules that replace the links, in [m]; None for the convex hulls
+            of the collision meshes.
 
     Raises:
-        InputError: The motion, the clearance or a mesh cannot be used.
+        InputError: The motion, the clearance or a mesh is invalid.
     """
     from sim_dart.dart.interference import Interference
     from sim_dart.scene import Scene
 
     if not (math.isfinite(clearance) and clearance >= 0):
-        raise InputError(f"must be 0 or above, not {clearance!r}", key="--clearance")
+        raise InputError(f"must be finite and not negative, not {clearance!r}", key="--clearance")
     folder = reading.files[0].parent.resolve()
     if capsule_radius is None:
         scene = Scene(mesh_folder=folder)
@@ -184,18 +185,18 @@ def motion_findings(
     for near in Interference(robot, scene).nearest(postures.postures):
         if near.distance > clearance:
             break
-        message = f"{_meeting(near)} {postures.place(robot, near.sample)}"
+        message = f"{_description(near)} {postures.place(robot, near.sample)}"
         code = "muscle-meets-link" if near.is_link else "muscle-meets-muscle"
         findings.append(Finding("warning", code, message, Subject("muscle", near.muscle)))
     return findings
 
 
-def new_meetings(robot: Robot, mesh_folder: Path, postures: FloatArray) -> list[str]:
-    """Muscles that come to meet one another or links along a motion, apart at its start.
+def new_collisions(robot: Robot, mesh_folder: Path, postures: FloatArray) -> list[str]:
+    """Describe collisions of muscles with muscles or links that do not exist at the start.
 
     Args:
         robot: The robot.
-        mesh_folder: Where the links' collision meshes are; without them muscles alone count.
+        mesh_folder: Folder of the collision meshes; without them only muscles are checked.
         postures: The motion, shape (k, n), in [rad] or [m].
 
     Returns:
@@ -206,17 +207,17 @@ def new_meetings(robot: Robot, mesh_folder: Path, postures: FloatArray) -> list[
 
     try:
         pairs = Interference(robot, Scene(mesh_folder=mesh_folder))
-    except InputError:  # no meshes that can be read
+    except InputError:
         pairs = Interference(robot, Scene(links="none"))
     there = {(n.muscle, n.other): n.distance for n in pairs.nearest(postures[:1])}
     return [
-        _meeting(near)
+        _description(near)
         for near in pairs.nearest(postures)
         if near.distance <= _NEAR < there.get((near.muscle, near.other), 0.0)
     ]
 
 
-def _meeting(near: Nearest) -> str:
+def _description(near: Nearest) -> str:
     if near.is_link and near.distance < 0:
         what = f"passes {-1e3 * near.distance:.3g} mm deep through link {near.other!r}"
     else:

@@ -139,10 +139,10 @@ def test_a_hanging_link_is_moved_where_its_one_muscle_can_hold_it(
 def test_what_no_muscle_moves_is_locked_and_told(tmp_path: Path, cardsflow: CommandLine) -> None:
     summary, err = started(two_links(*strands(ABOVE, BELOW)), tmp_path, cardsflow)
     assert_tracks(summary)
-    assert "wrist is locked at 0: no muscle moves it" in err
+    assert "wrist is locked at 0: no muscle drives it" in err
     text = (tmp_path / "experiment.toml").read_text()
     assert tomllib.loads(text)["robot"]["coordinates"] == {"wrist": {"locked": 0.0}}
-    assert "no muscle moves it" in text
+    assert "no muscle drives it" in text
     assert list(summary["tracking"]["per_signal"]) == ["q.q"]
 
 
@@ -192,8 +192,8 @@ def test_limits_and_forces_leave_room_all_along(tmp_path: Path, cardsflow: Comma
 @pytest.mark.parametrize(
     ("roots", "f_max", "words"),
     [
-        ((BELOW,), np.inf, "nothing pulls q down"),  # q turns the link down: the strand as well
-        ((ABOVE,), 1.0, "too weak; `cardsflow size` says what it needs"),
+        ((BELOW,), np.inf, "no muscle produces negative torque at q"),  # q > 0 turns the link down
+        ((ABOVE,), 1.0, "too weak; `cardsflow size` computes the required forces"),
     ],
 )
 def test_a_robot_that_nothing_holds_is_refused_in_words(
@@ -215,9 +215,9 @@ def test_a_length_beyond_all_numbers_is_refused(tmp_path: Path, cardsflow: Comma
     write_sdf(replace(robot, joints=(*robot.joints[:-1], wrist)), tmp_path)
     code, _, error = cardsflow("init", str(tmp_path), "-o", str(tmp_path / "out"))
     assert code == 2
-    assert "a length, a mass or a force is far too large" in error.splitlines()[-1]
+    assert "a length, mass or force of the robot is too large" in error.splitlines()[-1]
     code, out, error = cardsflow("check", str(tmp_path))
-    assert "a length, a mass or a force is far too large: it is described" in out
+    assert "a length, mass or force of the robot is too large; the robot can be" in out
     assert error == ""
 
 

@@ -24,7 +24,7 @@ from addin_sdfusion.robot.model.trajectory import Trajectory, TrajectoryPoint
 from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.cli.init import schema
 from cardsflow_fmu.cli.main import main
-from cardsflow_fmu.experiment.template import Beginning, experiment_text
+from cardsflow_fmu.experiment.template import ExperimentDraft, experiment_text
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.simulation import starter as starter_module
 from cardsflow_fmu.simulation.starter import init
@@ -55,9 +55,9 @@ def test_friction_of_cables_gets_an_observer(tmp_path: Path) -> None:
     robot = read_robot(EXAMPLES / "roboy_left_arm/robot/model.sdf")
     write_sdf(bent(robot, 0.2, [c.initial for c in robot.coordinates]), tmp_path)
     starter = init(tmp_path, tmp_path / "experiment.toml")
-    assert starter.trial is not None
-    assert starter.trial.is_good
-    assert any("against the friction of cables" in note for note in starter.notes)
+    assert starter.test_run is not None
+    assert starter.test_run.is_good
+    assert any("compensate for the friction of cables" in note for note in starter.notes)
     settings = Experiment.load(starter.file).controller
     assert settings.observer * settings.period == 0.5
 
@@ -124,7 +124,7 @@ def test_odd_names_are_written_so_that_they_read_back(name: str) -> None:
     odd = replace(robot.with_muscles(muscles), name=name)
     rest = tuple(TrajectoryPoint(t, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)) for t in (0.0, 1.0))
     motion = Trajectory("reference", "quintic", rest, 0.001)
-    beginning = Beginning(
+    draft = ExperimentDraft(
         motion,
         f_max={m.name: 10.0 + k for k, m in enumerate(odd.muscles)},
         f_max_reason=f"from {name}",
@@ -133,7 +133,7 @@ def test_odd_names_are_written_so_that_they_read_back(name: str) -> None:
         period=0.001,
         step=0.001,
     )
-    data = tomllib.loads(experiment_text(odd, f"robots/{name}", beginning))
+    data = tomllib.loads(experiment_text(odd, f"robots/{name}", draft))
     assert data["robot"]["path"] == f"robots/{name}"
     assert data["muscles"] == {m.name: {"f_max": 10.0 + k} for k, m in enumerate(odd.muscles)}
 
@@ -176,7 +176,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 @pytest.mark.parametrize(
     ("output", "message"),
     [
-        ("experiment.json", "an experiment is a .toml"),
+        ("experiment.json", "must have the suffix .toml"),
         ("file/experiment.toml", "cannot be written"),
         ("x" * 300 + ".toml", "cannot be written"),
         ("a\0b.toml", "cannot be written"),
@@ -197,7 +197,7 @@ def robots_without(what: str) -> Any:
     return replace(robot, joints=joints)
 
 
-@pytest.mark.parametrize("what", ["muscles", "joints that move"])
+@pytest.mark.parametrize("what", ["muscles", "movable joints"])
 def test_a_robot_that_cannot_move_is_refused(what: str, tmp_path: Path) -> None:
     write_sdf(robots_without(what), tmp_path / "robot")
     with pytest.raises((InputError, RobotError), match=what):

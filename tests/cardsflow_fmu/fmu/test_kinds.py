@@ -101,9 +101,7 @@ def test_run(words: tuple, engine: dict[str, str], tmp_path: Path, cardsflow: Co
     native = {name for name, is_native in kinds(tmp_path).items() if is_native}
     assert native >= {role for role, kind in engine.items() if kind == "native"}
     (line,) = (line for line in out.splitlines() if line.startswith("engine"))
-    assert ("plant in Python: C does not have worlds with contacts" in line) == (
-        words[0] == PICK_UP
-    )
+    assert ("plant in Python: not in C: worlds with contacts" in line) == (words[0] == PICK_UP)
 
 
 def test_a_script_asks_for_the_same(cardsflow: CommandLine) -> None:

@@ -32,7 +32,7 @@ def test_the_worst_five_and_all_when_asked() -> None:
     worst = sorted(peaks, key=lambda name: -peaks[name])
     short, full = result.describe(), result.describe(every=True)
     assert re.findall(r"^  (f\.\w+)", short, re.M) == worst[:5]
-    assert "  and 6 smaller: --verbose" in short
+    assert "  and 6 smaller; use --verbose" in short
     assert re.findall(r"^  (f\.\w+)", full, re.M) == list(peaks)
 
 

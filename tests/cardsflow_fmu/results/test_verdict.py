@@ -27,7 +27,7 @@ def words(settings: dict[str, float]) -> list[str]:
 
 
 @pytest.mark.parametrize("compute", ["python", "c"])
-def test_a_run_leads_with_what_is_wrong(
+def test_output_of_a_run_begins_with_warnings(
     compute: str, cardsflow: CommandLine, tmp_path: Path
 ) -> None:
     engine = ("--compute", compute, "--coupling", "direct")
@@ -38,7 +38,8 @@ def test_a_run_leads_with_what_is_wrong(
     joint = max(summary["slack"]["per_signal"].items(), key=lambda row: row[1]["max"])
     begin = f"{summary['infeasible_ticks']} of {summary['ticks']} ticks infeasible, from t = "
     assert out.startswith(f"WARNING: {begin}")
-    assert f"{joint[0].removeprefix('slack.')} lacks up to" in out.splitlines()[0]
+    first = f"torque shortfall up to {joint[1]['max']:.3g} N.m at {joint[0][len('slack.') :]}"
+    assert first in out.splitlines()[0]
     assert summary["warnings"][0].startswith(begin)
     assert "\033" not in out  # no terminal
 
@@ -95,27 +96,27 @@ def test_divergence_is_a_bound_on_motion_and_force(column: str, value: float, wo
     assert words in str(caught.value)
 
 
-def followed(error: float, moves: float) -> dict[str, object]:
+def tracking_summary(error: float, moves: float) -> dict[str, object]:
     row = {"rms": error, "max": error, "moves": moves, "unit": "rad"}
     return {"tracking": {"per_signal": {"q.elbow": row}}}
 
 
-def test_a_reference_that_is_not_followed_is_told() -> None:
-    assert problems(followed(0.04, 0.1)) == []
-    assert problems(followed(0.009, 0.0)) == []
-    assert "elbow is up to 0.06 rad off" in problems(followed(0.06, 0.1))[0]
+def test_large_tracking_errors_are_reported() -> None:
+    assert problems(tracking_summary(0.04, 0.1)) == []
+    assert problems(tracking_summary(0.009, 0.0)) == []
+    assert "tracking error up to 0.06 rad at q.elbow" in problems(tracking_summary(0.06, 0.1))[0]
     assert problems({}) == []
 
 
-def test_ticks_that_did_not_converge_are_not_called_infeasible() -> None:
+def test_not_converged_ticks_are_not_reported_as_infeasible() -> None:
     summary = {"infeasible_ticks": 0, "not_converged_ticks": 2, "ticks": 10}
     assert problems(summary) == [
-        "2 of 10 ticks not converged: forces that fit may exist, none were found"
+        "2 of 10 ticks not converged: feasible forces may exist, but none were found"
     ]
 
 
 @pytest.mark.parametrize("through", ["direct", "native"])
-def test_masses_that_are_scaled_to_nothing_are_refused(through: str, tmp_path: Path) -> None:
+def test_masses_scaled_to_zero_are_rejected(through: str, tmp_path: Path) -> None:
     experiment = Experiment.load(PLANAR_2R, {"plant.mass_scale": 1e-100})
     with pytest.raises(
         InputError,

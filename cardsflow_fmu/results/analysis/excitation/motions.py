@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from addin_sdfusion.robot import CardsflowError, Robot
-from cardsflow_fmu.results.analysis.first_motion import counted_force, robot_size
+from cardsflow_fmu.results.analysis.first_motion import assumed_force, robot_size
 from cardsflow_fmu.utils.arrays import FloatArray
 from controllers.analysis.inverse_dynamics import Motion, MotionTerms, motion_terms
 from sim_dart import control_dynamics
@@ -52,8 +52,8 @@ class Motions:
         self._low = np.maximum(low + _MARGIN * room, start - wide)
         self._high = np.minimum(high - _MARGIN * room, start + wide)
         self._low, self._high = np.minimum(self._low, start), np.maximum(self._high, start)
-        most = np.minimum(self.dynamics.f_max, counted_force(robot))
-        least = np.maximum(self.dynamics.f_min, -counted_force(robot))
+        most = np.minimum(self.dynamics.f_max, assumed_force(robot))
+        least = np.maximum(self.dynamics.f_min, -assumed_force(robot))
         self._bounds = least, most - _MARGIN * (most - least)
         self._basis = [basis(order) for order in range(3)]
         self.passive = passive_muscles(robot)

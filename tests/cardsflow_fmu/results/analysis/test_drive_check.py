@@ -87,7 +87,9 @@ def test_a_loop_of_no_length_is_an_error_before_anything_is_closed() -> None:
 
 def test_a_pose_that_is_not_held(tmp_path: Path, cardsflow: CommandLine) -> None:
     write_sdf(arm(-0.5), tmp_path)
-    assert "nothing pulls q down" in found(cardsflow, tmp_path)["pose-not-held"]  # -q is up
+    assert (
+        "no muscle produces negative torque at q" in found(cardsflow, tmp_path)["pose-not-held"]
+    )  # -q is up
 
 
 def test_a_coordinate_without_muscle(tmp_path: Path, cardsflow: CommandLine) -> None:

@@ -97,10 +97,10 @@ def test_a_motion_that_is_none_is_one_line(case: str, robot: Path, cardsflow: Co
 
 BAD_TABLES = {
     "column": ("time,q.joint_1\n0,0\n", "no column 'q.joint_2'"),
-    "text": ("joint_1,joint_2\n0,x\n", "motion.csv:2: holds something that is no number"),
+    "text": ("joint_1,joint_2\n0,x\n", "motion.csv:2: contains a value that is not a number"),
     "short": ("joint_1,joint_2\n0\n", "motion.csv:2"),
     "nan": ("joint_1,joint_2\n0,nan\n", "not finite"),
-    "empty": ("", "holds no rows"),
+    "empty": ("", "has no rows"),
 }
 
 
@@ -114,7 +114,9 @@ def test_a_bad_table_is_one_line(
 
 def test_other_bad_input(robot: Path, cardsflow: CommandLine) -> None:
     random = ("check", robot, "--motion", "random")
-    assert "--clearance: must be 0 or above" in cardsflow.refused(*random, "--clearance", "-1")
+    assert "--clearance: must be finite and not negative" in cardsflow.refused(
+        *random, "--clearance", "-1"
+    )
     assert "capsule_radius must be above 0" in cardsflow.refused(*random, "--capsules", "0")
     words = ("check", PLANAR_2R / "robot", "--motion", "simple_motion")
     assert "no trajectory 'simple_motion'" in cardsflow.refused(*words)
