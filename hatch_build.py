@@ -1,12 +1,12 @@
 """Compiles the C libraries when the package is built; also a script for the sanitized build.
 
-Before that it makes headers of the tables of tension laws and control laws, in folders `generated`.
+Before that it makes headers of the tables of muscle laws and control laws, in folders `generated`.
 
-The system's C compiler is used where there is one (`CC`, cc, gcc, clang), else, or with
+The system's C compiler is used if there is one (`CC`, cc, gcc, clang), else, or with
 `CC=ziglang`, the one in the `ziglang` package, which is then asked for as a build requirement.
 Nothing is linked but libc and libm, so one library serves every Python.
 
-The library of native FMUs is compiled for other platforms too, with ziglang, where they are named:
+The library of native FMUs is compiled for other platforms too, with ziglang, if they are named:
 in a wheel by the environment variable `CARDSFLOW_PLATFORMS`, `all` or names such as
 `x86_64-linux,x86_64-windows`. The first time takes some minutes, for the platforms' C libraries.
 
@@ -217,7 +217,7 @@ def example_files() -> dict[Path, str]:
 def _take_or_make(
     name: str, output: Path, fingerprint: str, command_for: Callable[[Path], list[str]]
 ) -> list[Path]:
-    """A compiled file below `output`, and the one beside it that says what it was made of.
+    """A compiled file below `output`, and the one next to it that says what it was made of.
 
     One that stands in the source tree already, of the same, is taken instead.
     """

@@ -25,7 +25,7 @@ _ITEM = re.compile(r"^    (?P<names>\w+(?:, \w+)*): (?P<text>.*)$")
 
 
 def record_schema(cls: type) -> dict[str, Any]:
-    """The schema of a record, with those of the records inside it in place."""
+    """Return the schema of a record, with those of the records inside it in place."""
     if hasattr(cls, "_fields"):  # a NamedTuple
         return _tuple(tuple(typing.get_type_hints(cls, include_extras=True).values()))
     hints, texts = typing.get_type_hints(cls, include_extras=True), _texts(cls)

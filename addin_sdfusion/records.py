@@ -47,7 +47,7 @@ _PART = limits.MIB
 
 
 def to_plain(value: Any) -> Any:
-    """A record as plain data; fields at their defaults are left out.
+    """Return a record as plain data; fields at their defaults are left out.
 
     Args:
         value: A dataclass, or the value of a field of one.
@@ -71,7 +71,7 @@ def to_plain(value: Any) -> Any:
 
 
 def from_plain(cls: type[Record], plain: Any, where: str) -> Record:
-    """A record from plain data.
+    """Return a record from plain data.
 
     Args:
         cls: The record's class.
@@ -117,7 +117,7 @@ def _hints(cls: type) -> dict[str, Any]:
 
 
 def _value(hint: Any, plain: Any, where: str, budget: _Budget) -> Any:
-    """The value of a field of that type."""
+    """Return the value of a field of that type."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is typing.Annotated and isinstance(arguments[1], Form):
         return _formed(arguments[1], plain, where)

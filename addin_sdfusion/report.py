@@ -14,20 +14,20 @@ MAX_ALIKE = 3
 
 
 def report_text(findings: Sequence[Finding]) -> str:
-    """The findings for people, as `cardsflow check` shows them."""
+    """Return the findings for people, as `cardsflow check` shows them."""
     errors = sum(finding.is_error for finding in findings)
     counts = f"{errors} errors, {len(findings) - errors} warnings"
     return "\n".join([*map(str, findings), counts]) + "\n"
 
 
 def report_json(findings: Iterable[Finding]) -> str:
-    """The findings for programs, as `cardsflow check --json` has them."""
+    """Return the findings for programs, as `cardsflow check --json` has them."""
     rows = [finding.as_dict() for finding in findings]
     return json_text(rows, indent=1, ensure_ascii=False) + "\n"
 
 
 def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Each finding once, errors first."""
+    """Return each finding once, errors first."""
     return tuple(errors_first(dict.fromkeys(findings)))
 
 

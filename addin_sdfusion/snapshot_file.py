@@ -21,7 +21,7 @@ FORMAT = 2
 
 
 def file_schema() -> dict[str, Any]:
-    """The JSON Schema of the file."""
+    """Return the JSON Schema of the file."""
     return {
         "type": "object",
         "properties": {
@@ -35,7 +35,7 @@ def file_schema() -> dict[str, Any]:
 
 
 def snapshot_text(snapshot: DesignSnapshot) -> str:
-    """The text of a snapshot's file."""
+    """Return the text of a snapshot's file."""
     plain = {"format": FORMAT, "design": to_plain(snapshot)}
     return json_text(plain, indent=1, sort_keys=True) + "\n"
 
@@ -83,9 +83,9 @@ def read_snapshot(file: str | Path) -> DesignSnapshot:
 
 
 def _from_1(design: Any) -> Any:
-    """A design of format 1, which held muscles, points' and faces' uses as texts.
+    """Return a design of format 1, which held muscles, points' and faces' uses as texts.
 
-    What is not as it was in format 1 is left, to be refused by its key.
+    What is not as it was in format 1 is left, to be rejected by its key.
     """
     if not isinstance(design, dict):
         return design

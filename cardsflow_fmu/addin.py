@@ -174,7 +174,7 @@ def _add_ins() -> Path:
 
 
 def _require_own(target: Path) -> None:
-    """Refuse to replace what is not an earlier installation."""
+    """Reject to replace what is not an earlier installation."""
     if target.is_symlink():
         what = "is a link, so Fusion runs what it leads to already; remove it to install a copy"
         raise InputError(what, file=target)
@@ -186,7 +186,7 @@ def _require_own(target: Path) -> None:
 
 
 def _identity(folder: Path) -> str | None:
-    """The id in an add-in's manifest; None where there is no manifest."""
+    """The id in an add-in's manifest; None if there is no manifest."""
     try:
         plain = json.loads(read_file(folder / f"{NAME}.manifest", limits.JSON).decode("utf-8-sig"))
     except (InputError, ValueError, RecursionError):
@@ -195,7 +195,7 @@ def _identity(folder: Path) -> str | None:
 
 
 def _exchange(target: Path, new: Path, old: Path) -> None:
-    """Put a folder in place of another, or leave that one where it was."""
+    """Put a folder in place of another, or leave that one if it was."""
     if target.exists():
         target.rename(old)
     try:

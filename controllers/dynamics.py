@@ -61,7 +61,7 @@ class LimitedDynamics(Dynamics, Protocol):
     """Dynamics of a robot with joint limits.
 
     Attributes:
-        q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite where there is none.
+        q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite if there is none.
     """
 
     @property
@@ -101,12 +101,12 @@ class TaskDynamics(LimitedDynamics, Protocol):
 
 
 def actuator_names(dynamics: Dynamics) -> tuple[str, ...]:
-    """Names in the order of f: of the muscles, and of the coordinates that have motors."""
+    """Return names in the order of f: of the muscles, and of the coordinates that have motors."""
     return (*dynamics.muscle_names, *dynamics.motor_names)
 
 
 def require_no_motors(dynamics: Dynamics, what: str) -> None:
-    """Refuse robots with motors at joints with an InputError.
+    """Reject robots with motors at joints with an InputError.
 
     Args:
         dynamics: The robot.
@@ -141,7 +141,7 @@ def closed(dynamics: Dynamics, q: FloatArray) -> FloatArray:
 
 
 def independent_part(dynamics: Dynamics, values: FloatArray) -> FloatArray:
-    """Values with 0 for coordinates that loops make of the others, shape (n,)."""
+    """Return values with 0 for coordinates that loops make of the others, shape (n,)."""
     dependent = getattr(dynamics, "dependent", None)
     return values if dependent is None else np.where(dependent, 0.0, values)
 

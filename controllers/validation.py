@@ -21,12 +21,12 @@ MAX_PRETENSION = 1e9
 
 
 def is_finite(value: object) -> bool:
-    """Whether a value is a number, and neither infinite nor NaN."""
+    """Return whether a value is a number, and neither infinite nor NaN."""
     return isinstance(value, Real) and math.isfinite(value)
 
 
 def float_array(what: str, values: ArrayLike) -> FloatArray:
-    """A copy of the values as floats, of any shape; InputError if they are no numbers."""
+    """Return a copy of the values as floats, of any shape; InputError if they are no numbers."""
     try:
         return np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -83,7 +83,7 @@ def named_vector(
 
 
 def require_norm(norm: float) -> float:
-    """The norm of forces that is to be least, if it is one.
+    """Return the norm of forces that is to be least, if it is one.
 
     Raises:
         InputError: It is none of the whole numbers from 1 to 8, and not infinity.
@@ -131,26 +131,26 @@ def resting(f_min: FloatArray, f_max: FloatArray) -> FloatArray:
 
 
 def require_positive(**values: float) -> None:
-    """Refuse numbers that are not positive and finite with an InputError."""
+    """Reject numbers that are not positive and finite with an InputError."""
     for name, value in values.items():
         if not (is_finite(value) and value > 0):
             raise InputError(f"{name} must be positive and finite, not {value!r}")
 
 
 def require_period(period: float) -> None:
-    """Refuse a sampling period in [s] that is not positive and finite with an InputError."""
+    """Reject a sampling period in [s] that is not positive and finite with an InputError."""
     if not (is_finite(period) and period > 0):
         raise InputError(f"period must be a positive time in s, not {period!r}")
 
 
 def require_delay(delay: int) -> None:
-    """Refuse a delay that is not 0 or 1 ticks with an InputError."""
+    """Reject a delay that is not 0 or 1 ticks with an InputError."""
     if delay not in (0, 1):
         raise InputError(f"delay must be 0 or 1 ticks, not {delay!r}")
 
 
 def check_sizes(names: Sequence[str], **vectors: ArrayLike | None) -> None:
-    """Refuse vectors that do not have one number for every name; None is left out.
+    """Reject vectors that do not have one number for every name; None is left out.
 
     Raises:
         InputError: A vector has another shape; the message names it.
@@ -163,7 +163,7 @@ def check_sizes(names: Sequence[str], **vectors: ArrayLike | None) -> None:
 
 
 def positive_or_none(what: str, value: float | None, unit: str) -> float | None:
-    """A positive, finite number in `unit`, or None; InputError for others."""
+    """Return a positive, finite number in `unit`, or None; InputError for others."""
     if value is not None and not (is_finite(value) and value > 0):
         raise InputError(f"{what} must be positive, in {unit}, or None: {value!r}")
     return value

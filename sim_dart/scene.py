@@ -128,7 +128,7 @@ class Ground:
 
 @dataclass(frozen=True, slots=True)
 class SceneObject:
-    """A body beside the robot, free to move or fixed.
+    """A body next to the robot, free to move or fixed.
 
     Attributes:
         name: Its name, unlike that of any link.
@@ -200,7 +200,7 @@ class Scene:
 
     Attributes:
         ground: The floor; None for none.
-        objects: Bodies beside the robot.
+        objects: Bodies next to the robot.
         friction: Coefficient of Coulomb friction of bodies without their own.
         restitution: Of bodies without their own: 0 for none, 1 for a bounce without loss.
         friction_law: `pyramid`, DART's rule: friction up to mu N along each of two axes, on level

@@ -48,7 +48,7 @@ EXTRAS = {
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Where Python may leave no bytecode beside its files, that of the tests goes to their cache.
+    """Where Python may leave no bytecode next to its files, that of the tests goes to their cache.
 
     They start some hundred Pythons, and compiling takes each longer than what it is started for.
     """
@@ -118,7 +118,7 @@ def drawn_figures() -> Iterator[None]:
 
 @pytest.fixture
 def shared() -> Path:
-    """Published robots, beside the repository; without them, tests that need them skip."""
+    """Published robots, next to the repository; without them, tests that need them skip."""
     folder = Path(__file__).parents[1] / "../shared"
     if not folder.is_dir():
         pytest.skip("the published robots are not in a folder beside this repository")

@@ -27,7 +27,7 @@ MAX_WAIT = 1200.0
 """Of a block, in [s]."""
 _WATCHDOG = "--watchdog 60000"
 _PATIENT = "--set hardware.max_missed=100000 --set hardware.watchdog=60"
-"""What lets a run and its device go on where either side has to wait for a busy machine."""
+"""What lets a run and its device continue where either side has to wait for a busy machine."""
 
 _ENVIRONMENT = {
     "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",

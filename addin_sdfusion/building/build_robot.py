@@ -148,7 +148,7 @@ class _Building:
         )
 
     def _not_empty(self, links: Links, edges: Edges) -> Links:
-        """The links without components that hold nothing and are held by nothing."""
+        """Return the links without components that hold nothing and are held by nothing."""
         if links.from_groups or self._snapshot.settings.components:
             return links
         of = links.of_occurrence

@@ -61,7 +61,7 @@ def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
 
 
 def massless_links(names: Iterable[str], parts: Mapping[str, Part]) -> list[Finding]:
-    """Links that weigh nothing."""
+    """Return links that weigh nothing."""
     problem = (
         "weighs nothing: it has no solid body with a material; add one to its component or group"
     )
@@ -120,7 +120,7 @@ def _paths(group: Sequence[PointSnapshot | SurfaceSnapshot]) -> list[str]:
 
 
 def _said_occurrence(item: PointSnapshot | SurfaceSnapshot) -> str | None:
-    """The occurrence that is said to be meant; None if none is."""
+    """Return the occurrence that is said to be meant; None if none is."""
     return (item.use.occurrence if item.use else "") or None
 
 

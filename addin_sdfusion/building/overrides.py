@@ -17,7 +17,7 @@ from .links.mass_properties import Part
 def with_masses(
     parts: Mapping[str, Part], settings: ExportSettings
 ) -> tuple[dict[str, Part], list[Finding]]:
-    """The links with the masses that are chosen, their inertias in proportion."""
+    """Return the links with the masses that are chosen, their inertias in proportion."""
     made, findings = dict(parts), list(_unfit("link", settings.of_links, parts))
     for chosen in settings.of_links:
         part = parts.get(chosen.link)
@@ -37,7 +37,7 @@ def with_masses(
 def with_joint_settings(
     joints: Sequence[Joint], settings: ExportSettings
 ) -> tuple[tuple[Joint, ...], list[Finding]]:
-    """The joints with the effort, damping and friction that are chosen."""
+    """Return the joints with the effort, damping and friction that are chosen."""
     chosen = {each.joint: each for each in settings.of_joints}
     names = [c.name for joint in joints for c in joint.coordinates]
     made = tuple(

@@ -32,7 +32,7 @@ _CANNOT_MOVE = ("no-mass-along-axis", "no-inertia-about-axis")
 def with_check(
     findings: Sequence[Finding], massless: Iterable[Finding], robot: Robot
 ) -> list[Finding]:
-    """All findings of a design and its robot.
+    """Return all findings of a design and its robot.
 
     Args:
         findings: Those of the design.
@@ -63,12 +63,12 @@ def with_check(
 
 
 def _bare(subject: Subject) -> Subject:
-    """The object as the robot calls it: the reader says what Fusion calls it."""
+    """Return the object as the robot calls it: the reader says what Fusion calls it."""
     return Subject(subject.kind, bare_name(subject.name))
 
 
 def _of_a_joint(finding: Finding, misnamed: Sequence[str]) -> bool:
-    """Whether a coordinate's name is wrong because its joint's is."""
+    """Return whether a coordinate's name is wrong because its joint's is."""
     kind, name = finding.subject
     if kind != "coordinate" or finding.code not in _OF_COORDINATES:
         return False

@@ -27,7 +27,7 @@ class RobotMuscles(NamedTuple):
     """What the user has defined on top of bodies and joints, as the robot has it.
 
     Attributes:
-        cable_sets: One, or none where there are no muscles.
+        cable_sets: One, or none if there are no muscles.
         task_sets: The task points, the markers, or neither.
         surfaces: What muscles wrap over.
         findings: What is wrong.

@@ -10,7 +10,7 @@ from ..snapshot import DesignSnapshot, JointSnapshot, MassSnapshot, MeshSnapshot
 
 
 def upright(snapshot: DesignSnapshot) -> DesignSnapshot:
-    """The design with z up, as the world of a robot has it: itself if z is up already."""
+    """Return the design with z up, as the world of a robot has it: itself if z is up already."""
     if snapshot.settings.up_axis == "z":
         return snapshot
     return replace(
@@ -26,7 +26,7 @@ def upright(snapshot: DesignSnapshot) -> DesignSnapshot:
 
 
 def _turned(v: Vector3) -> Vector3:
-    """A quarter turn about x takes y to z."""
+    """Return a quarter turn about x takes y to z."""
     x, y, z = v
     return x, 0.0 - z, y
 

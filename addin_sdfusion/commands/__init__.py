@@ -10,5 +10,5 @@ COMMANDS = ("define_muscles", "check", "export")
 
 
 def load(name: str) -> Any:
-    """The command of a folder; it runs in Fusion, or a fake of it, only."""
+    """Return the command of a folder; it runs in Fusion, or a fake of it, only."""
     return importlib.import_module(f".{name}.entry", __package__).COMMAND

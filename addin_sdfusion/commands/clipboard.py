@@ -41,13 +41,13 @@ def copy(text: str) -> None:
     """Put a text into the clipboard.
 
     Raises:
-        InputError: The system has none, or refuses.
+        InputError: The system has none, or rejects.
     """
     _run(0, text)
 
 
 def paste() -> str:
-    """The text in the clipboard; empty if there is something else in it.
+    """Return the text in the clipboard; empty if there is something else in it.
 
     Raises:
         InputError: As for `copy`.

@@ -50,7 +50,7 @@ class Window:
         """The user has changed an input. The design must not be edited here."""
 
     def valid(self) -> bool:
-        """Whether OK may be pressed."""
+        """Return whether OK may be pressed."""
         return True
 
     def preview(self) -> None:
@@ -186,11 +186,11 @@ class Command:
         self._window = None
 
     def _same_design(self) -> bool:
-        """Whether the design is still the one that the user works on."""
+        """Return whether the design is still the one that the user works on."""
         design = self._window.design if self._window is not None else None
         return design is not None and bool(design.isValid) and bool(active_design() == design)
 
 
 def active_design() -> Any:
-    """The design that the user works on; None if there is none."""
+    """Return the design that the user works on; None if there is none."""
     return adsk.fusion.Design.cast(application().activeProduct)

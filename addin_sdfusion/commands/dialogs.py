@@ -28,14 +28,14 @@ class Input:
         id: Its id, unique in the dialog.
         kind: `tab` and `group` hold others; `choices` is a drop-down with check boxes; `text` is
             a box with a message; `number` has no unit.
-        label: What the user sees beside it, or on it.
+        label: What the user sees next to it, or on it.
         tooltip: What it is for.
-        options: Of a drop-down: what there is to choose from, where that is always the same.
+        options: Of a drop-down: what there is to choose from, if that is always the same.
         children: Of a tab or group: what it holds. Of a table: the buttons below it.
         columns: Of a table: what the columns show.
         widths: Of a table: how wide the columns are, relative to each other.
         filters: Of a selection: what may be picked.
-        prompt: Of a selection: the text beside the cursor.
+        prompt: Of a selection: the text next to the cursor.
         rows: Of a text: how many lines are shown; of a table: the most rows shown at once.
         value: What it is at first.
         collapsed: Whether a group shows its name alone at first.

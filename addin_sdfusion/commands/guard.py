@@ -25,7 +25,7 @@ def message(text: str, title: str) -> None:
 
 
 def ask(text: str, title: str) -> bool:
-    """A message box with Yes and No; whether the user says yes."""
+    """Return a message box with Yes and No; whether the user says yes."""
     buttons = adsk.core.MessageBoxButtonTypes.YesNoButtonType
     icon = adsk.core.MessageBoxIconTypes.WarningIconType
     answer = application().userInterface.messageBox(text, title, buttons, icon)
@@ -50,7 +50,7 @@ def log(text: str) -> None:
 
 
 def report(error: Exception, doing: str) -> str:
-    """The user's message for an exception; its trace goes to the log."""
+    """Return the user's message for an exception; its trace goes to the log."""
     trace = "".join(traceback.format_exception(error))
     try:
         log(f"CARDSFlow: {doing}\n{trace}")
@@ -66,7 +66,7 @@ def report(error: Exception, doing: str) -> str:
 
 
 def guarded(work: Callable[[Any], None], doing: str, quiet: bool = False) -> Callable[[Any], None]:
-    """The same work, whose exceptions become a message box.
+    """Return the same work, whose exceptions become a message box.
 
     Args:
         work: What an event's handler does with the event's arguments.

@@ -34,7 +34,7 @@ class Cell:
     lines: int = 0
 
     def same_input(self, other: Cell) -> bool:
-        """Whether the other value can be shown by the same input."""
+        """Return whether the other value can be shown by the same input."""
         mine = bool(self.options), type(self.value), self.editable, self.icon, self.lines
         return mine == (
             bool(other.options),
@@ -110,7 +110,7 @@ class Inputs:
         _fill(self._by_id[name].listItems, options, chosen)
 
     def checked(self, name: str) -> list[str]:
-        """The ticked items of a drop-down with check boxes."""
+        """Return the ticked items of a drop-down with check boxes."""
         items = self._by_id[name].listItems
         every = [items.item(i) for i in range(items.count)]
         return [item.name for item in every if item.isSelected]
@@ -125,7 +125,7 @@ class Inputs:
                 items.add(option, option in checked)
 
     def picked(self, name: str) -> list[Any]:
-        """The entities that the user has picked; the selection is cleared."""
+        """Return the entities that the user has picked; the selection is cleared."""
         item = self._by_id[name]
         entities = [item.selection(i).entity for i in range(item.selectionCount)]
         if entities:
@@ -144,11 +144,11 @@ class Inputs:
             item.addSelection(entity)
 
     def selected(self, name: str) -> int:
-        """The selected row of a table; -1 if none is."""
+        """Return the selected row of a table; -1 if none is."""
         return self._tables[name].selected()
 
     def cell(self, changed: Any) -> CellEdit | None:
-        """Where an input is in a table, and what it holds now; None if it is no table's."""
+        """Where an input is in a table, and what it holds now; None if it is not a table's."""
         table, _, place = str(changed.id).partition("__")
         if not place or table not in self._tables or _HEAD in place:
             return None
@@ -166,7 +166,7 @@ class Inputs:
 
 
 class _Table:
-    """A table with a line of headings, whose rows are updated where they are.
+    """A table with a line of headings, whose rows are updated if they are.
 
     Deleting a row deletes its inputs, and that is not allowed while an event of one is running.
     """
@@ -219,7 +219,7 @@ class _Table:
             item.value = cell.value
 
     def note(self, row: int, column: int, value: str | int) -> None:
-        """The user has written that: a row that holds it already is not made anew."""
+        """The user has written that: a row that holds it already is not made again."""
         if row < len(self._rows):
             self._rows[row][column] = replace(self._rows[row][column], value=value)
 
@@ -259,7 +259,7 @@ def _fill(items: Any, options: Sequence[str], chosen: str) -> None:
 
 
 def _html(text: str) -> str:
-    """A text as the box shows it: names may hold what HTML reads as its own."""
+    """Return a text as the box shows it: names may hold what HTML reads as its own."""
     text = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return text.replace("\n", "<br/>")
 

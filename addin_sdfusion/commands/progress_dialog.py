@@ -1,4 +1,4 @@
-"""Progress dialog, with a button that cancels where that can be."""
+"""Progress dialog, with a button that cancels if that can be."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class ProgressDialog:
         Raises:
             Cancelled: The user has pressed Cancel.
         """
-        whole = max(whole, 1)  # Fusion refuses a dialog without a range
+        whole = max(whole, 1)  # Fusion rejects a dialog without a range
         if self._dialog is None:
             self._dialog = application().userInterface.createProgressDialog()
             self._dialog.isCancelButtonShown = self._cancellable

@@ -59,7 +59,7 @@ def read(design: Any, *, weighed_for: str = "") -> Reading:
 
 
 def with_meshes(reading: Reading, design: Any, progress: Progress) -> DesignSnapshot:
-    """The design with its meshes, and with the masses that were read: it is weighed once."""
+    """Return the design with its meshes, and with the masses that were read: it is weighed once."""
     snapshot, weighed = read_design(design, masses=None, progress=progress), reading.snapshot
     return replace(
         snapshot,

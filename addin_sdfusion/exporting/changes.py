@@ -17,7 +17,7 @@ _NUMBERS = "other numbers than before"
 
 
 def contents(robot: Robot) -> Contents:
-    """The parts of a robot that people know by name."""
+    """Return the parts of a robot that people know by name."""
     parts: dict[str, tuple[str, Any]] = {}
     for link in robot.links:
         parts[f"link {link.name}"] = f"{link.inertia.mass:.4g} kg", link

@@ -43,13 +43,13 @@ class Hull(NamedTuple):
 
 
 def convex_hull(points: Iterable[Vector3]) -> Hull | None:
-    """The convex hull of points.
+    """Return the convex hull of points.
 
     Args:
         points: In any order, in [m]; finite.
 
     Returns:
-        The hull; None where the points have no volume: too few, on a line, or in a plane.
+        The hull; None if the points have no volume: too few, on a line, or in a plane.
     """
     given = list(dict.fromkeys(points))
     wholes = _on_grid(given)
@@ -66,12 +66,12 @@ def convex_hull(points: Iterable[Vector3]) -> Hull | None:
 
 
 def _rotated(a: int, b: int, c: int) -> _Triple:
-    """A triangle that begins with its smallest index."""
+    """Return a triangle that begins with its smallest index."""
     return min((a, b, c), (b, c, a), (c, a, b))
 
 
 def _on_grid(points: Sequence[Vector3]) -> list[_Triple]:
-    """Points as whole numbers of at most ±2⁴⁹ about the middle."""
+    """Return points as whole numbers of at most ±2⁴⁹ about the middle."""
     if not points:
         return []
     lows = [min(axis) for axis in zip(*points, strict=True)]
@@ -161,7 +161,7 @@ class _Facet:
         self.doubt = _ROUNDING * longest * _GRID
 
     def stands_out(self, height: float) -> bool:
-        """Whether a point of that height is far enough above it to be worth a corner."""
+        """Return whether a point of that height is far enough above it to be worth a corner."""
         x, y, z, _ = self.plane
         return height > TOLERANCE * _GRID * math.sqrt(x * x + y * y + z * z)
 
@@ -188,7 +188,7 @@ class _Quickhull:
         self._share((i for i in range(len(points)) if i not in start), self._start)
 
     def facets(self) -> list[_Triple]:
-        """The triangles of the hull."""
+        """Return the triangles of the hull."""
         live = dict.fromkeys(self._start)
         waiting = deque(self._start)
         while waiting:  # the oldest first: one side of a body is not done long before another
@@ -225,7 +225,7 @@ class _Quickhull:
         return seen, new
 
     def _seen(self, facet: _Facet, point: int) -> list[_Facet]:
-        """The facets that a point sees, from one of them; they are connected."""
+        """Return the facets that a point sees, from one of them; they are connected."""
         seen, met = [facet], {facet}
         for other in seen:
             for neighbour in other.neighbours:

@@ -25,7 +25,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def gentle_motion(robot: Robot) -> Trajectory:
-    """A quintic motion from the initial pose to one nearby and back, at rest in every point.
+    """Return a quintic motion from the initial pose to one nearby and back, at rest in every point.
 
     A coordinate uses at most half of the room that its limits leave on the wider side; without
     room it stays. An initial value outside its limits is moved to the nearer one.
@@ -41,12 +41,12 @@ def gentle_motion(robot: Robot) -> Trajectory:
 
 
 def can_run(robot: Robot) -> bool:
-    """Whether there is something to simulate: a joint that moves, and a muscle."""
+    """Return whether there is something to simulate: a joint that moves, and a muscle."""
     return bool(robot.coordinates and robot.muscles)
 
 
 def experiment_findings(robot: Robot) -> Iterator[Finding]:
-    """Why there is no experiment, or why a run will refuse it."""
+    """Why there is no experiment, or why a run will reject it."""
     subject = Subject("robot", robot.name)
     if not can_run(robot):
         lack = "no muscles" if robot.coordinates else "no joints that move"
@@ -67,7 +67,7 @@ def experiment_findings(robot: Robot) -> Iterator[Finding]:
 
 
 def experiment_text(robot: Robot, trajectory: Trajectory) -> str:
-    """The text of an experiment.toml beside model.sdf, for a robot with a muscle at least."""
+    """The text of an experiment.toml next to model.sdf, for a robot with a muscle at least."""
     muscle = robot.muscles[0]
     lines = [
         "# `cardsflow run .` in this folder simulates the robot. Change it as you like: a later",
@@ -141,5 +141,5 @@ def _nearby(c: Coordinate, q: float) -> float:
 
 
 def toml_key(name: str) -> str:
-    """A name as a TOML key."""
+    """Return a name as a TOML key."""
     return name if _BARE.fullmatch(name) else json_text(name, ensure_ascii=False)

@@ -143,7 +143,7 @@ class _Export:
         return findings
 
     def _valid(self) -> Robot:
-        """The robot, if it can be written."""
+        """Return the robot, if it can be written."""
         robot = self._built.robot
         if robot is not None:
             self._findings += check(robot)
@@ -209,7 +209,7 @@ class _Export:
         self._write_as(program, format_of(format_, meshes=carried), robot, format_)
 
     def _below(self, uri: str) -> str:
-        """The file of a mesh below the robot's folder."""
+        """Return the file of a mesh below the robot's folder."""
         return uri.removeprefix(f"model://{self._model}/")
 
     def _write_as(self, program: str, format_: Format, robot: Robot, folder: str) -> None:

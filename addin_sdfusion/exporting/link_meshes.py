@@ -54,7 +54,7 @@ def link_meshes(
     T_link_world: Pose,
     settings: ExportSettings,
 ) -> LinkMeshes:
-    """The meshes of a link.
+    """Return the meshes of a link.
 
     Args:
         link: Its name.
@@ -104,7 +104,7 @@ def link_meshes(
 
 
 def _rgba(body: BodySnapshot) -> Rgba | None:
-    """The colour and opacity of a body, from 0 to 1."""
+    """Return the colour and opacity of a body, from 0 to 1."""
     if body.color is None:
         return None
     red, green, blue = (int(body.color[i : i + 2], 16) / 255 for i in (1, 3, 5))
@@ -134,7 +134,7 @@ def _left_out(link: str, bodies: Sequence[BodySnapshot]) -> Iterator[Finding]:
 
 
 def _sound(mesh: MeshSnapshot) -> bool:
-    """Whether a mesh has triangles, all of them between nodes that are there."""
+    """Return whether a mesh has triangles, all of them between nodes that are there."""
     nodes, triangles = mesh.nodes, mesh.triangles
     if not triangles or len(nodes) % 3 or len(triangles) % 3:
         return False
@@ -190,6 +190,6 @@ def _names(role: str, count: int) -> list[str]:
 
 
 def _file(stem: str, name: str) -> str:
-    """The file of a mesh; no stem has a point, so no link's file is another link's."""
+    """Return the file of a mesh; no stem has a point, so no link's file is another link's."""
     _, _, number = name.partition("_")
     return f"{stem}.{number}" if number else stem

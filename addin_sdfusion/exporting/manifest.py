@@ -1,4 +1,4 @@
-"""Manifest of an export: the list of the files that it wrote, kept beside them."""
+"""Manifest of an export: the list of the files that it wrote, kept next to them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def digest(content: bytes) -> str:
 def manifest_text(
     files: Mapping[str, str], contents: Mapping[str, tuple[str, str]] | None = None
 ) -> str:
-    """The text of a list.
+    """Return the text of a list.
 
     Args:
         files: The fingerprint of each file by its path below the folder.
@@ -56,7 +56,7 @@ def read_manifest(folder: Path) -> dict[str, str]:
 
 
 def read_contents(folder: Path) -> dict[str, tuple[str, str]] | None:
-    """What the robot held that was exported into a folder before; None where that is not known."""
+    """What the robot held that was exported into a folder before; None if that is not known."""
     try:
         plain = read_json(folder / MANIFEST)
     except InputError:
@@ -69,10 +69,10 @@ def read_contents(folder: Path) -> dict[str, tuple[str, str]] | None:
 
 
 def read_json(file: Path) -> Any:
-    """The content of one of the export's own files.
+    """Return the content of one of the export's own files.
 
     Raises:
-        InputError: It cannot be read or is no JSON.
+        InputError: It cannot be read or is not JSON.
     """
     try:
         return json.loads(read_file(file, limits.JSON).decode())
@@ -81,7 +81,7 @@ def read_json(file: Path) -> Any:
 
 
 def require_inside(path: Any, file: Path) -> str:
-    """A path of a list, if it stays below the folder: a list may come from anywhere.
+    """Return a path of a list, if it stays below the folder: a list may come from anywhere.
 
     Raises:
         InputError: It does not.
@@ -95,6 +95,6 @@ def require_inside(path: Any, file: Path) -> str:
 
 
 def damaged(file: Path) -> InputError:
-    """The error for one of the export's own files that is not as it was written."""
+    """Return the error for one of the export's own files that is not as it was written."""
     what = "is damaged, so it is not known what an earlier export wrote; export into a new folder"
     return InputError(what, file=file)

@@ -26,7 +26,7 @@ _DIGITS = 6  # normals that agree in so many digits are of one face
 
 
 def fitted(kind: ShapeKind, nodes: Sequence[float], triangles: Sequence[int]) -> Shape:
-    """The smallest shape about a hull that lies along its largest faces.
+    """Return the smallest shape about a hull that lies along its largest faces.
 
     A sphere is about the middle of the smallest such box; a box, a cylinder and a ball are so met
     as exactly as their triangles do.

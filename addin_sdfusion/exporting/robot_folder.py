@@ -1,8 +1,8 @@
 """Replacement of an export in its folder: exactly the files of the earlier export.
 
 All other files stay. A file of an earlier export that someone has changed since is kept
-as `<file>.bak` beside the new one; `experiment.toml` is the user's to change: theirs stays, and a
-new one that differs from what theirs was made of is put beside it as `experiment.new.toml`.
+as `<file>.bak` next to the new one; `experiment.toml` is the user's to change: theirs stays, and a
+new one that differs from what theirs was made of is put next to it as `experiment.new.toml`.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ PART = ".cardsflow-export.part"
 
 
 def require_folder(folder: str | Path) -> Path:
-    """The folder to export to.
+    """Return the folder to export to.
 
     Raises:
-        InputError: It is no folder, a link, or has a name that some system refuses.
+        InputError: It is not a folder, a link, or has a name that some system rejects.
     """
     folder = Path(os.path.abspath(folder))  # noqa: PTH100 - a link is to be seen, not followed
     if not folder.name:
@@ -198,12 +198,12 @@ class Replacement:
         return replaced
 
     def _is_stale(self, path: str, stale: list[str]) -> bool:
-        """Whether the file there is one that goes: `Arm.stl` where case does not count."""
+        """Return whether the file there is one that goes: `Arm.stl` where case does not count."""
         alike = [old for old in stale if old.casefold() == path.casefold()]
         return any((self.folder / old).samefile(self.folder / path) for old in alike)
 
     def _require_free(self, target: Path) -> None:
-        """Refuse links, which lead out of the folder, and things of another kind in the way."""
+        """Reject links, which lead out of the folder, and things of another kind in the way."""
         below = target.relative_to(self.folder).parents
         for folder in (self.folder / parent for parent in below):
             if folder.is_symlink() and folder != self.folder:
@@ -216,7 +216,7 @@ class Replacement:
             raise InputError("is a folder where a file is to be; move it", file=target)
 
     def _out(self, path: str, mark: str) -> list[Move]:
-        """The moves that take away a file of the earlier export."""
+        """Return the moves that take away a file of the earlier export."""
         old = f"{PART}/old/{path}"
         if digest((self.folder / path).read_bytes()) == mark:
             return [(path, old)]
@@ -234,5 +234,5 @@ class Replacement:
 
 
 def _files(folder: Path) -> list[str]:
-    """The files below a folder, by their paths, in order."""
+    """Return the files below a folder, by their paths, in order."""
     return sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())

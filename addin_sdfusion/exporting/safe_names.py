@@ -25,7 +25,7 @@ def safe_name(name: str) -> str:
 
 
 def safe_names(names: Iterable[str]) -> dict[str, str]:
-    """A safe name for each, all different even where upper and lower case are the same.
+    """Return a safe name for each, all different even where upper and lower case are the same.
 
     Args:
         names: All different; their order decides who keeps a name that two would have.
@@ -44,6 +44,6 @@ def safe_names(names: Iterable[str]) -> dict[str, str]:
 
 
 def refused_name(name: str) -> bool:
-    """Whether a system refuses the name for a folder: Windows refuses the most."""
+    """Return whether a system rejects the name for a folder: Windows rejects the most."""
     wrong = any(sign in _WINDOWS_REFUSES or not sign.isprintable() for sign in name)
     return wrong or name != name.rstrip(". ") or bool(_DEVICES.fullmatch(name))

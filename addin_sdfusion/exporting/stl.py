@@ -22,7 +22,7 @@ _MAX_TRIANGLES = 2**32 - 1
 
 
 def stl_bytes(nodes: Sequence[float], triangles: Sequence[int]) -> bytes:
-    """The content of a binary STL file.
+    """Return the content of a binary STL file.
 
     Triangles of which two corners coincide once rounded are left out: a closed surface stays
     closed without them. Others without area stay, as their neighbours' edges need them.
@@ -53,7 +53,7 @@ Corner = tuple[float, float, float]
 
 
 def _normal(a: Corner, b: Corner, c: Corner) -> Corner:
-    """The unit normal of a triangle; zero, as STL has it, where there is none."""
+    """Return the unit normal of a triangle; zero, as STL has it, if there is none."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx

@@ -57,7 +57,7 @@ def read_design(
     progress: Progress | None = None,
     log: Log | None = None,
 ) -> DesignSnapshot:
-    """All that the export needs of a design.
+    """Return all that the export needs of a design.
 
     Args:
         design: The design, or Fusion's application for the one that is open.
@@ -97,7 +97,7 @@ class _Reading:
         self._done, self._whole = 0, 1
 
     def read(self, meshes: bool) -> DesignSnapshot:
-        """The design."""
+        """Return the design."""
         notes, design = self._notes, self._design
         attributes = notes.attempt(self._subject, "attributes", own_attributes, design) or {}
         settings = self._settings(attributes)
@@ -180,7 +180,7 @@ class _Reading:
         read: Callable[[Occurrence, Occurrences, Notes], Iterator[Named]],
         occurrences: Occurrences,
     ) -> list[tuple[str, Named, Named]]:
-        """Joints or groups, each by where it is, with its own name and with a unique one."""
+        """Return joints or groups, each by if it is, with its own name and with a unique one."""
         found: list[tuple[str, Named]] = []
         for occurrence in occurrences.values():
             items = self._all(f"{kind}s", occurrence, read(occurrence, occurrences, self._notes))
@@ -199,7 +199,7 @@ class _Reading:
         return tuple(sorted(read, key=lambda s: (natural_key(s.occurrence), natural_key(s.entity))))
 
     def _all(self, what: str, occurrence: Occurrence, found: Iterator[Item]) -> list[Item]:
-        """All that is found in an occurrence, up to an unforeseen failure."""
+        """Return all that is found in an occurrence, up to an unforeseen failure."""
         read: list[Item] = []
         self._notes.attempt(occurrence.subject, what, read.extend, found)
         return read

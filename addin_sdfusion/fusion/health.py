@@ -11,7 +11,7 @@ from .notes import Notes, optional
 
 
 def _with_health(entity: Any) -> Any:
-    """The object with an entity's health: its own, else that in the timeline.
+    """Return the object with an entity's health: its own, else that in the timeline.
 
     As-built joints and rigid groups have none of their own.
     """

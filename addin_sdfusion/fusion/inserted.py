@@ -1,4 +1,4 @@
-"""Data that designs keep beside their construction points, those of inserted designs included.
+"""Data that designs keep next to their construction points, those of inserted designs included.
 
 A design that is inserted into another brings its muscles; points on components of other documents
 are kept in the design that these are put into, each in the frame of its occurrence.
@@ -35,7 +35,7 @@ def attributes_of_designs(own: Mapping[str, str], occurrences: Occurrences) -> H
 
 
 def _is_inserted(occurrence: Occurrence, occurrences: Occurrences) -> bool:
-    """Whether a document begins here: the component is of another one than what holds it."""
+    """Return whether a document begins here: the component is of another one than what holds it."""
     above = occurrences.get(occurrence.parent)
     designs = (
         optional(lambda: occurrence.component.parentDesign),

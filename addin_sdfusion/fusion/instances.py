@@ -53,7 +53,7 @@ class Instances:
         self.muscles = (*own[1], *(m for name, m in found.items() if name not in known))
 
     def point(self, point: PointSnapshot, design: str | None = None) -> PointSnapshot:
-        """A point as the open design has it.
+        """Return a point as the open design has it.
 
         Args:
             point: As its design has it.
@@ -72,7 +72,7 @@ class Instances:
         return replace(point, use=placed, entity=_entity(point.entity, path, name != own))
 
     def surface(self, surface: SurfaceSnapshot) -> SurfaceSnapshot:
-        """A wrap surface as the open design has it."""
+        """Return a wrap surface as the open design has it."""
         path, use = self._inserted_at(surface.occurrence), surface.use
         if path is None or use is None:
             return surface
@@ -117,7 +117,7 @@ def _above(occurrence: str) -> Iterator[str]:
 
 
 def _link(own: str) -> str:
-    """Links have other names in the open design: that of the occurrence counts."""
+    """Return links have other names in the open design: that of the occurrence counts."""
     return own if own == WORLD else ""
 
 

@@ -21,7 +21,7 @@ Named = TypeVar("Named", JointSnapshot, GroupSnapshot)
 
 
 def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Notes) -> list[Named]:
-    """The same with unique names: the first of a name keeps it, the others are numbered."""
+    """Return the same with unique names: the first of a name keeps it, the others are numbered."""
     pairs = list(found)
     count = Counter(item.name for _, item in pairs)
     taken = set(count)
@@ -47,7 +47,7 @@ def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Note
 
 
 def free_name(name: str, taken: Collection[str]) -> str:
-    """A name with the smallest number behind it that makes it free."""
+    """Return a name with the smallest number behind it that makes it free."""
     number = 2
     while f"{name}_{number}" in taken:
         number += 1
@@ -72,6 +72,6 @@ class Keys:
                 self._components[component] = name if taken[name] == 1 else f"{name}#{taken[name]}"
 
     def key(self, occurrence: Occurrence, name: str, number: int = 0) -> str:
-        """The name of an entity of the occurrence's component."""
+        """Return the name of an entity of the occurrence's component."""
         suffix = f"#{number + 1}" if number else ""
         return f"{self._components[identity(occurrence)]}/{name}{suffix}"

@@ -78,7 +78,7 @@ class Notes:
 
 
 def optional(read: Callable[[], Result]) -> Result | None:
-    """A value that Fusion may not have; None where reading it fails, as in older versions.
+    """Return a value that Fusion may not have; None if reading it fails, as in older versions.
 
     Args:
         read: Reads it. What must be there is read by `Notes.attempt`.

@@ -51,11 +51,11 @@ class Occurrence:
         return self.component.occurrences if self.native is None else self.native.childOccurrences
 
     def named(self, name: str) -> str:
-        """The name of something in it, for findings."""
+        """Return the name of something in it, for findings."""
         return f"{self.path}/{name}" if self.path else name
 
     def proxy(self, native: Any) -> Any:
-        """The proxy of an entity of the component in this occurrence; itself in the root.
+        """Return the proxy of an entity of the component in this occurrence; itself in the root.
 
         Raises:
             ValueError: Fusion gives none.
@@ -68,7 +68,7 @@ class Occurrence:
         return proxy
 
     def in_root(self, read: Vector3, native: Vector3) -> Vector3:
-        """A proxy's position in the root frame, in [m].
+        """Return a proxy's position in the root frame, in [m].
 
         It should be given in the root frame already. If it is the same as that of the native entity
         though the occurrence is elsewhere, it was given in the component's frame.
@@ -82,7 +82,7 @@ Occurrences = dict[str, Occurrence]
 
 
 def find_occurrences(root: Any, notes: Notes) -> Occurrences:
-    """The root component, then every occurrence, in the order of their paths."""
+    """Return the root component, then every occurrence, in the order of their paths."""
     top = Occurrence(ROOT, ROOT, None, root, IDENTITY, IDENTITY)
     found = {ROOT: top}
     first: dict[tuple[str, str], Transform] = {}
@@ -171,12 +171,12 @@ def each_in(
 
 
 def name_of(entity: Any) -> str:
-    """The name of anything that has one."""
+    """Return the name of anything that has one."""
     return str(entity.name)
 
 
 def path_of(occurrence: Any) -> str:
-    """The full path of Fusion's occurrence."""
+    """Return the full path of Fusion's occurrence."""
     return str(occurrence.fullPathName)
 
 

@@ -114,7 +114,7 @@ def _in_occurrence(
 
 
 def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapshot]:
-    """A face in an occurrence; first where it is in its component.
+    """Return a face in an occurrence; first if it is in its component.
 
     Raises:
         ValueError: It is neither cylinder nor sphere.
@@ -142,7 +142,7 @@ def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapsho
 
 
 def _extent(face: Any, origin: Vector3, axis: Vector3) -> tuple[Vector3, float]:
-    """The middle of a cylinder face on its axis, and its length, in the face's own frame."""
+    """Return the middle of a cylinder face on its axis, and its length, in the face's own frame."""
     extents = [_edge_extent(edge, origin, axis) for edge in list(face.edges)]
     if not extents:
         raise ValueError("it has no edges, so no length")

@@ -26,7 +26,7 @@ PARALLEL = 1e-6
 
 
 def finite(value: float) -> float:
-    """A finite number.
+    """Return a finite number.
 
     Raises:
         ValueError: It is infinite or no number.
@@ -38,17 +38,17 @@ def finite(value: float) -> float:
 
 
 def length(cm: float) -> float:
-    """A length, in [m]."""
+    """Return a length, in [m]."""
     return finite(cm) * CM
 
 
 def position(point: Any) -> Vector3:
-    """A Point3D, or a Vector3D that leads to a point, in [m]."""
+    """Return a Point3D, or a Vector3D that leads to a point, in [m]."""
     return length(point.x), length(point.y), length(point.z)
 
 
 def direction(vector: Any) -> Vector3:
-    """The unit vector along a Vector3D.
+    """Return the unit vector along a Vector3D.
 
     Raises:
         ValueError: There is none, or it has no direction.
@@ -62,19 +62,19 @@ def direction(vector: Any) -> Vector3:
 
 
 def frame(matrix: Any) -> Transform:
-    """A Matrix3D, whose sixteen numbers go row by row."""
+    """Return a Matrix3D, whose sixteen numbers go row by row."""
     m = [finite(value) for value in matrix.asArray()]
     R = ((m[0], m[1], m[2]), (m[4], m[5], m[6]), (m[8], m[9], m[10]))
     return Transform(R, (m[3] * CM, m[7] * CM, m[11] * CM))
 
 
 def axes_frame(origin: Vector3, x: Any, y: Any, z: Any) -> Transform:
-    """The frame of an origin, in [m], and three Vector3D along its axes."""
+    """Return the frame of an origin, in [m], and three Vector3D along its axes."""
     return Transform(transpose((direction(x), direction(y), direction(z))), origin)
 
 
 def is_rigid(T: Transform) -> bool:
-    """Whether a frame is neither mirrored nor scaled."""
+    """Return whether a frame is neither mirrored nor scaled."""
     x, y, z = transpose(T.R)
     units = all(abs(math.hypot(*v) - 1.0) <= PARALLEL for v in (x, y, z))
     square = max(abs(dot(x, y)), abs(dot(y, z)), abs(dot(z, x))) <= PARALLEL
@@ -87,10 +87,10 @@ def distance(a: Vector3, b: Vector3) -> float:
 
 
 def near(a: Vector3, b: Vector3) -> bool:
-    """Whether two points are one."""
+    """Return whether two points are one."""
     return distance(a, b) <= NEAR
 
 
 def parallel(a: Vector3, b: Vector3) -> bool:
-    """Whether two unit vectors lie along one line, whichever way they point."""
+    """Return whether two unit vectors lie along one line, whichever way they point."""
     return min(distance(a, b), distance(a, (-b[0], -b[1], -b[2]))) <= PARALLEL

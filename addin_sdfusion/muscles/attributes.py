@@ -46,18 +46,18 @@ class KeptPoint:
 
 
 def kept_points_text(points: Sequence[KeptPoint]) -> str:
-    """The text of the design's attribute that keeps points."""
+    """Return the text of the design's attribute that keeps points."""
     return json_text([to_plain(p) for p in points], ensure_ascii=False, sort_keys=True)
 
 
 def point_text(point: PointUse) -> str:
-    """The text of a point's attribute."""
+    """Return the text of a point's attribute."""
     plain = {"link": "", "muscle": "", "number": 0, "name": "", **to_plain(point)}
     return json_text(plain, ensure_ascii=False, sort_keys=True)
 
 
 def wrap_text(wrap: SurfaceUse) -> str:
-    """The text of a face's attribute."""
+    """Return the text of a face's attribute."""
     uses = [{"side": 0, "turns": 0, **to_plain(use)} for use in wrap.muscles]
     return json_text(
         {"link": "", **to_plain(wrap), "muscles": uses}, ensure_ascii=False, sort_keys=True
@@ -65,18 +65,18 @@ def wrap_text(wrap: SurfaceUse) -> str:
 
 
 def muscles_text(muscles: Sequence[MuscleSnapshot]) -> str:
-    """The text of the design's attribute that lists the muscles, in order."""
+    """Return the text of the design's attribute that lists the muscles, in order."""
     plain = [{f.name: to_plain(getattr(m, f.name)) for f in fields(m)} for m in muscles]
     return json_text(plain, ensure_ascii=False)
 
 
 def settings_text(settings: ExportSettings) -> str:
-    """The text of the design's attribute that keeps the settings of the export."""
+    """Return the text of the design's attribute that keeps the settings of the export."""
     return json_text(to_plain(settings), ensure_ascii=False, sort_keys=True)
 
 
 def read_kept_points(text: str) -> tuple[KeptPoint, ...]:
-    """The points that the design's attribute keeps.
+    """Return the points that the design's attribute keeps.
 
     Raises:
         InputError: It cannot be read; the message names the key. So do the readers below.
@@ -85,23 +85,23 @@ def read_kept_points(text: str) -> tuple[KeptPoint, ...]:
 
 
 def read_point(text: str) -> PointUse:
-    """The attribute of a point."""
+    """Return the attribute of a point."""
     return from_plain(PointUse, _json(text, POINT), POINT)
 
 
 def read_wrap(text: str) -> SurfaceUse:
-    """The attribute of a face."""
+    """Return the attribute of a face."""
     return from_plain(SurfaceUse, _json(text, WRAP), WRAP)
 
 
 def read_muscles(text: str) -> tuple[MuscleSnapshot, ...]:
-    """The muscles that the design's attribute lists."""
+    """Return the muscles that the design's attribute lists."""
     muscles = _list(MuscleSnapshot, text, MUSCLES)
     return tuple(replace(muscle, color=muscle.color.lower()) for muscle in muscles)
 
 
 def read_settings(text: str) -> ExportSettings:
-    """The settings of the export that the design remembers."""
+    """Return the settings of the export that the design remembers."""
     return from_plain(ExportSettings, _json(text, SETTINGS), SETTINGS)
 
 
@@ -122,7 +122,7 @@ def _json(text: str, where: str) -> Any:
 def stored_point(
     attributes: Mapping[str, str], name: str, findings: list[Finding]
 ) -> PointUse | None:
-    """What a construction point is; None where nothing is stored, or it cannot be read.
+    """What a construction point is; None if nothing is stored, or it cannot be read.
 
     Args:
         attributes: The point's in the add-in's group.
@@ -137,7 +137,7 @@ def stored_point(
 def stored_surface(
     attributes: Mapping[str, str], where: str, findings: list[Finding]
 ) -> SurfaceUse | None:
-    """What a face is; None where nothing is stored, or it cannot be read.
+    """What a face is; None if nothing is stored, or it cannot be read.
 
     Args:
         attributes: The face's in the add-in's group.
@@ -152,7 +152,7 @@ def stored_surface(
 def stored_muscles(
     attributes: Mapping[str, str], design: str, findings: list[Finding]
 ) -> tuple[MuscleSnapshot, ...]:
-    """The muscles that a design lists; none where that cannot be read.
+    """Return the muscles that a design lists; none if that cannot be read.
 
     Args:
         attributes: The design's in the add-in's group.
@@ -174,7 +174,7 @@ def _stored(
     subject: tuple[str, str],
     findings: list[Finding],
 ) -> Record | None:
-    """What an attribute holds, with a finding where it cannot be read.
+    """What an attribute holds, with a finding if it cannot be read.
 
     Args:
         read: Reads the attribute's text.

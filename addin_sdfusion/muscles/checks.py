@@ -13,7 +13,7 @@ _LISTED = 5
 
 
 def finding(severity: Severity, code: str, message: str, kind: str, name: str) -> Finding:
-    """A finding about an object of the design."""
+    """Return a finding about an object of the design."""
     return Finding(severity, code, message, Subject(kind, name))
 
 

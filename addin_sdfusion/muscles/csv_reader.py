@@ -49,7 +49,7 @@ _MAX_NUMBER = 10**6
 def read_csv(
     data: bytes, links: Collection[str] | None = None, file: Path | None = None
 ) -> tuple[MuscleTable, list[Finding]]:
-    """The table of a file: comma, semicolon or tab; UTF-8 or, with its mark, UTF-16.
+    """Return the table of a file: comma, semicolon or tab; UTF-8 or, with its mark, UTF-16.
 
     Args:
         data: The file's content.
@@ -284,7 +284,7 @@ class _Reader:
 
 
 def _column(header: str) -> tuple[str, str]:
-    """Name and unit of a column; the name is the header itself if it is of another form."""
+    """Return name and unit of a column; the name is the header itself if it is of another form."""
     match = _HEADER.fullmatch(header)
     return (match["name"].lower(), match["unit"] or "") if match else (header, "")
 

@@ -16,7 +16,7 @@ from .table import MuscleTable
 
 
 def csv_text(table: MuscleTable, delimiter: str = ",") -> str:
-    """The text of a file with all muscles, task points and markers.
+    """Return the text of a file with all muscles, task points and markers.
 
     Args:
         table: The table.

@@ -32,7 +32,7 @@ Located = TypeVar("Located", bound=_Located)
 def read_table(
     snapshot: DesignSnapshot, link_of: Mapping[str, str] | None = None
 ) -> tuple[MuscleTable, list[Finding]]:
-    """The table of a design.
+    """Return the table of a design.
 
     Args:
         snapshot: The design.
@@ -60,7 +60,7 @@ def read_table(
 
 
 def _once(points: Iterable[PointSnapshot], findings: list[Finding]) -> list[PointSnapshot]:
-    """The points but those that only look like one of the add-in."""
+    """Return the points but those that only look like one of the add-in."""
     good = []
     for point in sorted(points, key=lambda p: (natural_key(p.name), p.entity, p.occurrence)):
         name = parse_point_name(point.name)
@@ -97,7 +97,7 @@ def _use(point: PointSnapshot, findings: list[Finding]) -> PointUse | None:
 def _one_each(
     read: Sequence[tuple[PointSnapshot, PointUse]], link_of: Mapping[str, str]
 ) -> list[tuple[PointSnapshot, PointUse]]:
-    """Each point once: where it is meant, if its component is in several places."""
+    """Return each point once: if it is meant, if its component is in several places."""
     groups: dict[str, list[PointSnapshot]] = {}
     for i, (point, _) in enumerate(read):
         groups.setdefault(point.entity or f"#{i}", []).append(point)
@@ -113,7 +113,7 @@ def _one_each(
 def _meant(
     candidates: Sequence[Located], occurrence: str, link: str, link_of: Mapping[str, str]
 ) -> Located:
-    """The place that is meant: as stored, else of the same link, else the first."""
+    """Return the place that is meant: as stored, else of the same link, else the first."""
     tests: tuple[Callable[[Located], bool], ...] = (
         lambda p: bool(occurrence) and p.occurrence == occurrence,
         lambda p: link_of.get(p.occurrence) == link,
@@ -126,7 +126,7 @@ def _meant(
 
 
 def _link_at(item: Located, link_of: Mapping[str, str]) -> str:
-    """The link that moves with a point or face, or a name for where it is."""
+    """Return the link that moves with a point or face, or a name for if it is."""
     return link_of.get(item.occurrence, item.occurrence or WORLD)
 
 
@@ -145,7 +145,7 @@ def _point_row(point: PointSnapshot, use: PointUse, link_of: Mapping[str, str]) 
 def _rows(
     snapshot: DesignSnapshot, used: set[str], findings: list[Finding]
 ) -> tuple[MuscleSnapshot, ...]:
-    """The muscles that the design lists, then those that only have points."""
+    """Return the muscles that the design lists, then those that only have points."""
     listed = [replace(muscle, color=muscle.color.lower()) for muscle in snapshot.muscles]
     rows = {row.name: row for row in reversed(listed)}
     for name, count in Counter(row.name for row in listed).items():

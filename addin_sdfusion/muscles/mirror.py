@@ -43,14 +43,14 @@ class Plane:
     normal: Vector3
 
     def mirrored(self, p: Vector3) -> Vector3:
-        """The image of a point, in [m]."""
+        """Return the image of a point, in [m]."""
         n = normalized(self.normal)
         d = 2.0 * dot(subtract(p, self.point), n)
         return p[0] - d * n[0], p[1] - d * n[1], p[2] - d * n[2]
 
 
 def other_side(name: str) -> str | None:
-    """The name with left and right exchanged; None if it names no side."""
+    """Return the name with left and right exchanged; None if it names no side."""
     match = _SEPARATED.match(name) or _last(name) or _JOINED.search(name)
     if match is None:
         return None
@@ -74,7 +74,7 @@ def mirror_muscle(
     links: Collection[str],
     replace_existing: bool = False,
 ) -> tuple[MuscleTable, list[Finding]]:
-    """The table with the mirror image of a muscle added.
+    """Return the table with the mirror image of a muscle added.
 
     A link without a side, such as the torso, is its own image.
 
@@ -130,7 +130,7 @@ def _image_name(table: MuscleTable, muscle: str) -> str:
 def _wraps_mirrored(
     table: MuscleTable, muscle: str, image: str, findings: list[Finding]
 ) -> tuple[MuscleTable, list[Finding]]:
-    """The image led over the surfaces of the other side, where there are any."""
+    """Return the image led over the surfaces of the other side, if there are any."""
     wraps = {wrap.name: wrap for wrap in table.wraps}
     for wrap, use in table.wraps_of(muscle):
         other = wraps.get(other_side(wrap.name) or wrap.name)

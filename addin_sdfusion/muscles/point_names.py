@@ -54,7 +54,7 @@ class PointName:
 
 
 def is_point_name(name: str) -> bool:
-    """Whether a name begins as those of the add-in do, well-formed or not."""
+    """Return whether a name begins as those of the add-in do, well-formed or not."""
     return name.startswith(_PREFIXES)
 
 
@@ -71,22 +71,22 @@ def parse_point_name(name: str) -> PointName | None:
 
 
 def via_point_name(motor: int, link: str, number: int) -> str:
-    """The name of a via point."""
+    """Return the name of a via point."""
     return f"VP_motor{motor}_EXPORT_{link}_{number}"
 
 
 def task_point_name(link: str) -> str:
-    """The name of a link's task point."""
+    """Return the name of a link's task point."""
     return f"EE_{link}"
 
 
 def marker_name(link: str) -> str:
-    """The name of a link's marker."""
+    """Return the name of a link's marker."""
     return f"VM_{link}"
 
 
 def motor_numbers(muscles: Iterable[str]) -> dict[str, int]:
-    """The number in the points' names of each muscle.
+    """Return the number in the points' names of each muscle.
 
     `motorN` has its own; the others take the smallest that no muscle has, in their order.
     """

@@ -63,9 +63,9 @@ class PointRow(PointUse):
         return PointUse(**{f.name: getattr(self, f.name) for f in fields(PointUse)})
 
     def on_link(self, link: str) -> PointRow:
-        """The point fixed to another link.
+        """Return the point fixed to another link.
 
-        A construction point that the add-in made is made anew in the other link's component, so
+        A construction point that the add-in made is made again in the other link's component, so
         that it moves with that link.
         """
         moved = replace(self, link=link)
@@ -111,15 +111,15 @@ class MuscleTable:
         return tuple(point for point in self.others if point.role == "marker")
 
     def row(self, muscle: str) -> MuscleSnapshot | None:
-        """The muscle of that name; None if there is none."""
+        """Return the muscle of that name; None if there is none."""
         return next((row for row in self.rows if row.name == muscle), None)
 
     def points_of(self, muscle: str) -> tuple[PointRow, ...]:
-        """The via points of a muscle, in order."""
+        """Return the via points of a muscle, in order."""
         return tuple(point for point in self.points if point.muscle == muscle)
 
     def wraps_of(self, muscle: str) -> tuple[tuple[WrapRow, WrapUse], ...]:
-        """The surfaces that a muscle wraps over, in the order of its points."""
+        """Return the surfaces that a muscle wraps over, in the order of its points."""
         uses = [(row, use) for row in self.wraps for use in row.muscles if use.muscle == muscle]
         return tuple(sorted(uses, key=lambda pair: (pair[1].after, natural_key(pair[0].name))))
 
@@ -131,13 +131,13 @@ class MuscleTable:
     # Muscles
 
     def with_muscle(self, row: MuscleSnapshot) -> MuscleTable:
-        """The table with a muscle added, or its properties replaced."""
+        """Return the table with a muscle added, or its properties replaced."""
         if self.row(row.name) is None:
             return replace(self, rows=(*self.rows, row))
         return replace(self, rows=tuple(row if r.name == row.name else r for r in self.rows))
 
     def rename_muscle(self, old: str, new: str) -> MuscleTable:
-        """A muscle with another name, which no muscle has."""
+        """Return a muscle with another name, which no muscle has."""
         return replace(
             self,
             rows=tuple(replace(r, name=new) if r.name == old else r for r in self.rows),
@@ -146,7 +146,7 @@ class MuscleTable:
         )
 
     def delete_muscle(self, muscle: str) -> MuscleTable:
-        """The table without a muscle, its points and its wraps."""
+        """Return the table without a muscle, its points and its wraps."""
         return replace(
             self,
             rows=tuple(row for row in self.rows if row.name != muscle),
@@ -159,14 +159,14 @@ class MuscleTable:
         return free_name([f"motor{n}" for n in range(len(self.rows) + 1)], self.rows)
 
     def next_color(self) -> str:
-        """The colour that the fewest muscles have."""
+        """Return the colour that the fewest muscles have."""
         used = [row.color for row in self.rows]
         return min(COLORS, key=used.count)
 
     # Via points
 
     def renumbered(self) -> MuscleTable:
-        """The table with the numbers of every muscle in a row, from its smallest one."""
+        """Return the table with the numbers of every muscle in a row, from its smallest one."""
         table = self
         for row in self.rows:
             table = table.with_points(row.name, table.points_of(row.name))
@@ -175,9 +175,9 @@ class MuscleTable:
     def with_points(
         self, muscle: str, points: Sequence[PointRow], first: int | None = None
     ) -> MuscleTable:
-        """The table with the points of a muscle replaced.
+        """Return the table with the points of a muscle replaced.
 
-        Wrap surfaces stay after the point that they came after; where that is gone, after the one
+        Wrap surfaces stay after the point that they came after; if that is gone, after the one
         that took its place.
 
         Args:
@@ -206,7 +206,7 @@ class MuscleTable:
         )
 
     def insert_point(self, point: PointRow, index: int | None = None) -> MuscleTable:
-        """A point added to its muscle, which is added as well if it is new."""
+        """Return a point added to its muscle, which is added as well if it is new."""
         table = self
         if self.row(point.muscle) is None:
             table = self.with_muscle(MuscleSnapshot(point.muscle, self.next_color()))
@@ -215,20 +215,20 @@ class MuscleTable:
         return table.with_points(point.muscle, points)
 
     def duplicate_point(self, muscle: str, index: int) -> MuscleTable:
-        """A second point in the same place, next to the first."""
+        """Return a second point in the same place, next to the first."""
         return self.insert_point(replace(self.points_of(muscle)[index], made=False), index + 1)
 
     def delete_point(self, muscle: str, index: int) -> MuscleTable:
-        """The table without a point; the muscle stays, with or without points."""
+        """Return the table without a point; the muscle stays, with or without points."""
         points = list(self.points_of(muscle))
         first = min(point.number for point in points)
         del points[index]
         return self.with_points(muscle, points, first)
 
     def move_point(self, muscle: str, index: int, by: int) -> MuscleTable:
-        """A point moved along its muscle; not beyond the ends.
+        """Return a point moved along its muscle; not beyond the ends.
 
-        Wrap surfaces stay where they are along the muscle.
+        Wrap surfaces stay if they are along the muscle.
         """
         points = list(self.points_of(muscle))
         numbers = [point.number for point in points]
@@ -239,7 +239,7 @@ class MuscleTable:
     def change_point(
         self, muscle: str, index: int, edit: Callable[[PointRow], PointRow]
     ) -> MuscleTable:
-        """The table with other properties of a point."""
+        """Return the table with other properties of a point."""
         points = list(self.points_of(muscle))
         points[index] = edit(points[index])
         return self.with_points(muscle, points)
@@ -247,14 +247,14 @@ class MuscleTable:
     # Wrap surfaces
 
     def change_wrap(self, name: str, edit: Callable[[WrapRow], WrapRow | None]) -> MuscleTable:
-        """The table with other properties of a wrap surface; None deletes it."""
+        """Return the table with other properties of a wrap surface; None deletes it."""
         edited = [edit(wrap) if wrap.name == name else wrap for wrap in self.wraps]
         return replace(self, wraps=tuple(wrap for wrap in edited if wrap is not None))
 
     def _wraps_with(
         self, muscle: str, edit: Callable[[WrapUse], WrapUse | None]
     ) -> tuple[WrapRow, ...]:
-        """All wrap surfaces, with other uses of one muscle."""
+        """Return all wrap surfaces, with other uses of one muscle."""
         return tuple(
             change_uses(wrap, lambda _, use: edit(use) if use.muscle == muscle else use)
             for wrap in self.wraps
@@ -263,7 +263,7 @@ class MuscleTable:
     # A table of a file
 
     def merged(self, new: MuscleTable) -> MuscleTable:
-        """The table with what was read from a file in the place of what has the same names.
+        """Return the table with what was read from a file in the place of what has the same names.
 
         A point in the place of an earlier one of the same name and link is that point.
         """
@@ -287,7 +287,7 @@ class MuscleTable:
     # What is wrong
 
     def problems(self, links: Collection[str]) -> list[str]:
-        """All that keeps the table from being written into a design, a sentence each.
+        """Return all that keeps the table from being written into a design, a sentence each.
 
         Args:
             links: Names of all links of the design.
@@ -345,7 +345,7 @@ class MuscleTable:
 
 
 def change_uses(wrap: WrapRow, edit: Callable[[int, WrapUse], WrapUse | None]) -> WrapRow:
-    """A wrap surface with other uses; None deletes one."""
+    """Return a wrap surface with other uses; None deletes one."""
     uses = [edit(i, use) for i, use in enumerate(wrap.muscles)]
     return replace(wrap, muscles=tuple(use for use in uses if use is not None))
 
@@ -359,7 +359,7 @@ def by_name(points: Any) -> tuple[PointRow, ...]:
 
 
 def free_name(names: Sequence[str], rows: Sequence[MuscleSnapshot | PointUse | SurfaceUse]) -> str:
-    """The first of the names that no row has; one more name than rows is enough."""
+    """Return the first of the names that no row has; one more name than rows is enough."""
     taken = {row.name for row in rows}
     return next(name for name in names if name not in taken)
 

@@ -20,7 +20,7 @@ Sense = Literal[-1, 1]
 
 
 def path_over(start: Vector3, end: Vector3, face: SurfaceSnapshot, use: WrapUse) -> list[Vector3]:
-    """Points on the surface between two via points; none where the muscle does not touch it.
+    """Return points on the surface between two via points; none if the muscle does not touch it.
 
     Args:
         start: The point before the surface, in the root frame, in [m].
@@ -45,7 +45,7 @@ def path_over(start: Vector3, end: Vector3, face: SurfaceSnapshot, use: WrapUse)
 
 
 def _about(a: Vector3, b: Vector3, z: Vector3, r: float, side: int, turns: int) -> list[Vector3]:
-    """The arc about an axis through the origin."""
+    """Return the arc about an axis through the origin."""
     height_a, height_b = dot(a, z), dot(b, z)
     flat_a, flat_b = _less(a, z, height_a), _less(b, z, height_b)
     R_a, R_b = math.hypot(*flat_a), math.hypot(*flat_b)

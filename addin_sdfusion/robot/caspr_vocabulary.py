@@ -15,7 +15,7 @@ class Property(NamedTuple):
     Attributes:
         tag: Its element.
         size: How many numbers; None for any.
-        required: Whether CASPR refuses an element without it.
+        required: Whether CASPR rejects an element without it.
     """
 
     tag: str
@@ -23,7 +23,7 @@ class Property(NamedTuple):
     required: bool = True
 
     def name(self, index: int) -> str:
-        """The name of one of its numbers among the parameters of a cable, counted from 1."""
+        """Return the name of one of its numbers among the parameters of a cable, counted from 1."""
         return self.tag if self.size == 1 else f"{self.tag}_{index}"
 
 
@@ -90,7 +90,7 @@ CASPR_CABLES: dict[str, CasprCable] = {
 
 
 def cable_tag(kind: CableKind) -> str:
-    """The element for a cable of a kind; that of ideal ones for what CASPR does not have."""
+    """Return the element for a cable of a kind; that of ideal ones for what CASPR does not have."""
     tags = [tag for tag, cable in CASPR_CABLES.items() if cable.kind == kind]
     return tags[0] if tags else "cable_ideal"
 

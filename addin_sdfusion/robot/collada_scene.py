@@ -33,7 +33,7 @@ class ColladaScene:
 
     Raises:
         ValueError: It declares XML entities.
-        expat.ExpatError: It is no XML.
+        expat.ExpatError: It is not XML.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -53,7 +53,7 @@ class ColladaScene:
         parser.Parse(data, True)
 
     def fault(self) -> str | None:
-        """What keeps it from being a mesh; None where nothing does."""
+        """What keeps it from being a mesh; None if nothing does."""
         if "COLLADA" not in self.elements or self.elements.isdisjoint(_FACES):
             return "it is no mesh of type .dae: it has no faces"
         placed = [self._placed(scene, 0) for scene in self._scenes]

@@ -90,8 +90,8 @@ class RobotError(InputError):
 
     Args:
         findings: Everything that is wrong; at least one finding is an error.
-        file: The file that was read, where there is one.
-        format_: The format that cannot hold the robot; None where the robot itself is wrong.
+        file: The file that was read, if there is one.
+        format_: The format that cannot hold the robot; None if the robot itself is wrong.
     """
 
     def __init__(
@@ -125,4 +125,4 @@ class MachineError(CardsflowError):
 
 
 class SimulationError(CardsflowError):
-    """A run cannot go on: the state is no longer finite, or an FMU reported an error."""
+    """A run cannot continue: the state is no longer finite, or an FMU reported an error."""

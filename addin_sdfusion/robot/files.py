@@ -23,11 +23,11 @@ _LEFTOVER = re.compile(r"\..+\.\d+\.cardsflow\.tmp")
 
 
 def read_file(file: Path, largest: int) -> bytes:
-    """The content of a regular file.
+    """Return the content of a regular file.
 
     Args:
         file: What to read.
-        largest: So many bytes are taken; more are refused.
+        largest: So many bytes are taken; more are rejected.
 
     Raises:
         InputError: It is missing, no regular file, too large, or may not be read.
@@ -40,7 +40,7 @@ def read_file(file: Path, largest: int) -> bytes:
 
 
 def opened_file(file: Path, largest: int) -> BinaryIO:
-    """A regular file opened for reading; arguments and errors as for `read_file`."""
+    """Return a regular file opened for reading; arguments and errors as for `read_file`."""
     try:
         if file.is_dir():
             raise InputError("is a folder, not a file", file=file)
@@ -58,7 +58,7 @@ def opened_file(file: Path, largest: int) -> BinaryIO:
 
 
 def file_error(error: OSError | ValueError, what: str, file: str | Path) -> CardsflowError:
-    """The error of the system about a file: the user's, or the machine's as of a full disk.
+    """Return the error of the system about a file: the user's, or the machine's as of a full disk.
 
     Args:
         error: What the system says; ValueError of a path that nothing can have.
@@ -76,7 +76,7 @@ def _open_at_once(path: str, flags: int) -> int:
 
 
 def is_folder(path: Path) -> bool:
-    """Whether there is a folder; a path that nothing can have is none."""
+    """Return whether there is a folder; a path that nothing can have is none."""
     try:
         return path.is_dir()
     except (OSError, ValueError):
@@ -84,7 +84,7 @@ def is_folder(path: Path) -> bool:
 
 
 def write_new(file: Path, content: bytes) -> None:
-    """Write a file anew: what is there, such as a link to another file, goes and is not followed.
+    """Write a file again: what is there, such as a link to another file, goes and is not followed.
 
     Raises:
         OSError: It cannot be written.

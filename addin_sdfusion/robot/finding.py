@@ -14,7 +14,7 @@ _MAX_MESSAGE = 2000
 
 
 def cut(message: str, most: int = _MAX_MESSAGE) -> str:
-    """A message without the end that nobody reads."""
+    """Return a message without the end that nobody reads."""
     return message if len(message) <= most else f"{message[:most]} ..."
 
 
@@ -58,7 +58,7 @@ class Finding:
         return self.severity == "error"
 
     def as_dict(self) -> dict[str, str | int | None]:
-        """The finding as plain data, for JSON."""
+        """Return the finding as plain data, for JSON."""
         return {
             "severity": self.severity,
             "code": self.code,
@@ -79,12 +79,12 @@ class Finding:
 
 
 def errors_first(findings: Iterable[Finding]) -> list[Finding]:
-    """The findings in their order, but errors before warnings."""
+    """Return the findings in their order, but errors before warnings."""
     return sorted(findings, key=lambda finding: not finding.is_error)
 
 
 def member(kind: str, name: str, of: str, active: str) -> Subject:
-    """The subject for a member of a set: `name` in the active set, `set/name` in another.
+    """Return the subject for a member of a set: `name` in the active set, `set/name` in another.
 
     Args:
         kind: `muscle` or `task_frame`.

@@ -12,17 +12,17 @@ from .model.robot import Robot, TaskFrame
 
 
 def error(subject: Subject, code: str, problem: str) -> Finding:
-    """An error; its message begins with the subject."""
+    """Return an error; its message begins with the subject."""
     return Finding("error", code, f"{label(subject)}: {problem}", subject)
 
 
 def warning(subject: Subject, code: str, problem: str) -> Finding:
-    """A warning; its message begins with the subject."""
+    """Return a warning; its message begins with the subject."""
     return Finding("warning", code, f"{label(subject)}: {problem}", subject)
 
 
 def label(subject: Subject) -> str:
-    """The subject for a message, such as `task frame 'tip'`."""
+    """Return the subject for a message, such as `task frame 'tip'`."""
     return f"{subject.kind.replace('_', ' ')} {subject.name!r}"
 
 
@@ -31,14 +31,14 @@ MAX_NAMES_COMPARED = 100
 
 
 def unknown(kind: str, name: str, known: Sequence[str]) -> str:
-    """The text that there is no such name, with the nearest one."""
+    """Return the text that there is no such name, with the nearest one."""
     if len(known) > MAX_NAMES_COMPARED:
         return f"no {kind} {name!r} among the {len(known)} known"
     return UnknownNameError(kind, name, known).what
 
 
 def listed(names: Sequence[str], most: int = 10) -> str:
-    """The names in quotes, with ... in place of those beyond a number."""
+    """Return the names in quotes, with ... in place of those beyond a number."""
     return ", ".join(map(repr, names[:most])) + (", ..." if len(names) > most else "")
 
 
@@ -57,5 +57,5 @@ def all_task_frames(robot: Robot) -> Iterator[tuple[Subject, TaskFrame]]:
 
 
 def finite(values: Iterable[float]) -> bool:
-    """Whether all values are numbers and none is infinite."""
+    """Return whether all values are numbers and none is infinite."""
     return all(map(math.isfinite, values))

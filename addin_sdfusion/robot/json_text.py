@@ -9,7 +9,7 @@ from typing import Any
 
 
 def json_text(value: Any, **style: Any) -> str:
-    """A value as JSON, with null for numbers that are not finite.
+    """Return a value as JSON, with null for numbers that are not finite.
 
     Args:
         value: Plain data.

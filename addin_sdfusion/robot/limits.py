@@ -1,6 +1,6 @@
-"""Limits of files from outside: reading any of them takes less than 1 GB and 10 s, or is refused.
+"""Limits of files from outside: reading any of them takes less than 1 GB and 10 s, or is rejected.
 
-What a file may be made of is limited beside its bytes wherever a few bytes become much memory.
+What a file may be made of is limited next to its bytes wherever a few bytes become much memory.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ KIB, MIB = 2**10, 2**20
 SETTINGS = 4 * MIB
 """Bytes of a TOML file: tomllib takes half a second a MiB."""
 CODE = MIB
-"""Bytes of a file of Python whose classes are looked for: each may become 200 in memory."""
+"""Bytes of a Python file whose classes are looked for: each may become 200 in memory."""
 JSON = 16 * MIB
 """Bytes of JSON, of which each may become 20 in memory."""
 
@@ -102,7 +102,7 @@ def too_large(largest: int) -> str:
 
 
 def xml_fault(data: bytes, tags: int = 3 * XML_ELEMENTS) -> str | None:
-    """What is too much in XML, before a parser sees it; None where nothing is.
+    """What is too much in XML, before a parser sees it; None if nothing is.
 
     Args:
         data: The text.

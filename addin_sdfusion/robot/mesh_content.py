@@ -20,7 +20,7 @@ _GLB_HEAD, _GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
 
 
 def mesh_problem(suffix: str, data: bytes) -> str | None:
-    """What keeps a file from being a mesh; None where it is one.
+    """What keeps a file from being a mesh; None if it is one.
 
     A mesh in several files is none: the others would be left behind.
 
@@ -38,7 +38,7 @@ def mesh_problem(suffix: str, data: bytes) -> str | None:
 
 
 def _too_much(suffix: str, data: bytes) -> str | None:
-    """What would take much memory to read; None where nothing would."""
+    """What would take much memory to read; None if nothing would."""
     if len(data) > limits.MESH:
         return limits.too_large(limits.MESH)
     if not _is_text(suffix, data):
@@ -78,9 +78,9 @@ def _stl(data: bytes) -> str | None:
 
 
 def _binary_corners(data: bytes) -> str | None:
-    """Corners of a binary STL that are no numbers, or beyond 1.7e38, by their exponents.
+    """Corners of a binary STL that are not numbers, or beyond 1.7e38, by their exponents.
 
-    Normals do not matter: programs compute them anew.
+    Normals do not matter: programs compute them again.
     """
     for last in range(_BINARY_HEAD + 15, _BINARY_HEAD + _BINARY_FACET - 2, 4):
         exponents = data[last::_BINARY_FACET]
@@ -155,7 +155,7 @@ def _scene(scene: Any, kind: str) -> str | None:
 
 
 def _too_many(scene: dict[str, Any]) -> str | None:
-    """What is too much in a glTF scene, whose meshes can be placed often; None where nothing is."""
+    """What is too much in a glTF scene, whose meshes can be placed often; None if nothing is."""
     lists = (scene.get(key) or [] for key in ("nodes", "meshes", "accessors", "scenes"))
     nodes, meshes, accessors, scenes = lists
     try:
@@ -192,7 +192,7 @@ def _too_many(scene: dict[str, Any]) -> str | None:
 
 
 def _is_deep(children: list[Any]) -> bool:
-    """Whether there are too many nodes, or too many below one another, or in a circle."""
+    """Return whether there are too many nodes, or too many below one another, or in a circle."""
     if len(children) > limits.MESH_NODES:
         return True
     parents = {child: k for k, own in enumerate(children) for child in own}

@@ -22,16 +22,16 @@ _NETWORK = ("//", "\\\\")  # looking there shows another machine who asks
 
 
 def mesh_file(uri: str, folder: Path | None, roots: Iterable[Path] | None = None) -> Path:
-    """The file that a mesh's URI means.
+    """Return the file that a mesh's URI means.
 
-    A model of a name is looked for beside the robot's folder, as Gazebo does, and, as a robot's
+    A model of a name is looked for next to the robot's folder, as Gazebo does, and, as a robot's
     folder may have been renamed, in the folder itself; so is whatever has travelled with the robot.
 
     Args:
         uri: `model://name/path`, `package://name/path`, `file://path` or a path; a name in it may
             be percent-encoded.
         folder: Folder of the robot's file; the working directory when None.
-        roots: As for `lies_in`; files elsewhere are taken where there is no other.
+        roots: As for `lies_in`; files elsewhere are taken if there is no other.
 
     Returns:
         The file that is there, or else the first that was looked for.
@@ -68,7 +68,7 @@ OUTSIDE = (
 
 
 def lies_in(file: Path, roots: Iterable[Path]) -> bool:
-    """Whether a file is in certain folders, where links are followed.
+    """Return whether a file is in certain folders, where links are followed.
 
     Args:
         file: The file.
@@ -82,14 +82,14 @@ def lies_in(file: Path, roots: Iterable[Path]) -> bool:
 
 
 def mesh_bytes(file: Path, roots: Iterable[Path] | None) -> bytes:
-    """The content of a mesh, to be read or packed.
+    """Return the content of a mesh, to be read or packed.
 
     Args:
         file: The file.
         roots: As for `lies_in`; None admits every file.
 
     Raises:
-        InputError: It lies elsewhere, cannot be read, or is no mesh.
+        InputError: It lies elsewhere, cannot be read, or is not a mesh.
     """
     if roots is not None and is_file(file) and not lies_in(file, roots):
         raise InputError(OUTSIDE, file=file)
@@ -114,7 +114,7 @@ def own_name(uri: str) -> str:
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is a file; a path that no file can have holds none."""
+    """Return whether there is a file; a path that no file can have holds none."""
     try:
         return path.is_file()
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Classes of one's own, in files of Python that lie beside what names them."""
+"""Custom classes, in Python files that lie beside what names them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T")
 
 
 def own_class(file: Path, name: str, base: type) -> type[Any]:
-    """A class from a file, which is run.
+    """Return a class from a file, which is run.
 
     Args:
         file: The file.
@@ -43,7 +43,7 @@ def own_class(file: Path, name: str, base: type) -> type[Any]:
 
 
 class NoSubclassError(InputError):
-    """A class of one's own that is none of what it must be.
+    """A custom class that is none of what it must be.
 
     Attributes:
         found: The class.

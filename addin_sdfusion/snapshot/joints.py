@@ -20,14 +20,14 @@ class MotionSnapshot:
         kind: `rotation` or `translation`, of `one` relative to `two`.
         axis: Unit vector, as `two` has it: not carried by the joint's motions before it.
         value: Its current value, in [rad] or [m].
-        lower, upper: Limits, in [rad] or [m]; None where not enabled.
+        lower, upper: Limits, in [rad] or [m]; None if not enabled.
         role: What the CAD system calls it where a joint has several: `pitch`, `yaw`, `roll`,
             `rotation`, `slide`, `primary_slide`, `secondary_slide`.
         damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
         friction: Coulomb friction, in [N·m] or [N].
         stiffness: Of a spring, in [N·m/rad] or [N/m].
         rest: Where the spring makes no torque or force, in [rad] or [m].
-        effort: Largest torque or force of its motor, in [N·m] or [N]; None where not known.
+        effort: Largest torque or force of its motor, in [N·m] or [N]; None if not known.
     """
 
     kind: Literal["rotation", "translation"]
@@ -50,9 +50,9 @@ class JointSnapshot:
     Attributes:
         name: Its name.
         kind: Its type.
-        one, two: Paths of the occurrences; `one` moves relative to `two`. None where the CAD system
+        one, two: Paths of the occurrences; `one` moves relative to `two`. None if the CAD system
             does not say.
-        origin_one, origin_two: Where the joint is as `one` and `two` have it, in [m]; None where
+        origin_one, origin_two: Where the joint is as `one` and `two` have it, in [m]; None if
             the CAD system does not say.
         motions: In their order from `two` to `one`.
         as_built: Whether it is an as-built joint.

@@ -26,7 +26,7 @@ class MuscleSnapshot:
         name: Its name.
         color: What it is drawn in.
         f_min: Smallest force that a controller may command, in [N].
-        f_max: Largest force, in [N]; infinite where unknown.
+        f_max: Largest force, in [N]; infinite if unknown.
         model: How force, length and stiffness belong together.
         parameters: The model's numbers by name, in SI units.
     """
@@ -117,7 +117,7 @@ class PointSnapshot:
         position: In [m].
         entity: What the CAD system's component and point are; the same for a point that is in
             several places because its component is.
-        use: What it is; None where its name says it, as in designs of earlier add-ins:
+        use: What it is; None if its name says it, as in designs of earlier add-ins:
             `VP_motor<number>_EXPORT_<link>_<number>`, `EE_<link>`, `VM_<link>`.
         problem: What the CAD system says is wrong with it; empty if nothing.
     """

@@ -66,10 +66,10 @@ class BodySnapshot:
         occurrence: Path of the occurrence that it belongs to.
         kind: `solid`, `surface` or `mesh`; a solid alone has mass.
         visible: Whether it is shown.
-        mass: Mass properties; None where there are none.
+        mass: Mass properties; None if there are none.
         material: Name of its material; empty if it has none.
-        mesh: Its triangles; None where they were not asked for.
-        color: Its colour; None where the CAD system does not say.
+        mesh: Its triangles; None if they were not asked for.
+        color: Its colour; None if the CAD system does not say.
         opacity: From 0, not seen, to 1.
         appearance: Name of its appearance, where the CAD system has such; empty if not.
     """
@@ -98,7 +98,7 @@ class OccurrenceSnapshot:
         visible: Whether it is shown.
         referenced: Whether the component lives in another document.
         mass: Mass properties with everything below it, which honour a mass that the user has set
-            for the component; None where there are none.
+            for the component; None if there are none.
         ground_to_parent: Whether it is fixed likewise, perhaps by the CAD system itself, as Fusion
             does to a design's first component: it yields to others of its tree that are fixed.
     """

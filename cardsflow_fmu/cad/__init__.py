@@ -1,6 +1,6 @@
 """Designs of CAD systems as robots: snapshots, build123d's assemblies, STEP files.
 
-Each becomes a `DesignSnapshot`, from which the Fusion add-in's own export goes on.
+Each becomes a `DesignSnapshot`, from which the Fusion add-in's own export continues.
 """
 
 from .design import Design

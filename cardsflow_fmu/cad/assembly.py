@@ -35,10 +35,10 @@ class Part:
     Attributes:
         name: The component's; that of several parts that are alike.
         T: In what holds it, T_parent_part, lengths in [m].
-        shape: The kernel's, in the part's frame; None where it only holds others.
+        shape: The kernel's, in the part's frame; None if it only holds others.
         children: What it holds.
         label: What the place is called; empty if nothing.
-        color: As `#rrggbb`; None where not known.
+        color: As `#rrggbb`; None if not known.
         opacity: From 0 to 1.
         key: What the part is known by, such as its `id`.
     """
@@ -55,7 +55,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Place:
-    """A part, and where it is.
+    """A part, and if it is.
 
     Attributes:
         path: As occurrences have it.
@@ -76,7 +76,7 @@ class Place:
 
     @property
     def short(self) -> str:
-        """What the export calls the link of it, where that is unique: `finger`, `finger_2`."""
+        """What the export calls the link of it, if that is unique: `finger`, `finger_2`."""
         number = self.path.rpartition(":")[2]
         return self.name if number == "1" else f"{self.name}_{number}"
 
@@ -107,7 +107,7 @@ class Assembly:
         self._unit = unit
 
     def find(self, name: str) -> Place:
-        """The place of that path, or component's or place's name.
+        """Return the place of that path, or component's or place's name.
 
         Raises:
             InputError: There is none, or more than one; the message names those that exist.
@@ -122,24 +122,24 @@ class Assembly:
         raise InputError(unknown("part", name, [place.path for place in self.places]))
 
     def occurrences(self, grounded: Collection[str]) -> tuple[OccurrenceSnapshot, ...]:
-        """The records of the places; `grounded` are the paths of those that stand still."""
+        """Return the records of the places; `grounded` are the paths of those that stand still."""
         return tuple(
             OccurrenceSnapshot(place.path, place.parent, place.name, place.path in grounded)
             for place in self.places
         )
 
     def below(self, path: str) -> list[Place]:
-        """A place and all below it."""
+        """Return a place and all below it."""
         return [p for p in self.places if p.path == path or p.path.startswith(f"{path}+")]
 
     def faces(self, place: Place) -> list[Face]:
-        """The cylinder and sphere faces of a place itself."""
+        """Return the cylinder and sphere faces of a place itself."""
         return (
             [] if place.part.shape is None else round_faces(place.part.shape, place.T, self._unit)
         )
 
     def volume(self, path: str) -> float:
-        """The volume of a place and all below it, in [m³]."""
+        """Return the volume of a place and all below it, in [m³]."""
         every = [
             s for p in self.below(path) if p.part.shape is not None for s in solids(p.part.shape)
         ]
@@ -149,7 +149,7 @@ class Assembly:
     def bodies(
         self, quality: MeshQuality, materials: Mapping[str, Material]
     ) -> tuple[BodySnapshot, ...]:
-        """The records of the solids, with masses and triangles.
+        """Return the records of the solids, with masses and triangles.
 
         Args:
             quality: How fine the triangles are.

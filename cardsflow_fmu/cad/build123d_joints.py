@@ -62,7 +62,7 @@ def joint_record(
     unit: float,
     values: Mapping[str, Any],
 ) -> JointSnapshot:
-    """The record of a joint that is connected to another one.
+    """Return the record of a joint that is connected to another one.
 
     Args:
         name: What to call it.
@@ -99,7 +99,7 @@ def _origin(joint: Any, place: Place, unit: float) -> Vector3:
 def _require_in_place(
     name: str, pair: _Pair, kind: JointKind, motions: tuple[MotionSnapshot, ...]
 ) -> None:
-    """Refuse parts that are not where the joint has them, at the values that were found."""
+    """Reject parts that are not where the joint has them, at the values that were found."""
     if kind == "ball":  # any turn is one of its own, and its sides are compared by the export
         return
     values = {}
@@ -135,13 +135,13 @@ def _linear(pair: _Pair) -> tuple[MotionSnapshot, ...]:
 
 
 def _cylindrical(pair: _Pair) -> tuple[MotionSnapshot, ...]:
-    """A rotation, and a slide along the same axis."""
+    """Return a rotation, and a slide along the same axis."""
     turn, slide = _both(pair, pair.joint.angular_range)
     return turn, slide
 
 
 def _slot(pair: _Pair) -> tuple[MotionSnapshot, ...]:
-    """A slide, and a rotation where it has led."""
+    """Return a slide, and a rotation if it has led."""
     turn, slide = _both(pair, pair.other.angular_range)
     return slide, turn
 
@@ -180,7 +180,7 @@ def _turning(
     angles: tuple[float, float],
     role: str = "",
 ) -> MotionSnapshot:
-    """The rotation of a joint, whose axis is that between two of its poses."""
+    """Return the rotation of a joint, whose axis is that between two of its poses."""
     low, high = angles
     first, span = np.array(at(low).R), min(high - low, 90.0)
     if span > 0.0:
@@ -199,7 +199,7 @@ def _turning(
 
 
 def _sliding(pair: _Pair, at: Callable[[float], Transform], role: str = "") -> MotionSnapshot:
-    """The slide of a joint, by how far the other side has moved along its axis."""
+    """Return the slide of a joint, by how far the other side has moved along its axis."""
     low, high = (float(limit) for limit in pair.joint.linear_range)
     start, axis = _within(0.0, (low, high)), _vector(pair.joint.relative_axis.direction)
     end = transform(_end(pair.other).wrapped.Transformation(), pair.unit).p
@@ -216,7 +216,7 @@ def _end(joint: Any) -> Any:
 
 
 def _limits(angles: tuple[float, float]) -> tuple[float | None, float | None]:
-    """In [rad]; none where it can turn all the way round."""
+    """In [rad]; none if it can turn all the way round."""
     low, high = angles
     return (None, None) if high - low >= 360.0 else (math.radians(low), math.radians(high))
 

@@ -192,7 +192,7 @@ class Design:
         self._dynamics[id(joint)] = {name: float(value) for name, value in values.items()}
 
     def snapshot(self, settings: ExportSettings, file: Path | None = None) -> DesignSnapshot:
-        """The snapshot of the design as it is now.
+        """Return the snapshot of the design as it is now.
 
         Args:
             settings: How it becomes a robot's folder.
@@ -268,7 +268,7 @@ class _Reading:
         self._places = {place.part.key: place for place in self._assembly.places}
 
     def snapshot(self) -> DesignSnapshot:
-        """The snapshot."""
+        """Return the snapshot."""
         design, assembly = self._design, self._assembly
         joints = tuple(self._joints())
         links = dict.fromkeys(path for j in joints for path in (j.two, j.one) if path is not None)
@@ -307,7 +307,7 @@ class _Reading:
         )
 
     def _part(self, shape: Any, above: Transform) -> Part:
-        """A part with what it holds; `above` is put before its place."""
+        """Return a part with what it holds; `above` is put before its place."""
         self._shapes[id(shape)] = shape
         T = above.compose(transform(shape.location.wrapped.Transformation(), self._unit))
         children = tuple(self._part(child, IDENTITY) for child in shape.children)
@@ -361,7 +361,7 @@ class _Reading:
             yield SurfaceSnapshot(path, face.shape, face.radius, *placed, f"face {name}", use)
 
     def _at(self, part: Any, what: str) -> tuple[str, Transform]:
-        """The path of a part, and T_root_part; the world's for None."""
+        """Return the path of a part, and T_root_part; the world's for None."""
         if part is None:
             return ROOT, IDENTITY
         place = self._place(part, what)

@@ -52,7 +52,7 @@ def read_design(
     tables: Tables | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> DesignSnapshot:
-    """The snapshot of a design; arguments and errors as of `import_cad`."""
+    """Return the snapshot of a design; arguments and errors as of `import_cad`."""
     file = Path(file)
     suffix = file.suffix.lower()
     if tables is not None and suffix not in STEP:

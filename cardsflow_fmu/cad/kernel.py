@@ -33,7 +33,7 @@ _FINENESS: dict[MeshQuality, tuple[float, float]] = {
 
 
 def kernel(module: str) -> Any:
-    """A module of the kernel, such as `gp`.
+    """Return a module of the kernel, such as `gp`.
 
     Raises:
         InputError: It is not installed.
@@ -45,7 +45,7 @@ def kernel(module: str) -> Any:
 
 
 def missing() -> InputError:
-    """The error where the extra is not installed."""
+    """Return the error where the extra is not installed."""
     return InputError(f"STEP files and build123d need the extra `cad`: {install('cad')}")
 
 
@@ -68,7 +68,7 @@ class Face(NamedTuple):
 
 
 def transform(trsf: Any, unit: float) -> Transform:
-    """A placement of the kernel (gp_Trsf).
+    """Return a placement of the kernel (gp_Trsf).
 
     Args:
         trsf: The placement, which neither scales nor mirrors.
@@ -87,7 +87,7 @@ def transform(trsf: Any, unit: float) -> Transform:
 
 
 def solids(shape: Any) -> list[Any]:
-    """The solids of a shape, in order."""
+    """Return the solids of a shape, in order."""
     return list(_explored(shape, "SOLID"))
 
 
@@ -101,7 +101,7 @@ def _explored(shape: Any, kind: str) -> Iterator[Any]:
 
 
 def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapshot | None:
-    """Mass properties of a solid; None where it has no volume.
+    """Mass properties of a solid; None if it has no volume.
 
     Args:
         shape: The solid.
@@ -135,7 +135,7 @@ def mass_of(shape: Any, T: Transform, density: float, unit: float) -> MassSnapsh
 
 
 def mesh_of(shape: Any, T: Transform, quality: MeshQuality, unit: float) -> MeshSnapshot | None:
-    """Triangles of a shape; None where the kernel gives none.
+    """Triangles of a shape; None if the kernel gives none.
 
     Args:
         shape: The body.
@@ -177,7 +177,7 @@ def _add_face(face: Any, nodes: list[Any], triangles: list[int]) -> None:
 
 
 def face_of(face: Any, T: Transform, unit: float) -> Face:
-    """A cylinder or sphere face that muscles can wrap over.
+    """Return a cylinder or sphere face that muscles can wrap over.
 
     Args:
         face: The face.
@@ -205,7 +205,7 @@ def face_of(face: Any, T: Transform, unit: float) -> Face:
 
 
 def round_faces(shape: Any, T: Transform, unit: float) -> list[Face]:
-    """The faces of a shape that muscles can wrap over; arguments as of `face_of`."""
+    """Return the faces of a shape that muscles can wrap over; arguments as of `face_of`."""
     found = []
     for face in _explored(shape, "FACE"):
         with suppress(ValueError):

@@ -1,4 +1,4 @@
-"""Designs that are programs: a file of Python that draws with build123d."""
+"""Designs that are programs: a Python file that draws with build123d."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def script_design(file: Path) -> Design:
 
 
 def _line(error: BaseException, file: Path) -> int | None:
-    """The line of the program that an error comes from."""
+    """Return the line of the program that an error comes from."""
     at, line = error.__traceback__, None
     while at is not None:
         if at.tb_frame.f_code.co_filename == str(file):

@@ -43,7 +43,7 @@ class Tables:
         joints: Table of the joints between its parts.
         muscles: Table of muscles, as the add-in writes and reads them; None for none.
         materials: Table of densities or masses of parts; None for none.
-        density: Of all other parts, in [kg/m³]; None where not known.
+        density: Of all other parts, in [kg/m³]; None if not known.
         wraps: Table of the faces that muscles wrap over; None for none.
     """
 
@@ -55,7 +55,7 @@ class Tables:
 
 
 def step_design(file: Path, tables: Tables, settings: ExportSettings) -> DesignSnapshot:
-    """The snapshot of a STEP file.
+    """Return the snapshot of a STEP file.
 
     Raises:
         InputError: The file or a table cannot be read, or names a part that there is not.
@@ -101,7 +101,7 @@ def _materials(assembly: Assembly, tables: Tables) -> dict[str, Material]:
 
 
 def _path(cell: Cell, assembly: Assembly) -> str:
-    """The path of the part that a cell names."""
+    """Return the path of the part that a cell names."""
     return ROOT if cell.text == WORLD else find_place(cell, assembly).path
 
 
@@ -117,7 +117,7 @@ def _joint(row: JointRow, assembly: Assembly) -> JointSnapshot:
 
 
 def _motions(row: JointRow) -> tuple[MotionSnapshot, ...]:
-    """The motions of a joint, in their order from the parent to the child."""
+    """Return the motions of a joint, in their order from the parent to the child."""
     axis = normalized(row.axis) if row.axis else _Z
 
     def motion(
@@ -140,7 +140,7 @@ def _motions(row: JointRow) -> tuple[MotionSnapshot, ...]:
 
 
 def _with_muscles(snapshot: DesignSnapshot, file: Path) -> DesignSnapshot:
-    """The design with the muscles, task points and markers of a table."""
+    """Return the design with the muscles, task points and markers of a table."""
     place: dict[str, str] = {WORLD: ROOT}
     for path, link in sorted(link_of(snapshot).items()):
         place.setdefault(link, path)

@@ -18,10 +18,10 @@ _MAX_DEPTH = 100
 
 
 def read_step(file: Path) -> tuple[str, tuple[Part, ...]]:
-    """The parts in a STEP file, in millimetres.
+    """Return the parts in a STEP file, in millimetres.
 
     Returns:
-        The assembly's name, empty where there are several or it has none; and what is in it.
+        The assembly's name, empty if there are several or it has none; and what is in it.
 
     Raises:
         InputError: It cannot be read.
@@ -83,7 +83,7 @@ class _Reading:
         return tuple(self.part(component, depth + 1) for component in found)
 
     def part(self, label: Any, depth: int) -> Part:
-        """A component in its place."""
+        """Return a component in its place."""
         tool, own = self._shapes, label
         if tool.IsReference_s(label):
             own = kernel("TDF").TDF_Label()

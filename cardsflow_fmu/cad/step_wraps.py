@@ -48,7 +48,7 @@ class WrapRow:
     Attributes:
         name: Of the surface; the same for all muscles that wrap over it.
         part: Name of the part.
-        near: A point near the face, in the root frame, in [m]; None where an earlier row has it.
+        near: A point near the face, in the root frame, in [m]; None if an earlier row has it.
         muscle: Name of the muscle.
         use: How it wraps.
     """
@@ -61,7 +61,7 @@ class WrapRow:
 
 
 def read_wraps(file: Path) -> tuple[WrapRow, ...]:
-    """The wraps of a table.
+    """Return the wraps of a table.
 
     Raises:
         InputError: It is none; the message has the line.
@@ -91,7 +91,7 @@ def _chosen(row: Mapping[str, Cell], column: str, options: Mapping[str, Value]) 
 def wrap_surfaces(
     rows: Collection[WrapRow], assembly: Assembly, muscles: Collection[str]
 ) -> tuple[SurfaceSnapshot, ...]:
-    """The surfaces of a table, each with all muscles that wrap over it.
+    """Return the surfaces of a table, each with all muscles that wrap over it.
 
     Args:
         rows: Of the table.
@@ -112,7 +112,7 @@ def wrap_surfaces(
 
 
 def _surface(row: WrapRow, assembly: Assembly) -> SurfaceSnapshot:
-    """The face of a row's part that is nearest to its point."""
+    """Return the face of a row's part that is nearest to its point."""
     if row.near is None:
         raise row.name.error("a point near the face is missing: columns x, y, z")
     part = find_place(row.part, assembly)

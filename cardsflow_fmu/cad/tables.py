@@ -1,4 +1,4 @@
-"""Tables beside a STEP file: joints between its parts, and what the parts are made of."""
+"""Tables next to a STEP file: joints between its parts, and what the parts are made of."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ KINDS: Mapping[str, JointKind] = {
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a table: its text, and where it is."""
+    """A cell of a table: its text, and if it is."""
 
     text: str
     file: Path
@@ -47,11 +47,11 @@ class Cell:
     unit: str = ""
 
     def error(self, what: str) -> InputError:
-        """The error that something is wrong with it."""
+        """Return the error that something is wrong with it."""
         return InputError(what, file=self.file, line=self.line, key=self.column)
 
     def number(self, units: Mapping[str, float]) -> float:
-        """The cell as a quantity in SI units; a number alone has the column's unit, or SI's.
+        """Return the cell as a quantity in SI units; a number alone has the column's unit, or SI's.
 
         Raises:
             InputError: It is none.
@@ -69,7 +69,7 @@ class Cell:
         return value * units.get(unit, 1.0)
 
     def whole(self) -> int:
-        """The cell as a whole number from 0.
+        """Return the cell as a whole number from 0.
 
         Raises:
             InputError: It is none.
@@ -87,12 +87,12 @@ class JointRow:
         name: Its name.
         kind: What a snapshot calls it.
         parent, child: Names of the parts, or `world`; the child moves.
-        origin: Where it is, in the root frame, in [m]; None where not given.
-        axis: In the root frame; None where not given.
-        lower, upper: Limits, in [rad] or [m]; None where not given.
+        origin: Where it is, in the root frame, in [m]; None if not given.
+        axis: In the root frame; None if not given.
+        lower, upper: Limits, in [rad] or [m]; None if not given.
         value: Its value in the file, in [rad] or [m].
         damping, friction: In [N·m·s/rad] and [N·m], or [N·s/m] and [N].
-        effort: In [N·m] or [N]; None where not given.
+        effort: In [N·m] or [N]; None if not given.
     """
 
     name: Cell
@@ -115,8 +115,8 @@ class MaterialRow:
 
     Attributes:
         part: Its name.
-        density: In [kg/m³]; None where the mass is given.
-        mass: In [kg]; None where the density is given.
+        density: In [kg/m³]; None if the mass is given.
+        mass: In [kg]; None if the density is given.
         material: Name of the material; may be empty.
     """
 
@@ -127,7 +127,7 @@ class MaterialRow:
 
 
 def read_joints(file: Path) -> tuple[JointRow, ...]:
-    """The joints of a table.
+    """Return the joints of a table.
 
     Raises:
         InputError: It is none; the message has the line.
@@ -139,7 +139,7 @@ def read_joints(file: Path) -> tuple[JointRow, ...]:
 
 
 def read_materials(file: Path) -> tuple[MaterialRow, ...]:
-    """The materials of a table.
+    """Return the materials of a table.
 
     Raises:
         InputError: It is none; the message has the line.
@@ -201,7 +201,7 @@ def _joint(row: Mapping[str, Cell]) -> JointRow:
 
 
 def find_place(cell: Cell, assembly: Assembly) -> Place:
-    """The part that a cell names.
+    """Return the part that a cell names.
 
     Raises:
         InputError: There is none, or more than one.
@@ -215,7 +215,7 @@ def find_place(cell: Cell, assembly: Assembly) -> Place:
 def vector(
     row: Mapping[str, Cell], columns: Sequence[str], units: Mapping[str, float]
 ) -> Vector3 | None:
-    """A vector that several cells hold; None where they are all empty."""
+    """Return a vector that several cells hold; None if they are all empty."""
     given = [column for column in columns if column in row]
     if not given:
         return None

@@ -29,7 +29,7 @@ from .scene_topics import RATE, Shown
 
 
 class DeviceNode:
-    """A node beside a device, as a context.
+    """A node next to a device, as a context.
 
     The device keeps our protocol in front. A thread publishes what it measures; commands from the
     topic, if they are taken, come to it by our protocol, from another thread.

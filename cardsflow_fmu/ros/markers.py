@@ -38,7 +38,7 @@ def cable_markers(
         time_ns: Times of K frames, shape (K,), in [ns].
         robot: The robot.
         paths: The paths of its muscles.
-        tensions: Shape (K, m), in [N]; None where they are not known.
+        tensions: Shape (K, m), in [N]; None if they are not known.
         highest: The largest tension of the whole motion, in [N].
         reach: Of the robot, in [m].
     """
@@ -128,7 +128,7 @@ def _inverse(T: FloatArray) -> FloatArray:
 
 
 def _between(T: FloatArray, start: FloatArray, end: FloatArray) -> tuple[FloatArray, float]:
-    """The pose of a cylinder between two points that T moves, and its length."""
+    """Return the pose of a cylinder between two points that T moves, and its length."""
     a, b = (T[:3, :3] @ point + T[:3, 3] for point in (start, end))
     length = float(np.linalg.norm(b - a))
     z = (b - a) / length if length else np.array([0.0, 0.0, 1.0])

@@ -105,7 +105,7 @@ class McapWriter:
 
 
 def _qos(topic: Topic) -> str:
-    """How a topic was offered, as rosbag2 keeps it beside the topic."""
+    """How a topic was offered, as rosbag2 keeps it next to the topic."""
     qos = {"history": "keep_last", "depth": 1, "durability": "transient_local"}
     if not topic.latched:
         qos = {"history": "keep_last", "depth": 10, "durability": "volatile"}

@@ -21,7 +21,7 @@ _MARK = 0x3F
 
 
 def message_rows(store: Any, batch: Batch) -> Bytes:
-    """The bytes of a batch of messages, shape (K, size).
+    """Return the bytes of a batch of messages, shape (K, size).
 
     One message is serialised twice: its arrays all zero, and all of `_MARK`. The bytes that differ
     are those of the arrays, in the order of the fields.
@@ -59,14 +59,14 @@ class _Prototype:
         self.content: Bytes = np.frombuffer(content, np.uint8)
 
     def _message(self, name: str, values: Mapping[str, Any]) -> Any:
-        """A message; fields that are left out are zero or empty."""
+        """Return a message; fields that are left out are zero or empty."""
         fields = self._store.get_msgdef(name).fields
         return self._store.types[name](
             **{field: self._value(kind, values.get(field)) for field, kind in fields}
         )
 
     def _value(self, kind: tuple[int, Any], value: Any) -> Any:
-        """The value of a field.
+        """Return the value of a field.
 
         Args:
             kind: What the field is, and of what: a number's or text's type; a message's name; the
@@ -92,7 +92,7 @@ class _Prototype:
         return [self._value(element, item) for item in ([None] * count if value is None else value)]
 
     def _numbers(self, kind: str, values: NDArray[Any]) -> NDArray[Any]:
-        """A row of marks in the place of an array's rows, shape (K, n)."""
+        """Return a row of marks in the place of an array's rows, shape (K, n)."""
         array = np.ascontiguousarray(values, _number_type(kind))
         self.arrays.append(array)
         return np.frombuffer(self._byte * array[:1].nbytes, array.dtype)

@@ -75,7 +75,7 @@ def parameters_of(experiment: Experiment) -> dict[str, Parameter]:
 
 
 def _is_parameter(value: object) -> bool:
-    """Whether ROS has parameters of such a value: one of them, or a list of one kind."""
+    """Return whether ROS has parameters of such a value: one of them, or a list of one kind."""
     if isinstance(value, list):
         kinds = {type(element) for element in value}
         return len(kinds) == 1 and kinds <= _PARAMETERS
@@ -84,7 +84,7 @@ def _is_parameter(value: object) -> bool:
 
 @contextlib.contextmanager
 def quick_switches() -> Iterator[None]:
-    """Threads let each other go on sooner than Python has it by default."""
+    """Threads let each other continue sooner than Python has it by default."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(min(before, _SWITCH_INTERVAL))
     try:
@@ -176,7 +176,7 @@ class RunPublisher:
 
 
 def _only(values: Any) -> Any:
-    """The fields of the only message of a batch."""
+    """Return the fields of the only message of a batch."""
     if isinstance(values, np.ndarray):
         (row,) = values
         return row if row.ndim else row.item()

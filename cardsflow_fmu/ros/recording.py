@@ -32,7 +32,7 @@ _NO_ROBOT = (
     f"beside an {EXPERIMENT} they are there"
 )
 _EXTRA = {"age": "s", "round_trip_time": "s", "seq": "", "flags": ""}
-"""What a recording of hardware has beside the signals, with units."""
+"""What a recording of hardware has next to the signals, with units."""
 
 _BLOCK = 4096
 """Rows whose messages are in memory at once."""
@@ -74,7 +74,7 @@ def write_recording(run: RunData, file: Path) -> Recorded:
     """Write a run as a recording; see `convert_run`.
 
     Args:
-        run: The run; what needs its robot is left out where that is not known.
+        run: The run; what needs its robot is left out if that is not known.
         file: The recording.
     """
     if not len(run.rows):
@@ -117,7 +117,7 @@ def _opened(path: Path) -> Iterator[RunData]:
 
 
 def hardware_run(recording: HardwareRecording) -> RunData:
-    """A recording of hardware as data of a run."""
+    """Return a recording of hardware as data of a run."""
     about = recording.header
     names = ("time", *about.command_names, *about.state_names, *_EXTRA)
     units = ("s", *about.command_units, *about.state_units, *_EXTRA.values())

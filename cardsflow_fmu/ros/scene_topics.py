@@ -103,7 +103,7 @@ class SceneTopics:
         yield Batch(BODIES, time_ns, {"markers": markers})
 
     def frame_rows(self, run: RunData) -> Rows:
-        """The rows of a run that make frames: at an even rate, without those of no position.
+        """Return the rows of a run that make frames: at an even rate, without those of no position.
 
         Raises:
             UnknownNameError: The run lacks a joint position.
@@ -113,7 +113,7 @@ class SceneTopics:
         return rows[known]
 
     def highest(self, run: RunData, rows: Rows) -> float:
-        """The largest tension in some rows, in [N]; 0 where none is known."""
+        """Return the largest tension in some rows, in [N]; 0 if none is known."""
         tensions = motion_of(self._robot, run, rows).tensions if len(rows) else None
         return 0.0 if tensions is None else float(np.nanmax(tensions, initial=0.0))
 

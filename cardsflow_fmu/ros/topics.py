@@ -60,7 +60,7 @@ class RowTopics:
 
     Args:
         run: The run.
-        robot: Its robot; None where that is not known: names are those of the columns then, and
+        robot: Its robot; None if that is not known: names are those of the columns then, and
             efforts and rates of lengths, which need it, are left out.
     """
 
@@ -98,7 +98,7 @@ class RowTopics:
             yield self._signal_batch(rows, times)
 
     def _signal_batch(self, rows: _Rows, time_ns: NDArray[np.int64]) -> Batch:
-        """The columns that no topic of joint states has, and the times of ticks."""
+        """Return the columns that no topic of joint states has, and the times of ticks."""
         names, values = list(self._signals), rows.columns(self._signals)
         ticks = None if SOLVE_TIME in self._columns else rows.tick_times()
         if ticks is not None:
@@ -139,7 +139,7 @@ class RowTopics:
         return [table for table in tables if table.names]
 
     def _names(self, prefixes: Sequence[str], names: Sequence[str] | None) -> dict[str, str]:
-        """Names of what has a column of one of the prefixes, by how columns have them."""
+        """Return names of what has a column of one of the prefixes, by how columns have them."""
         there = {
             name.partition(".")[2]: name.partition(".")[2]
             for name in self._columns
@@ -150,7 +150,7 @@ class RowTopics:
         return {identifier(name): name for name in names}
 
     def _other_columns(self) -> list[str]:
-        """Columns that no topic of joint states has."""
+        """Return columns that no topic of joint states has."""
         published = {"time"}
         measured = (MEASURED_TORQUE,) if self._robot is not None else ()
         for prefixes, names in (
@@ -171,7 +171,7 @@ class _Table(NamedTuple):
     Attributes:
         topic: The topic.
         names: Names of the joints, by how columns have them.
-        position, velocity, effort: Shape (K, n) each; None where they are left out.
+        position, velocity, effort: Shape (K, n) each; None if they are left out.
     """
 
     topic: Topic
@@ -181,7 +181,7 @@ class _Table(NamedTuple):
     effort: FloatArray | None = None
 
     def batch(self, time_ns: NDArray[np.int64]) -> Batch:
-        """The messages, at times of shape (K,), in [ns]."""
+        """Return the messages, at times of shape (K,), in [ns]."""
         fields = {"position": self.position, "velocity": self.velocity, "effort": self.effort}
         known = {field: table for field, table in fields.items() if table is not None}
         names = tuple(self.names.values())
@@ -197,18 +197,18 @@ class _Rows:
         self.time = self._values[:, places["time"]]
 
     def columns(self, names: Sequence[str]) -> FloatArray:
-        """Columns by their whole names, NaN where there is none, shape (K, n)."""
+        """Return columns by their whole names, NaN if there is none, shape (K, n)."""
         found = np.full((len(self._values), len(names)), np.nan)
         there = [k for k, name in enumerate(names) if name in self._places]
         found[:, there] = self._values[:, [self._places[names[k]] for k in there]]
         return found
 
     def all(self, prefix: str, names: Mapping[str, str]) -> FloatArray:
-        """The columns of a prefix, NaN where there is none, shape (K, n)."""
+        """Return the columns of a prefix, NaN if there is none, shape (K, n)."""
         return self.columns([f"{prefix}.{name}" for name in names])
 
     def known(self, prefix: str, names: Mapping[str, str]) -> FloatArray | None:
-        """The columns of a prefix; None where one is missing."""
+        """Return the columns of a prefix; None if one is missing."""
         columns = [f"{prefix}.{name}" for name in names]
         return self.columns(columns) if set(columns) <= set(self._places) else None
 
@@ -221,7 +221,7 @@ class _Rows:
         return self.columns(columns)
 
     def tick_times(self) -> FloatArray | None:
-        """How long each row's tick took, NaN where there was none, in [s]; None if not measured."""
+        """How long each row's tick took, NaN if there was none, in [s]; None if not measured."""
         ticks = self._run.solve_times
         if not len(ticks) or not len(self.time):
             return None
@@ -246,7 +246,7 @@ class _Paths:
         self._paths = MusclePaths(robot)
 
     def motion(self, rows: _Rows) -> tuple[FloatArray | None, FloatArray | None]:
-        """Rates of lengths l' = L q' and efforts -L' f + torques; None where q or q' is missing.
+        """Rates of lengths l' = L q' and efforts -L' f + torques; None if q or q' is missing.
 
         Returns:
             Shape (K, m), in [m/s], and shape (K, n), in [N·m] or [N].
@@ -265,7 +265,7 @@ class _Paths:
 
 
 def _units(robot: Robot) -> dict[str, str]:
-    """The units of a robot's commands and slack."""
+    """Return the units of a robot's commands and slack."""
     return {
         **{port.name: port.unit for port in command_ports(robot, "output", "discrete")},
         **slack_signals(robot, "joint"),

@@ -31,7 +31,7 @@ class NodeAddress:
         namespace: Namespace of the node, with a slash before every part; empty for none.
         node: Name of the node.
         domain: Number of the ROS domain; that of ROS_DOMAIN_ID when None.
-        timeout: Longest time without a command, in [s]; None where it is not stated.
+        timeout: Longest time without a command, in [s]; None if it is not stated.
         controller: Name of a forward_command_controller: commands are a `Float64MultiArray` for it
             and states those of a joint_state_broadcaster. Empty for our own pair of topics.
     """

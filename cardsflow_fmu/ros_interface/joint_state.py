@@ -20,7 +20,7 @@ class JointState(NamedTuple):
         time_ns: Stamp of the message, in [ns].
         frame: Its frame.
         names: Names of the joints.
-        position, velocity, effort: Shape (n,) each; (0,) where they are left out.
+        position, velocity, effort: Shape (n,) each; (0,) if they are left out.
     """
 
     time_ns: int
@@ -32,7 +32,7 @@ class JointState(NamedTuple):
 
     @classmethod
     def of(cls, message: Any) -> Self:
-        """The state in a message of rclpy or of rosbags."""
+        """Return the state in a message of rclpy or of rosbags."""
         stamp = message.header.stamp
         fields = (message.position, message.velocity, message.effort)
         return cls(

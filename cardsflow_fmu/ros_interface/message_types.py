@@ -21,7 +21,7 @@ _SIGNALS = Path(__file__).parent / "interfaces/cardsflow_msgs/msg/Signals.msg"
 
 
 def require_ros(key: str | None = None) -> None:
-    """Refuse early what needs the extra `ros2`.
+    """Reject early what needs the extra `ros2`.
 
     Args:
         key: The option or setting that asks for it.
@@ -34,7 +34,7 @@ def require_ros(key: str | None = None) -> None:
 
 @functools.cache
 def type_store() -> Any:
-    """The message types of Jazzy and our own, as a `Typestore` of the package rosbags.
+    """Return the message types of Jazzy and our own, as a `Typestore` of the package rosbags.
 
     Raises:
         InputError: It is missing.

@@ -33,8 +33,8 @@ class Received(NamedTuple):
 
     Attributes:
         message: The message, with its fields as attributes.
-        publisher: Identity of the topic's only publisher; None where there are several.
-        sent_ns: When it was published, in [ns] since 1970; 0 where the middleware does not say.
+        publisher: Identity of the topic's only publisher; None if there are several.
+        sent_ns: When it was published, in [ns] since 1970; 0 if the middleware does not say.
     """
 
     message: Any
@@ -46,7 +46,7 @@ class Inbox(Protocol):
     """The messages of a topic, the oldest first; of too many the oldest are dropped."""
 
     def receive(self, until: float) -> Received | None:
-        """The next message; one that is there already is returned even after the deadline.
+        """Return the next message; one that is there already is returned even after the deadline.
 
         Args:
             until: How long to wait, on the monotonic clock, in [s].
@@ -60,7 +60,7 @@ class Node(Protocol):
     """A node, as a context that leaves the graph at its end."""
 
     def knows(self, message_type: str) -> bool:
-        """Whether this installation of ROS has a message type."""
+        """Return whether this installation of ROS has a message type."""
 
     def advertise(self, topic: Topic) -> None:
         """Announce a topic that will be published."""
@@ -72,7 +72,7 @@ class Node(Protocol):
         """Receive the messages of a topic from now on."""
 
     def types(self, topic: Topic, end: End) -> list[str]:
-        """The types with which other nodes publish a topic or subscribe to it, one each."""
+        """Return the types with which other nodes publish a topic or subscribe to it, one each."""
 
     def close(self) -> None:
         """Leave the graph."""
@@ -85,11 +85,11 @@ class Node(Protocol):
 
 
 def header(time_ns: int | NDArray[np.int64], frame: str = "") -> Values:
-    """A time in [ns], or those of many messages, and a frame as `std_msgs/msg/Header`."""
+    """Return a time in [ns], or those of many messages, and a frame as `std_msgs/msg/Header`."""
     return {"stamp": stamp(time_ns), "frame_id": frame}
 
 
 def stamp(time_ns: int | NDArray[np.int64]) -> Values:
-    """A time in [ns], or those of many messages, as `builtin_interfaces/msg/Time`."""
+    """Return a time in [ns], or those of many messages, as `builtin_interfaces/msg/Time`."""
     seconds, rest = divmod(time_ns, 1_000_000_000)
     return {"sec": seconds, "nanosec": rest}

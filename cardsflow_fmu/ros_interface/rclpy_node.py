@@ -77,7 +77,7 @@ class RosNode:
         self._thread.start()
 
     def knows(self, message_type: str) -> bool:
-        """Whether this installation of ROS has a message type."""
+        """Return whether this installation of ROS has a message type."""
         try:
             _message_class(message_type)
         except InputError:
@@ -118,7 +118,7 @@ class RosNode:
         return RosInbox(self._node, subscription)
 
     def types(self, topic: Topic, end: End) -> list[str]:
-        """The types with which other nodes publish a topic or subscribe to it, one each."""
+        """Return the types with which other nodes publish a topic or subscribe to it, one each."""
         name = self._address.absolute(topic.name)
         if end == "publisher":
             found = self._node.get_publishers_info_by_topic(name)
@@ -163,7 +163,7 @@ class RosNode:
 class RosInbox:
     """The messages of a topic; see `Inbox`.
 
-    An executor of rclpy makes a set of all that it waits for anew for every message, which takes
+    An executor of rclpy makes a set of all that it waits for again for every message, which takes
     longer than the message's way. So `receive` has a set of its own, with the subscription alone.
 
     Args:
@@ -180,7 +180,7 @@ class RosInbox:
         self._looked = -_GRAPH_EVERY
 
     def receive(self, until: float) -> Received | None:
-        """The next message; see `Inbox.receive`."""
+        """Return the next message; see `Inbox.receive`."""
         subscription, waits = self._subscription, self._waits
         handle = subscription.handle
         with handle:
@@ -211,7 +211,7 @@ class RosInbox:
 
 
 def _rclpy() -> Any:
-    """The module rclpy, imported only where a node is opened."""
+    """Return the module rclpy, imported only where a node is opened."""
     try:
         return importlib.import_module("rclpy")
     except ImportError as error:
@@ -230,7 +230,7 @@ def _rclpy() -> Any:
 
 @functools.cache
 def _message_class(name: str) -> type[Any]:
-    """The class of a message type: `std_msgs/msg/String` -> `std_msgs.msg.String`."""
+    """Return the class of a message type: `std_msgs/msg/String` -> `std_msgs.msg.String`."""
     package, kind, own = name.split("/")
     try:
         return getattr(importlib.import_module(f"{package}.{kind}"), own)  # type: ignore[no-any-return]
@@ -240,7 +240,7 @@ def _message_class(name: str) -> type[Any]:
 
 
 def _not_executed() -> Any:
-    """A group for subscriptions that no executor takes messages of."""
+    """Return a group for subscriptions that no executor takes messages of."""
     from rclpy.callback_groups import CallbackGroup
 
     class NotExecuted(CallbackGroup):  # type: ignore[misc]  # rclpy is not there for mypy
@@ -278,14 +278,14 @@ def _fill(message: Any, values: Values) -> None:
 
 @functools.cache
 def _elements(kind: type[Any]) -> dict[str, type[Any]]:
-    """The messages that a message has sequences of, by their fields."""
+    """Return the messages that a message has sequences of, by their fields."""
     fields = kind.get_fields_and_field_types().items()
     found = {field: _SEQUENCE.match(of) for field, of in fields}
     return {f: _message_class(f"{of[1]}/msg/{of[2]}") for f, of in found.items() if of is not None}
 
 
 def _filled(kind: type[Any], values: Values | NDArray[np.float64]) -> Any:
-    """A new message; a point may be an array of its coordinates."""
+    """Return a new message; a point may be an array of its coordinates."""
     if isinstance(values, np.ndarray):
         x, y, z = values.tolist()
         return kind(x=x, y=y, z=z)

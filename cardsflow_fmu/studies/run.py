@@ -187,7 +187,7 @@ class _StudyRun:
         return expand(self.study, self.fingerprint)
 
     def outcome(self, run: Run) -> Outcome:
-        """The outcome of a run that is done."""
+        """Return the outcome of a run that is done."""
         outcome = self.files.read(run)
         if outcome is None:
             raise StudyError(f"{self.files.folder}: the file of run {run.hash} is gone or damaged")
@@ -256,7 +256,7 @@ def _finished(study: Study, work: _StudyRun, search: Search | None) -> StudyResu
 
 
 def _best(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | None:
-    """The best run, and its robot in files."""
+    """Return the best run, and its robot in files."""
     if search.best is None:
         return None
     assert study.optimise is not None
@@ -281,7 +281,7 @@ def _best(study: Study, search: Search, folder: Path) -> Mapping[str, Any] | Non
 
 
 def _tracking_unit(experiment: Experiment) -> str:
-    """The unit of the tracking error."""
+    """Return the unit of the tracking error."""
     from cardsflow_fmu.cosim.signals.followed import followed_signals, tracking_unit
 
     return tracking_unit(

@@ -27,7 +27,7 @@ _MAX_NAME = 1000
 
 
 def archive_bytes(files: Mapping[str, bytes]) -> bytes:
-    """The contents of an archive, of contents by path below its root."""
+    """Return the contents of an archive, of contents by path below its root."""
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as archive:
         for name in sorted(files):
@@ -68,7 +68,7 @@ def _entry(name: str) -> zipfile.ZipInfo:
 def unpack_archive(
     path: Path, folder: Path, kind: str, contents: str, *, without: tuple[str, ...] = ()
 ) -> Path:
-    """Unpack an archive, refusing names that lead out of the folder.
+    """Unpack an archive, rejecting names that lead out of the folder.
 
     Args:
         path: The archive.
@@ -103,7 +103,7 @@ def opened_archive(path: Path, kind: str) -> Iterator[zipfile.ZipFile]:
         kind: What it should be, such as `.ssp`, for messages.
 
     Raises:
-        InputError: It is no zip archive, is too large, or is damaged where it is read meanwhile.
+        InputError: It is no zip archive, is too large, or is damaged if it is read meanwhile.
     """
     try:
         with opened_file(path, limits.ARCHIVE) as stream, _archive(stream) as archive:
@@ -123,7 +123,7 @@ def opened_archive(path: Path, kind: str) -> Iterator[zipfile.ZipFile]:
 
 
 def inner_archive(data: bytes) -> zipfile.ZipFile:
-    """An archive that stood in another; errors of damage are those of `zipfile`.
+    """Return an archive that stood in another; errors of damage are those of `zipfile`.
 
     Raises:
         InputError: It is too large.
@@ -132,7 +132,7 @@ def inner_archive(data: bytes) -> zipfile.ZipFile:
 
 
 def _archive(stream: BinaryIO) -> zipfile.ZipFile:
-    """An archive, whose directory is small enough to be read."""
+    """Return an archive, whose directory is small enough to be read."""
     stream.seek(0, os.SEEK_END)
     length = stream.tell()
     stream.seek(max(0, length - _MAX_COMMENT - 2 * _DIRECTORY_END.size))
@@ -151,12 +151,12 @@ def _archive(stream: BinaryIO) -> zipfile.ZipFile:
 
 
 def entry_bytes(archive: zipfile.ZipFile, entry: str | zipfile.ZipInfo, largest: int) -> bytes:
-    """The content of a file in an archive.
+    """Return the content of a file in an archive.
 
     Args:
         archive: The archive.
         entry: The file, or its name.
-        largest: So many bytes are taken; more are refused.
+        largest: So many bytes are taken; more are rejected.
 
     Raises:
         InputError: It is larger.
@@ -169,7 +169,7 @@ def entry_bytes(archive: zipfile.ZipFile, entry: str | zipfile.ZipInfo, largest:
 
 
 def require_inside(name: str, path: Path) -> None:
-    """Refuse a name in an archive that leads out of it, or that no file can have.
+    """Reject a name in an archive that leads out of it, or that no file can have.
 
     Raises:
         InputError: It does.

@@ -21,7 +21,7 @@ _LONG = 120
 
 
 def csv_text(names: Sequence[str], rows: FloatArray) -> str:
-    """A table as CSV, every float such that it reads back exactly.
+    """Return a table as CSV, every float such that it reads back exactly.
 
     Args:
         names: Name of every column.
@@ -34,7 +34,7 @@ def csv_text(names: Sequence[str], rows: FloatArray) -> str:
 
 
 def rows_text(rows: FloatArray) -> str:
-    """Rows as CSV, without the end of the last line; what is no number is NaN or Infinity.
+    """Return rows as CSV, without the end of the last line; what is no number is NaN or Infinity.
 
     Args:
         rows: Values, shape (rows, columns).
@@ -51,7 +51,7 @@ def read_csv(
     most: int = limits.VALUES,
     blanks: bool = False,
 ) -> tuple[tuple[str, ...], FloatArray]:
-    """The names and the rows of a table, shape (rows, len(names)).
+    """Return the names and the rows of a table, shape (rows, len(names)).
 
     Between columns are commas, semicolons or tabs, as between their names.
 
@@ -59,11 +59,11 @@ def read_csv(
         file: The table.
         what: What it should be, for messages.
         complete: Whether the last line has been written whole; otherwise it counts only if it ends.
-        most: So many numbers are taken; more are refused.
+        most: So many numbers are taken; more are rejected.
         blanks: Whether fields may be empty, and are then NaN.
 
     Raises:
-        InputError: It is no table of numbers.
+        InputError: It is not a table of numbers.
     """
     try:
         with opened_file(file, limits.TABLE) as binary:
@@ -93,7 +93,7 @@ def _or_blank(text: str) -> float:
 
 
 def require_bounded(stream: BinaryIO, file: Path, most: int, between: bytes = b",;\t\n\r") -> None:
-    """Refuse a table that would take too much memory, and go back to its beginning.
+    """Reject a table that would take too much memory, and go back to its beginning.
 
     Args:
         stream: The file, opened.
@@ -129,7 +129,7 @@ def reason(error: Exception, expected: str) -> str:
 def require_table(
     names: Sequence[str], rows: FloatArray, file: Path | None, *, what: str = "table of results"
 ) -> None:
-    """Refuse columns of one name or of none, and times that are not numbers that rise.
+    """Reject columns of one name or of none, and times that are not numbers that rise.
 
     Args:
         names: Of the columns.

@@ -11,14 +11,14 @@ _CLONE = Path(__file__).parents[2]
 
 
 def install(extra: str) -> str:
-    """The command that installs an extra, in a clone of the repository or elsewhere."""
+    """Return the command that installs an extra, in a clone of the repository or elsewhere."""
     if (_CLONE / "pyproject.toml").is_file():
         return f"uv sync --extra {extra}"
     return f"pip install 'cardsflow[{extra}]'"
 
 
 def require(what: str, extra: str, *modules: str, key: str | None = None) -> None:
-    """Refuse early what needs an extra.
+    """Reject early what needs an extra.
 
     Args:
         what: What needs it, in the plural.

@@ -108,7 +108,7 @@ def new_folder(folder: Path, work: str) -> Iterator[None]:
 
 
 def _opened(file: Path) -> int:
-    """A descriptor of the locked file.
+    """Return a descriptor of the locked file.
 
     Who held it may have removed the file after it was opened here: then there is another one.
     """
@@ -145,7 +145,7 @@ else:
 
 
 def _holder(file: Path) -> str:
-    """Who holds a lock, in brackets; nothing where it does not say."""
+    """Who holds a lock, in brackets; nothing if it does not say."""
     try:
         with file.open(encoding="utf-8", errors="replace") as stream:
             words = " ".join(stream.read(_MAX_WORDS).split())

@@ -11,7 +11,7 @@ _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inl
 
 
 def html_page(title: str, style: str, *parts: str) -> str:
-    """A page of a title as plain text, a style sheet, and parts in HTML."""
+    """Return a page of a title as plain text, a style sheet, and parts in HTML."""
     return "\n".join(
         (
             "<!DOCTYPE html>",

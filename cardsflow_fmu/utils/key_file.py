@@ -14,7 +14,7 @@ _MAX_BYTES = 4096
 
 
 def read_key(file: str | Path) -> bytes:
-    """The key in a file: all of its bytes.
+    """Return the key in a file: all of its bytes.
 
     Raises:
         InputError: It cannot be read, or holds too few or too many bytes for a key.
@@ -27,7 +27,7 @@ def read_key(file: str | Path) -> bytes:
 
 
 def key_warning(file: Path, name: str) -> str | None:
-    """A warning about the permissions of a key file; None if there is none.
+    """Return a warning about the permissions of a key file; None if there is none.
 
     Args:
         file: The file.

@@ -15,7 +15,7 @@ MAX_STEPS = 100_000
 def whole_steps(
     time: float, step: float, what: str, *, key: str | None = None, most: float = math.inf
 ) -> int:
-    """The number of steps in a time.
+    """Return the number of steps in a time.
 
     Args:
         time: In [s].
@@ -41,7 +41,7 @@ def whole_steps(
 
 
 def whole_duration(time: float, step: float) -> float:
-    """The time, or where it is not a whole multiple of the step, the next one above.
+    """Return the time, or if it is not a whole multiple of the step, the next one above.
 
     Args:
         time: In [s].

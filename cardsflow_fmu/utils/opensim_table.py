@@ -39,7 +39,7 @@ class OpenSimTable(NamedTuple):
 
 
 def read_opensim_table(file: Path) -> OpenSimTable:
-    """The table in a .mot or .sto file.
+    """Return the table in a .mot or .sto file.
 
     Raises:
         InputError: It is none.
@@ -66,7 +66,7 @@ def read_opensim_table(file: Path) -> OpenSimTable:
 
 
 def _header(stream: TextIO, file: Path) -> tuple[bool, int]:
-    """Whether it says that angles are in degrees, and the number of its last line."""
+    """Return whether it says that angles are in degrees, and the number of its last line."""
     in_degrees = False
     for number in range(1, _MAX_HEADER + 1):
         line = stream.readline()
@@ -84,7 +84,7 @@ def _header(stream: TextIO, file: Path) -> tuple[bool, int]:
 
 
 def joint_columns(table: OpenSimTable, lengths: Sequence[str] = ()) -> dict[str, FloatArray]:
-    """Columns as those of a recorded motion: `time`, `q.<coordinate>` and `qd.<coordinate>`.
+    """Return columns as those of a recorded motion: `time`, `q.<coordinate>` and `qd.<coordinate>`.
 
     Args:
         table: Positions by the coordinates' names, or states by their paths in the model.
@@ -102,7 +102,7 @@ def joint_columns(table: OpenSimTable, lengths: Sequence[str] = ()) -> dict[str,
 
 
 def opensim_text(title: str, names: Sequence[str], rows: FloatArray) -> str:
-    """A table as OpenSim's .sto, in SI units, every float such that it reads back exactly.
+    """Return a table as OpenSim's .sto, in SI units, every float such that it reads back exactly.
 
     Args:
         title: What it holds.

@@ -21,7 +21,7 @@ _ATTEMPTS = 10
 
 
 class TemporaryFolder:
-    """A new folder, locked as long as it is in use.
+    """A new folder, locked while it is in use.
 
     Attributes:
         path: The folder; a file of its lock is in it.

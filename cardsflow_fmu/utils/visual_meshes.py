@@ -12,7 +12,7 @@ from addin_sdfusion.robot.mesh_files import is_file, lies_in, mesh_file
 def visual_files(
     robot: Robot, folder: Path, roots: Sequence[Path] | None = None
 ) -> dict[str, Path]:
-    """The files of the visual meshes that are there and may be opened, by their URIs.
+    """Return the files of the visual meshes that are there and may be opened, by their URIs.
 
     Args:
         robot: The robot.
@@ -26,5 +26,5 @@ def visual_files(
 
 
 def visuals(link: Link) -> list[Mesh]:
-    """The meshes that a link looks like."""
+    """Return the meshes that a link looks like."""
     return [mesh for mesh in link.meshes if mesh.role == "visual"]

@@ -7,7 +7,7 @@ image. One linear programme answers it,
 
     max t   s.t.  A_S f = G_S,  low + t w <= f <= high - t w,  w = (high - low) / 2,           (1)
 
-with t in (0, 1] where they do, and t < 0 where they do not; its multipliers name the direction that
+with t in (0, 1] if they do, and t < 0 if they do not; its multipliers name the direction that
 is missing. The other coordinates must be locked, or driven by something else.
 """
 
@@ -63,7 +63,7 @@ class Drivable:
 
     Attributes:
         coordinates: Indices of the coordinates, in order.
-        margin: t of eq. (1) for these; 0 where there are none.
+        margin: t of eq. (1) for these; 0 if there are none.
         missing: For every other coordinate that was asked for, what it lacks.
     """
 
@@ -100,11 +100,11 @@ def drivable(terms: Terms, among: Sequence[int]) -> Drivable:
 def force_margin(terms: Terms, rows: Sequence[int]) -> tuple[float, FloatArray, FloatArray]:
     """T of eq. (1) for some coordinates, its multipliers and forces.
 
-    It is -inf where A_S lacks rank, or one of them moves no mass.
+    It is -inf if A_S lacks rank, or one of them moves no mass.
 
     Returns:
         t; how it grows with the torque of each coordinate, relative to the root of its inertia;
-        the forces, in [N], NaN where there are none.
+        the forces, in [N], NaN if there are none.
     """
     index, m = list(rows), terms.A.shape[1]
     root = np.sqrt(np.diag(terms.M)[index])
@@ -141,7 +141,7 @@ def _scaled(terms: Terms, rows: Sequence[int]) -> FloatArray:
 
 
 def _independent(terms: Terms, among: list[int], missing: dict[int, Lack]) -> list[int]:
-    """The coordinates that the drives move independently, the strongest first."""
+    """Return the coordinates that the drives move independently, the strongest first."""
     if not among:
         return []
     scaled = _scaled(terms, among)
@@ -155,7 +155,7 @@ def _independent(terms: Terms, among: list[int], missing: dict[int, Lack]) -> li
 
 
 def _weakest(terms: Terms, rows: list[int]) -> tuple[int, Lack] | None:
-    """The coordinate whose torque is missing most, and what it lacks; None where all are driven."""
+    """The coordinate whose torque is missing most, and what it lacks; None if all are driven."""
     U, sizes, _ = np.linalg.svd(_scaled(terms, rows))
     if len(sizes) < len(rows) or sizes[-1] <= _RANK * sizes[0]:
         return rows[int(np.argmax(np.abs(U[:, -1])))], "one of its own"

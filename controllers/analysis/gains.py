@@ -50,7 +50,7 @@ class Margins:
     """Stability margins of the sampled loop of a coordinate.
 
     The loop is that of eq. (1). There is no lower gain margin: smaller gains keep it stable, down
-    to zero where it is not held at all.
+    to zero if it is not held at all.
 
     Attributes:
         stable: Whether all poles are inside the unit circle.
@@ -58,7 +58,7 @@ class Margins:
         gain_margin: How many times both gains may grow, without unit; 0 when unstable.
         phase_margin: In [rad]; 0 when unstable.
         delay_margin: Further delay that it bears, in [s]; 0 when unstable. For periods that are not
-            short it is approximate, as the delay then is no whole number of ticks.
+            short it is approximate, as the delay then is not a whole number of ticks.
         modulus_margin: Distance of the Nyquist curve from -1, without unit; 0 when unstable.
     """
 
@@ -121,7 +121,7 @@ def lqr(q_weight: ArrayLike, r_weight: float, period: float = 0.0, delay: int = 
 def _solved(
     riccati: Callable[..., Any], A: FloatArray, B: FloatArray, Q: FloatArray, r: float
 ) -> Gains:
-    """The gains by a function of python-control."""
+    """Return the gains by a function of python-control."""
     try:
         with np.errstate(all="ignore"):
             K, _, _ = riccati(A, B, Q, r)
@@ -191,7 +191,7 @@ def margins(kp: float, kd: float, period: float, delay: int = 0) -> Margins:
 
 
 def largest_stable_period(kp: float, kd: float, delay: int = 0) -> float:
-    """The period below which the sampled loop of one coordinate is stable, in [s].
+    """Return the period below which the sampled loop of one coordinate is stable, in [s].
 
     By the Jury criterion on eq. (1): the smaller of 2/Kd and 2 Kd/Kp without delay, the smallest
     positive root of Kd - 3/2 Kp T - T (Kd - Kp T/2)² with a delay of one tick. A coordinate without
@@ -226,7 +226,7 @@ def sampling_warning(
     delay: int = 0,
     names: Sequence[str] | None = None,
 ) -> str | None:
-    """A one-line warning if the sampled loop is unstable, or None.
+    """Return a one-line warning if the sampled loop is unstable, or None.
 
     Args:
         kp: Position gains, a number or shape (n,), in [1/s²].
@@ -263,14 +263,14 @@ def sampling_warning(
 
 
 def _gain_margin(kp: float, kd: float, T: float, delay: int) -> float:
-    """The factor on both gains that puts poles on the unit circle: Jury on eq. (1)."""
+    """Return the factor on both gains that puts poles on the unit circle: Jury on eq. (1)."""
     if delay == 0:
         return 2.0 / (kd * T)
     return (kd - 1.5 * kp * T) / (T * (kd - 0.5 * kp * T) ** 2)
 
 
 def _modulus_margin(a: float, b: float, delay: int, crossing: float) -> float:
-    """The least |1 + L(exp(i w))|, on a grid about the crossing, ever finer where it is best."""
+    """The least |1 + L(exp(i w))|, on a grid about the crossing, ever finer if it is best."""
     w = np.sort(np.append(np.geomspace(0.05 * crossing, math.pi, 400), crossing))
     for _ in range(4):
         half = 0.5 * w

@@ -92,7 +92,7 @@ class MotionTerms:
     motors: int = 0
 
     def distribute(self, method: str = "least_squares", **options: Any) -> MotionForces:
-        """Forces along the motion.
+        """Return forces along the motion.
 
         Args:
             method: Name of a distribution, see `controllers.force_distribution`.
@@ -107,7 +107,7 @@ class MotionTerms:
         return MotionForces(self, replace(found, forces=both_ways(found.forces, self.motors)))
 
     def with_bounds(self, f_min: ArrayLike | None, f_max: ArrayLike | None) -> MotionTerms:
-        """The same with other bounds; None keeps a bound.
+        """Return the same with other bounds; None keeps a bound.
 
         Args:
             f_min: A number or shape (m,), in [N].
@@ -132,7 +132,7 @@ class MotionForces:
 
     @property
     def forces(self) -> FloatArray:
-        """f, shape (T, m), in [N]; NaN where there are none."""
+        """f, shape (T, m), in [N]; NaN if there are none."""
         return self.distribution.forces
 
     @property
@@ -147,7 +147,7 @@ class MotionForces:
 
     @property
     def length_rates(self) -> FloatArray:
-        """Rates l' = L qd, shape (T, m), in [m/s]; negative where a muscle shortens."""
+        """Rates l' = L qd, shape (T, m), in [m/s]; negative if a muscle shortens."""
         rates: FloatArray = np.einsum("tmn,tn->tm", self.terms.L, self.terms.motion.qd)
         return rates
 
@@ -246,7 +246,7 @@ class MuscleSizes:
         unlimited: Forces without upper bounds.
         needed: f_max that each muscle needs, shape (m,), in [N], and the effort of each motor, in
             [N·m]: its peak without bounds and the margin. With these every point has these forces.
-        least_peaks: Smallest possible force of the strongest muscle, shape (T,), in [N]; NaN where
+        least_peaks: Smallest possible force of the strongest muscle, shape (T,), in [N]; NaN if
             not even unlimited muscles will do. No distribution gets along with less.
         margin: Added to the peak, as a part of it.
     """

@@ -15,7 +15,7 @@ from controllers.validation import finite_vector, is_finite
 _EXACT = 1e-15  # relative changes at which an iteration has nothing to gain any more
 _MAX_STEP = 0.3  # of one iteration, in [rad] or [m]
 _NEAR_LIMIT = 1e-6  # a coordinate this close to a limit is at it, in [rad] or [m]
-_DAMPING = 1e-5  # of the posture beside the task, once the task is met
+_DAMPING = 1e-5  # of the posture next to the task, once the task is met
 _MET = 1e-13  # a task error that is nothing but rounding, in [m] or [rad]
 _SETTLED = (
     1e-6  # a distance that is not worth a further step, in [rad] or [m], or relative to a step
@@ -76,7 +76,7 @@ def forward_kinematics(
         lengths: l, shape (m,), in [m].
         q_start: Where to begin, shape (n,), in [rad] or [m], such as the last q of a motion.
         starts: How many beginnings: the given one, and random ones within the limits, or
-            within pi, in [rad] or [m], of the given one where there is no limit.
+            within pi, in [rad] or [m], of the given one if there is no limit.
         seed: Of the random ones.
 
     Raises:
@@ -112,7 +112,7 @@ def forward_kinematics(
     return best
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what is out of reach is refused
+@np.errstate(over="ignore", invalid="ignore")  # what is out of reach is rejected
 def inverse_kinematics(
     robot: TaskDynamics,
     y: ArrayLike,
@@ -190,7 +190,7 @@ def _descend(
 
 
 def _closed(robot: TaskDynamics, q: FloatArray, otherwise: FloatArray) -> FloatArray:
-    """The pose with closed loops; another one where they cannot be closed."""
+    """Return the pose with closed loops; another one if they cannot be closed."""
     try:
         return closed(robot, q)
     except InputError:
@@ -198,7 +198,7 @@ def _closed(robot: TaskDynamics, q: FloatArray, otherwise: FloatArray) -> FloatA
 
 
 def _reach(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray:
-    """The configuration of least task error that q leads to, shape (n,)."""
+    """Return the configuration of least task error that q leads to, shape (n,)."""
     error, longest = _task_error(robot, y, q), _MAX_STEP
     for _ in range(_ITERATIONS):
         size = float(np.linalg.norm(error))
@@ -222,7 +222,7 @@ def _step(
     mu: float,
     longest: float,
 ) -> FloatArray:
-    """The damped step within the limits, shape (n,)."""
+    """Return the damped step within the limits, shape (n,)."""
     J = robot.task_jacobian(q)
     low = np.maximum(robot.q_min - q, -longest)
     high = np.minimum(robot.q_max - q, longest)
@@ -250,7 +250,7 @@ def _task_error(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray
 
 
 def _out_of_reach(robot: TaskDynamics, y: FloatArray, best: InverseKinematics) -> str:
-    """The message about a position that no configuration reaches."""
+    """Return the message about a position that no configuration reaches."""
     goal = ", ".join(f"{n} {v:.6g}" for n, v in zip(robot.task_names, y, strict=True))
     parts = []
     for angles, what, unit in ((False, "distance", "m"), (True, "angle", "rad")):
@@ -264,7 +264,7 @@ def _out_of_reach(robot: TaskDynamics, y: FloatArray, best: InverseKinematics) -
 def _starts(
     first: FloatArray, q_min: FloatArray, q_max: FloatArray, count: int, seed: int
 ) -> list[FloatArray]:
-    """The given start and random ones, within the limits."""
+    """Return the given start and random ones, within the limits."""
     if count < 1:
         raise InputError(f"starts must be at least 1: {count}")
     first = np.clip(first, q_min, q_max)

@@ -106,7 +106,7 @@ def linearise_robot(
     *,
     difference: float = DIFFERENCE,
 ) -> LinearRobot:
-    """The robot about a state, at held forces.
+    """Return the robot about a state, at held forces.
 
     Args:
         dynamics: The robot.
@@ -155,7 +155,7 @@ def linearise_controller(
 def close_loop(
     robot: LinearRobot, controller: FloatArray, period: float, delay: int = 0
 ) -> LinearLoop:
-    """The sampled loop of a linear robot and a linear controller.
+    """Return the sampled loop of a linear robot and a linear controller.
 
     Args:
         robot: About the same point.
@@ -184,7 +184,7 @@ def linearise_loop(
     delay: int = 0,
     difference: float = DIFFERENCE,
 ) -> LinearLoop:
-    """The sampled loop as it is, numerically: one tick of any plant with any controller.
+    """Return the sampled loop as it is, numerically: one tick of any plant with any controller.
 
     Args:
         step: The plant over one period; all that it remembers must be q and qd.
@@ -214,7 +214,7 @@ def linearise_loop(
 def jacobian(
     function: Callable[[FloatArray], FloatArray], x: FloatArray, difference: float = DIFFERENCE
 ) -> FloatArray:
-    """The derivative by central differences, shape (size of the value, size of x).
+    """Return the derivative by central differences, shape (size of the value, size of x).
 
     Args:
         function: Of a vector, to a vector.

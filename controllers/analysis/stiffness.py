@@ -41,7 +41,7 @@ class Stiffness:
 
     Attributes:
         geometric: K_g, from the held forces.
-        cable: K_c, from the muscles' own stiffness; zero where they hold their force exactly.
+        cable: K_c, from the muscles' own stiffness; zero if they hold their force exactly.
         load: K_l, from gravity.
         asymmetry: Largest difference of K_g from its transpose before it was made symmetric: it is
             a second derivative, so this is the error of the differences.

@@ -46,7 +46,7 @@ class Workspace:
     metrics: Mapping[str, FloatArray]
 
     def share(self, condition: str) -> float:
-        """The part of the poses where a condition holds, from 0 to 1.
+        """Return the part of the poses where a condition holds, from 0 to 1.
 
         Raises:
             UnknownNameError: It was not looked at.
@@ -57,7 +57,7 @@ class Workspace:
 
 
 def joint_grid(lower: ArrayLike, upper: ArrayLike, points: int | Sequence[int]) -> FloatArray:
-    """A regular grid of poses.
+    """Return a regular grid of poses.
 
     Args:
         lower: Smallest q, shape (n,), in [rad] or [m].
@@ -101,7 +101,7 @@ def is_wrench_feasible(
     *,
     half_widths: ArrayLike | None = None,
 ) -> BoolArray:
-    """Whether the bounds allow every torque tau + W s with |s_j| <= 1, shape (...).
+    """Return whether the bounds allow every torque tau + W s with |s_j| <= 1, shape (...).
 
     By the facets of the available torques; pose by pose over the corners of the desired ones where
     the facets are too many or the muscles do not act on all coordinates independently.
@@ -128,7 +128,7 @@ def _feasible_at_corners(
     f_max: ArrayLike,
     half_widths: ArrayLike | None,
 ) -> BoolArray:
-    """Whether the bounds allow all corners of the desired torques; the set is convex."""
+    """Return whether the bounds allow all corners of the desired torques; the set is convex."""
     if half_widths is None:
         return least_squares(L, tau, f_min, f_max).solved
     W = np.asarray(half_widths, dtype=np.float64)

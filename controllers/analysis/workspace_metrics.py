@@ -32,7 +32,7 @@ def condition_number(L: ArrayLike) -> FloatArray:
 
 
 def tension_factor(L: ArrayLike) -> FloatArray:
-    """The largest ratio min f / max f of forces that make no torque, shape (...).
+    """Return the largest ratio min f / max f of forces that make no torque, shape (...).
 
     From 0, no wrench closure, to 1, all muscles alike. Pham, Yeo, Yang, Chen, "Workspace analysis
     of fully restrained cable-driven manipulators", Robotics and Autonomous Systems 57 (2009).
@@ -76,7 +76,7 @@ def unilateral_dexterity(L: ArrayLike) -> FloatArray:
 
 
 def _dexterity(L: FloatArray) -> FloatArray:
-    """The dexterity of all muscles together, shape (P,)."""
+    """Return the dexterity of all muscles together, shape (P,)."""
     (P, m, n), values = L.shape, np.zeros(len(L))
     if not P or m < n:
         return values

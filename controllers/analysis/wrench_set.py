@@ -37,7 +37,7 @@ class _Facets(NamedTuple):
 
     Attributes:
         rows: Which poses.
-        normals: Unit vectors, shape (P, 2 K, n); zero where n - 1 muscles span less.
+        normals: Unit vectors, shape (P, 2 K, n); zero if n - 1 muscles span less.
         pull: -c'L_i, what 1 N of each muscle does along the normal, shape (P, 2 K, m).
     """
 
@@ -52,7 +52,7 @@ class _Facets(NamedTuple):
 
 
 def too_many_facets(m: int, n: int) -> bool:
-    """Whether m muscles for n coordinates make more facets than are gone through."""
+    """Return whether m muscles for n coordinates make more facets than are gone through."""
     return n > 0 and comb(m, n - 1) > MAX_FACETS
 
 
@@ -83,7 +83,7 @@ def capacity_margin(
     where W is diagonal.
 
     Returns:
-        In [N·m] or [N]; NaN where the muscles do not act on all coordinates independently, for
+        In [N·m] or [N]; NaN if the muscles do not act on all coordinates independently, for
         there the set is flat.
     """
     poses = gather(L, tau, f_min, f_max)
@@ -104,7 +104,7 @@ def torque_margins(
     """How much more torque each coordinate can have, alone, down and up; both of shape (..., n).
 
     Returns:
-        In [N·m] or [N]; NaN where tau itself is out of reach, and where the muscles do not act on
+        In [N·m] or [N]; NaN if tau itself is out of reach, and where the muscles do not act on
         all coordinates independently.
     """
     poses = gather(L, tau, f_min, f_max)
@@ -124,7 +124,7 @@ def torque_margins(
 
 
 def has_wrench_closure(L: ArrayLike) -> BoolArray:
-    """Whether unlimited muscles could make any torque, shape (...).
+    """Return whether unlimited muscles could make any torque, shape (...).
 
     It is so if and only if L has full rank and on both sides of every choice of n - 1 muscles there
     is a muscle that pulls there: CASPR's combinatoric positive span; Gouttefarde, Gosselin,
@@ -169,7 +169,7 @@ def _slack(poses: Poses, facets: _Facets) -> FloatArray:
 
 
 def _facets(poses: Poses) -> Iterator[_Facets]:
-    """The candidates for facets, some poses at a time; none where the muscles are too few."""
+    """The candidates for facets, some poses at a time; none if the muscles are too few."""
     m, n = poses.m, poses.n
     if m < n - 1:
         return
@@ -193,7 +193,7 @@ def _facets(poses: Poses) -> Iterator[_Facets]:
 
 
 def _normals(L: FloatArray, choices: NDArray[np.int_]) -> FloatArray:
-    """Unit normals of all choices of n - 1 rows of L, by cofactors; zero where they span less."""
+    """Unit normals of all choices of n - 1 rows of L, by cofactors; zero if they span less."""
     n = L.shape[2]
     spans = L[:, choices]  # (P, K, n - 1, n)
     others = [np.delete(np.arange(n), j) for j in range(n)]

@@ -118,7 +118,7 @@ class ForceDistribution:
             self._law.write(f_min=low, f_max=high)
 
     def law(self, n: int) -> law_in_c.LawInC:
-        """The law in C for n coordinates, which distributes a given torque."""
+        """Return the law in C for n coordinates, which distributes a given torque."""
         if self._law is None or self._law["tau"].size != n:
             self._law = law_in_c.LawInC(n, self.f_min.size)
             self._law.write(
@@ -134,7 +134,7 @@ class ForceDistribution:
         return self._law
 
     def build_problem(self, L: FloatArray, tau: FloatArray) -> qpsolvers.Problem:
-        """The QP, apart from its solution.
+        """Return the QP, apart from its solution.
 
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
@@ -145,7 +145,7 @@ class ForceDistribution:
     def build_soft_problem(
         self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None
     ) -> qpsolvers.Problem:
-        """The QP that always has a solution, over f and behind it the error W (L'f + tau).
+        """Return the QP that always has a solution, over f and behind it the error W (L'f + tau).
 
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
@@ -160,7 +160,7 @@ class ForceDistribution:
             self._law.reset()
 
     def get_state(self) -> FloatArray:
-        """All that is remembered between solutions: shape (2n,).
+        """Return all that is remembered between solutions: shape (2n,).
 
         Without coordinate names n is not known before the first solution, and the shape is (0,).
         """
@@ -184,7 +184,7 @@ class ForceDistribution:
             self.reset()
 
     def solve(self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None) -> ForceSolution:
-        """Forces that make the torque, or come as near as the bounds allow.
+        """Return forces that make the torque, or come as near as the bounds allow.
 
         The answer of a back end is checked, whatever its status; where it fails the check, the
         default back end follows. Answers depend on earlier ones by rounding errors at most; see
@@ -215,7 +215,7 @@ class ForceDistribution:
         return law
 
     def solve_law(self, law: law_in_c.LawInC) -> ForceSolution:
-        """The forces for what is written in `law`; raises as `solve`."""
+        """Return the forces for what is written in `law`; raises as `solve`."""
         status = law.solve(self.solver)
         if status >= law_in_c.FAILED:
             tau = law["tau"]

@@ -3,7 +3,7 @@
 With the middle f_m between the bounds, A = -L' and its pseudo-inverse A⁺:
 
     closed form (`cfm`)            f = f_m + A⁺ (tau - A f_m)
-    improved (`icfm`)              the worst force beyond a bound is fixed at it, and the rest anew
+    improved (`icfm`)              the worst force beyond a bound is fixed at it, and the rest again
     puncture (`pm`)                from the smallest f = A⁺ tau towards the closed form, until
                                    every force is within its bounds
     improved puncture (`ipm`)      the same towards the improved form, with the same forces fixed
@@ -30,7 +30,7 @@ _BEYOND = 1e-9  # a force this far beyond a bound violates it, relative to 1 N o
 
 @distribution(finite_bounds=True)
 def closed_form(poses: Poses) -> FloatArray:
-    """The forces nearest to the middle between the bounds, whatever the bounds."""
+    """Return the forces nearest to the middle between the bounds, whatever the bounds."""
     middle = poses.middle
     free = np.ones_like(middle, dtype=bool)
     return _nearest(poses, middle, free, middle)
@@ -38,13 +38,13 @@ def closed_form(poses: Poses) -> FloatArray:
 
 @distribution(finite_bounds=True)
 def improved_closed_form(poses: Poses) -> FloatArray:
-    """The closed form, with forces beyond their bounds fixed there one after another."""
+    """Return the closed form, with forces beyond their bounds fixed there one after another."""
     return _improved(poses, poses.middle)[0]
 
 
 @distribution(finite_bounds=True)
 def puncture(poses: Poses) -> FloatArray:
-    """The smallest forces on the way from the least norm to the closed form."""
+    """Return the smallest forces on the way from the least norm to the closed form."""
     middle = poses.middle
     free = np.ones_like(middle, dtype=bool)
     safe = _nearest(poses, middle, free, middle)
@@ -54,7 +54,7 @@ def puncture(poses: Poses) -> FloatArray:
 
 @distribution(finite_bounds=True)
 def improved_puncture(poses: Poses) -> FloatArray:
-    """The smallest forces on the way from the least norm to the improved closed form."""
+    """Return the smallest forces on the way from the least norm to the improved closed form."""
     middle = poses.middle
     all_free, zero = np.ones_like(middle, dtype=bool), np.zeros_like(middle)
     unbounded = _nearest(poses, zero, all_free, middle)

@@ -53,7 +53,7 @@ def solve_linear(
 
 
 def is_infeasible(A: FloatArray, tau: FloatArray, f_min: FloatArray, f_max: FloatArray) -> bool:
-    """Whether no f within the bounds makes A f = tau, up to rounding.
+    """Return whether no f within the bounds makes A f = tau, up to rounding.
 
     It finds the smallest t >= 0 with |A f - tau| <= t, each row relative to its size.
 

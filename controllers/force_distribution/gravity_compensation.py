@@ -16,7 +16,7 @@ def gravity_compensation(
     f_min: ArrayLike | None = None,
     f_max: ArrayLike | None = None,
 ) -> FloatArray:
-    """The smallest forces that balance gravity at rest, -L'f = G(q), within the bounds.
+    """Return the smallest forces that balance gravity at rest, -L'f = G(q), within the bounds.
 
     Where none do, those that come nearest.
 

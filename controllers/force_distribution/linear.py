@@ -65,7 +65,7 @@ def optimally_safe(poses: Poses, *, alpha: float = 1.0) -> FloatArray:
 
     Args:
         poses: With finite upper bounds.
-        alpha: How much the upper bound counts beside the lower one, not negative.
+        alpha: How much the upper bound counts next to the lower one, not negative.
 
     Raises:
         InputError: alpha is negative or not finite.
@@ -99,7 +99,7 @@ def _least_largest(
 def _safest(
     A: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray, alpha: float
 ) -> FloatArray | None:
-    """The f of max s s.t. A f = b, low + s <= f <= high - alpha s, s >= 0."""
+    """Return the f of max s s.t. A f = b, low + s <= f <= high - alpha s, s >= 0."""
     n, m = A.shape
     x = solve_linear(
         np.append(np.zeros(m), -1.0),
@@ -117,7 +117,7 @@ def _each(
     poses: Poses,
     solve: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray | None],
 ) -> FloatArray:
-    """Solutions of a linear programme pose by pose, shape (P, m); NaN where there is none."""
+    """Solutions of a linear programme pose by pose, shape (P, m); NaN if there is none."""
     forces = np.full((len(poses.L), poses.m), np.nan)
     for k, problem in enumerate(zip(poses.A, poses.tau, poses.f_min, poses.f_max, strict=True)):
         answer = solve(*problem)

@@ -51,13 +51,13 @@ def distribute(
     method: str = "least_squares",
     **options: Any,
 ) -> DistributedForces:
-    """Forces for one pose or a stack of them, by the method of that name.
+    """Return forces for one pose or a stack of them, by the method of that name.
 
     Args:
         L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
         tau: Desired torques, shape (..., n), in [N·m] or [N].
         f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; may be infinite where the method allows it.
+        f_max: Upper bounds, likewise; may be infinite if the method allows it.
         method: One of `METHODS`.
         options: Further keyword arguments of the method.
 

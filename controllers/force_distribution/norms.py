@@ -21,7 +21,7 @@ from .quadratic import goals
 def p_norm(
     poses: Poses, *, p: float = 4.0, weights: ArrayLike = 1.0, target: ArrayLike = 0.0
 ) -> FloatArray:
-    """The forces of least p-norm: between least squares and the least largest force.
+    """Return the forces of least p-norm: between least squares and the least largest force.
 
     Args:
         poses: Of any number of muscles.

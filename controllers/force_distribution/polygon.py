@@ -36,7 +36,7 @@ class ForcePolygon:
         f_0: Smallest forces without bounds, shape (P, m), in [N].
         N: Orthonormal basis of the null space, shape (P, m, 2).
         starts, ends: Ends of the edge on every bound's line, lower bounds first, shape (P, 2m, 2),
-            in [N], counter-clockwise; NaN where the polygon has no such edge.
+            in [N], counter-clockwise; NaN if the polygon has no such edge.
     """
 
     poses: Poses
@@ -47,12 +47,12 @@ class ForcePolygon:
 
     @property
     def area(self) -> FloatArray:
-        """Area of the polygon, shape (P,), in [N²]; 0 where there is none."""
+        """Area of the polygon, shape (P,), in [N²]; 0 if there is none."""
         area: FloatArray = 0.5 * np.nansum(_cross(self.starts, self.ends), axis=1)
         return area
 
     def vertices(self, pose: int = 0) -> FloatArray:
-        """Forces at the corners, counter-clockwise, shape (corners, m), in [N].
+        """Return forces at the corners, counter-clockwise, shape (corners, m), in [N].
 
         Args:
             pose: Index in the flat stack.
@@ -80,7 +80,7 @@ class ForcePolygon:
 def feasible_polygon(
     L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike
 ) -> ForcePolygon:
-    """The feasible polygon of every pose.
+    """Return the feasible polygon of every pose.
 
     Args:
         L: Muscle Jacobians, shape (..., m, n) with m = n + 2, in [m/rad] or [m/m].
@@ -114,7 +114,7 @@ def _polygon(poses: Poses) -> ForcePolygon:
 
 @distribution()
 def polygon_1_norm(poses: Poses) -> FloatArray:
-    """The least sum of forces: a corner of the polygon."""
+    """Return the least sum of forces: a corner of the polygon."""
     polygon = _polygon(poses)
     corners = np.concatenate([polygon.starts, polygon.ends], axis=1)
     sums = np.einsum("pmk,pck->pc", polygon.N, corners)
@@ -124,7 +124,7 @@ def polygon_1_norm(poses: Poses) -> FloatArray:
 
 @distribution()
 def polygon_2_norm(poses: Poses) -> FloatArray:
-    """The least norm of forces: the polygon's point nearest to the origin."""
+    """Return the least norm of forces: the polygon's point nearest to the origin."""
     polygon = _polygon(poses)
     way = polygon.ends - polygon.starts
     square = np.sum(way**2, axis=2)
@@ -140,7 +140,7 @@ def polygon_2_norm(poses: Poses) -> FloatArray:
 
 @distribution()
 def polygon_centroid(poses: Poses) -> FloatArray:
-    """The polygon's centroid: continuous along a motion and far from all bounds."""
+    """Return the polygon's centroid: continuous along a motion and far from all bounds."""
     polygon = _polygon(poses)
     edge = np.all(np.isfinite(polygon.starts), axis=2)
     count = np.maximum(edge.sum(axis=1), 1)[:, None]
@@ -203,7 +203,7 @@ def _intervals(
 
 
 def _least(values: FloatArray, points: FloatArray) -> FloatArray:
-    """The point of the least value, shape (P, 2); NaN where all values are infinite."""
+    """Return the point of the least value, shape (P, 2); NaN if all values are infinite."""
     best = values.argmin(axis=1)
     rows = np.arange(len(values))
     return np.where(np.isfinite(values[rows, best])[:, None], points[rows, best], np.nan)

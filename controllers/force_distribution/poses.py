@@ -72,7 +72,7 @@ class DistributedForces:
 
     Attributes:
         method: Name of the distribution.
-        forces: f, shape (..., m), in [N]; within the bounds, NaN where there is no answer.
+        forces: f, shape (..., m), in [N]; within the bounds, NaN if there is no answer.
         status: Shape (...): `solved`; `infeasible`, no forces within the bounds make the torque;
             or `no answer`, this method found none but there are some.
         torque_error: Largest |tau + L'f| of a coordinate, shape (...), in [N·m] or [N].
@@ -90,7 +90,7 @@ class DistributedForces:
 
 
 def gather(L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike) -> Poses:
-    """The poses of any stack, flat and checked.
+    """Return the poses of any stack, flat and checked.
 
     Args:
         L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
@@ -127,7 +127,7 @@ def distribution(
 ) -> Callable[[Callable[..., FloatArray]], Callable[..., DistributedForces]]:
     """Make a distribution over one pose or any stack of poses of a function over flat `Poses`.
 
-    The function returns forces, shape (P, m), in [N]; NaN where it finds none. The distribution is
+    The function returns forces, shape (P, m), in [N]; NaN if it finds none. The distribution is
     called with L, tau, f_min and f_max as `gather` takes them and the function's own options; its
     answer is checked by `finish`.
 
@@ -173,7 +173,7 @@ def _check_bounds(low: FloatArray, high: FloatArray) -> None:
 
 
 def require_finite_bounds(poses: Poses, method: str) -> None:
-    """Refuse unlimited muscles, for methods that need the middle between the bounds.
+    """Reject unlimited muscles, for methods that need the middle between the bounds.
 
     Raises:
         InputError: An upper bound is infinite.
@@ -184,12 +184,12 @@ def require_finite_bounds(poses: Poses, method: str) -> None:
 
 
 def finish(poses: Poses, method: str, forces: FloatArray) -> DistributedForces:
-    """The checked answer of a method.
+    """Return the checked answer of a method.
 
     Args:
         poses: The poses.
         method: Name of the distribution.
-        forces: Its forces, shape (P, m), in [N]; NaN where it found none.
+        forces: Its forces, shape (P, m), in [N]; NaN if it found none.
     """
     scale = np.maximum(1.0, np.where(np.isfinite(poses.f_max), poses.f_max, poses.f_min))
     outside = np.maximum(poses.f_min - forces, forces - poses.f_max)

@@ -19,7 +19,7 @@ from .poses import Poses, distribution
 
 @distribution()
 def least_squares(poses: Poses, *, weights: ArrayLike = 1.0, target: ArrayLike = 0.0) -> FloatArray:
-    """The forces of least weighted square distance to a target, of smallest norm by default.
+    """Return the forces of least weighted square distance to a target, of smallest norm by default.
 
     Poses are solved in order, each from the multipliers of the one before: the poses of a motion
     take about one Newton step each.
@@ -39,7 +39,7 @@ def least_squares(poses: Poses, *, weights: ArrayLike = 1.0, target: ArrayLike =
 
 
 def goals(poses: Poses, target: ArrayLike) -> FloatArray:
-    """A target of all poses, shape (P, m), in [N].
+    """Return a target of all poses, shape (P, m), in [N].
 
     Args:
         poses: The poses.
@@ -58,7 +58,7 @@ def goals(poses: Poses, target: ArrayLike) -> FloatArray:
 
 
 def solve_poses(poses: Poses, H: FloatArray, target: FloatArray) -> FloatArray:
-    """The forces of the QP solver, shape (P, m), in [N]; NaN where it finds none.
+    """Return the forces of the QP solver, shape (P, m), in [N]; NaN if it finds none.
 
     Args:
         poses: The poses.

@@ -22,8 +22,8 @@ class ForceSolution:
 
     Attributes:
         forces: f, shape (m,), in [N]; always within the bounds.
-        status: `solved`; `soft` where it is proven that no force within the bounds makes the
-            torque; `not converged` where none was found, and none may or may not be, or where
+        status: `solved`; `soft` if it is proven that no force within the bounds makes the
+            torque; `not converged` if none was found, and none may or may not be, or where
             these are of least squares, as those of the norm were not found.
         slack: Torque that is missing, tau + L'f, shape (n,), in [N·m] or [N].
         f_min, f_max: The bounds, shape (m,), in [N].

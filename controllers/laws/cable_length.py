@@ -95,7 +95,7 @@ class CableLengthController:
         *,
         w_e: FloatArray | None = None,
     ) -> CableLengthSolution:
-        """The set points for a moment of the reference.
+        """Return the set points for a moment of the reference.
 
         Args:
             q: Not used: this controller is blind.
@@ -103,7 +103,7 @@ class CableLengthController:
             q_d: Desired positions, shape (n,), in [rad] or [m].
             qd_d: Desired velocities, shape (n,), in [rad/s] or [m/s].
             qdd_d: Desired accelerations, shape (n,), in [rad/s²] or [m/s²].
-            w_e: Generalised external load to make up for, shape (n,), in [N·m] or [N]; none when
+            w_e: Generalised external load to compensate for, shape (n,), in [N·m] or [N]; none when
                 None.
 
         Raises:

@@ -26,7 +26,7 @@ class CableVelocitySolution:
     """Rates of set points.
 
     Attributes:
-        rates: l0', shape (m,), in [m/s]; negative where a motor winds up.
+        rates: l0', shape (m,), in [m/s]; negative if a motor winds up.
         muscle_names: m names.
     """
 
@@ -73,7 +73,7 @@ class CableVelocityController:
         qd_d: FloatArray,
         qdd_d: FloatArray | None = None,
     ) -> CableVelocitySolution:
-        """The rates.
+        """Return the rates.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].

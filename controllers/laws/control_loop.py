@@ -39,7 +39,7 @@ class ControlLaw(Protocol):
     def dynamics(self) -> Dynamics: ...  # noqa: D102
 
     def error(self, q: FloatArray, reference: FloatArray) -> FloatArray:
-        """The reference's position less that of q, shape (r,)."""
+        """Return the reference's position less that of q, shape (r,)."""
 
     def solve(
         self,
@@ -52,7 +52,7 @@ class ControlLaw(Protocol):
         w_e: FloatArray | None = None,
         correction: FloatArray | None = None,
     ) -> ForceSolution:
-        """The forces; see `JointSpaceController.solve`."""
+        """Return the forces; see `JointSpaceController.solve`."""
 
 
 class ControlLoop:
@@ -65,7 +65,7 @@ class ControlLoop:
         ki: Integral gain, a number or shape (r,), in [1/s³].
         observer: Bandwidth w_o of the disturbance observer, in [rad/s]; 0 for none.
         delay: Ticks from reading a state until its forces take effect: 0 or 1.
-        predict: Whether to make up for the delay.
+        predict: Whether to compensate for the delay.
 
     Raises:
         InputError: A setting is wrong.

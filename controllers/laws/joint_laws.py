@@ -59,7 +59,7 @@ JOINT_LAWS = (
 
 
 def c_list(root: Path) -> str:
-    """The text of `C_LIST`.
+    """Return the text of `C_LIST`.
 
     Args:
         root: The source tree.

@@ -138,7 +138,7 @@ class JointSpaceController:
         self.distribution.reset()
 
     def get_state(self) -> FloatArray:
-        """All that the controller remembers: the solver's warm start."""
+        """Return all that the controller remembers: the solver's warm start."""
         return self.distribution.get_state()
 
     def set_state(self, state: FloatArray) -> None:
@@ -204,7 +204,7 @@ class JointSpaceController:
         w_e: FloatArray | None = None,
         correction: FloatArray | None = None,
     ) -> ForceSolution:
-        """The forces of eq. (3), checked. Arguments as in `required_torque`.
+        """Return the forces of eq. (3), checked. Arguments as in `required_torque`.
 
         Raises:
             InputError: A vector has another length than q.

@@ -57,14 +57,14 @@ class SpringMotors:
         pull = self.stiffness * (lengths - set_points) + self.damping * rates
         return np.maximum(pull, 0.0)
 
-    @np.errstate(over="ignore")  # of a weak spring: a command that is no number is refused
+    @np.errstate(over="ignore")  # of a weak spring: a command that is not a number is rejected
     def set_points(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> FloatArray:
         """l0 that makes the forces at a length and rate, shape (m,), in [m]."""
         l0: FloatArray = lengths - (forces - self.damping * rates) / self.stiffness
         return l0
 
     def angles(self, set_points: FloatArray, zero: FloatArray) -> FloatArray:
-        """Angles theta of the spindles, shape (m,), in [rad]; winding up is positive.
+        """Return angles theta of the spindles, shape (m,), in [rad]; winding up is positive.
 
         Args:
             set_points: l0, shape (m,), in [m].

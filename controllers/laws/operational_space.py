@@ -228,7 +228,7 @@ class OperationalSpaceController:
         w_e: FloatArray | None = None,
         correction: FloatArray | None = None,
     ) -> OperationalSpaceSolution:
-        """The forces of eq. (4), checked.
+        """Return the forces of eq. (4), checked.
 
         Where no forces within the bounds meet the tasks, these give way, the last priority first;
         the motion equation never does.

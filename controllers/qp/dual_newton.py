@@ -20,7 +20,7 @@ _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 @cache
 def library() -> ctypes.PyDLL:
-    """The loaded solver.
+    """Return the loaded solver.
 
     Loaded with the Python lock held during calls: they take microseconds.
 
@@ -86,7 +86,7 @@ class DualNewton:
 
     @classmethod
     def at(cls, handle: int) -> DualNewton:
-        """The solver of a handle whose memory belongs to another."""
+        """Return the solver of a handle whose memory belongs to another."""
         self = cls.__new__(cls)
         self._open(handle)
         return self

@@ -25,7 +25,7 @@ GIVEN = -1
 
 @cache
 def library() -> ctypes.PyDLL:
-    """The library of the laws; Python's lock is held during calls."""
+    """Return the library of the laws; Python's lock is held during calls."""
     laws = dual_newton.library()
     pointer, size, whole = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int
     laws.computed_torque_law.argtypes = [ctypes.c_char_p]
@@ -49,7 +49,7 @@ def view(address: int, length: int) -> FloatArray:
 
 
 def number_of(law: str) -> int:
-    """The number of a law in joint space by its name in `JOINT_LAWS`, for the array `law`.
+    """Return the number of a law in joint space by its name in `JOINT_LAWS`, for the array `law`.
 
     Raises:
         CardsflowError: The library was compiled of another table.
@@ -75,7 +75,7 @@ class LawInC:
 
     @classmethod
     def at(cls, handle: int, n: int, m: int, k: int = 0) -> LawInC:
-        """The law of a handle whose memory belongs to another."""
+        """Return the law of a handle whose memory belongs to another."""
         self = cls.__new__(cls)
         self._take(handle, n, m, k)
         return self
@@ -99,7 +99,7 @@ class LawInC:
         return found
 
     def write(self, **arrays: ArrayLike | None) -> None:
-        """Write arrays by name, each as numpy broadcasts it; 0 where None is given."""
+        """Write arrays by name, each as numpy broadcasts it; 0 if None is given."""
         for name, values in arrays.items():
             self[name][...] = 0.0 if values is None else values
 
@@ -113,12 +113,12 @@ class LawInC:
         return bool(self._library.computed_torque_needs_gravity(self.handle))
 
     def required_torque(self) -> FloatArray:
-        """The torque of the law in joint space, shape (n,)."""
+        """Return the torque of the law in joint space, shape (n,)."""
         self._library.computed_torque_require(self.handle)
         return self["tau"].copy()
 
     def solve(self, solver: str = qp.DEFAULT_SOLVER) -> int:
-        """Solve by a back end, and in C where that has no answer or a wrong one; a status."""
+        """Solve by a back end, and in C if that has no answer or a wrong one; a status."""
         if solver != qp.DUAL_NEWTON:
             status = self._solve_by(solver)
             if status < FAILED:

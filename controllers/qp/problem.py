@@ -35,8 +35,8 @@ class BoxProblem:
         g: Linear cost, shape (n,).
         A: Equalities, shape (m_eq, n), in any memory layout; rows may depend on each other.
         b: Their right sides, shape (m_eq,).
-        lb: Lower bounds, shape (n,); -inf where there is none.
-        ub: Upper bounds, shape (n,); inf where there is none, equal to lb for a fixed variable.
+        lb: Lower bounds, shape (n,); -inf if there is none.
+        ub: Upper bounds, shape (n,); inf if there is none, equal to lb for a fixed variable.
         row_weights: Shape (m_eq,), without unit: inf for a hard row, positive and finite for a soft
             one. All rows are hard when None.
         softness: The eps of a soft row of weight 1, relative to the problem's scale: eps_j =
@@ -101,7 +101,7 @@ class BoxSolution:
 
 
 def row_softness(problem: BoxProblem) -> FloatArray:
-    """The eps of every row, shape (m_eq,): 0 for hard rows.
+    """Return the eps of every row, shape (m_eq,): 0 for hard rows.
 
     Raises:
         InputError: A weight or the softness is not positive.

@@ -35,7 +35,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 
 
 def available_solvers() -> list[str]:
-    """Names of the back ends that can be used, sorted.
+    """Return names of the back ends that can be used, sorted.
 
     The first call imports qpsolvers, which takes a third of a second: dual_newton does without.
     """
@@ -45,7 +45,7 @@ def available_solvers() -> list[str]:
 
 
 def require_solver(name: str, *, key: str | None = None) -> str:
-    """The name, if there is such a back end.
+    """Return the name, if there is such a back end.
 
     Args:
         name: `dual_newton`, or the name of a qpsolvers back end.
@@ -74,7 +74,7 @@ def solve(problem: qpsolvers.Problem, solver: str) -> FloatArray | None:
 
 
 def _attempt(problem: qpsolvers.Problem, solver: str) -> qpsolvers.Solution | None:
-    """The back end's solution, unchecked, if it has an x."""
+    """Return the back end's solution, unchecked, if it has an x."""
     import qpsolvers
 
     try:
@@ -121,7 +121,7 @@ class BoxSolver:
         self._newton.start[:] = 0.0
 
     def get_state(self) -> FloatArray:
-        """All that the solver remembers: the last multipliers, shape (m_eq,)."""
+        """Return all that the solver remembers: the last multipliers, shape (m_eq,)."""
         return self._newton.start.copy()
 
     def set_state(self, state: ArrayLike) -> None:
@@ -136,7 +136,7 @@ class BoxSolver:
         self._newton.start[:] = values
 
     def solve(self, problem: BoxProblem) -> BoxSolution:
-        """The checked answer.
+        """Return the checked answer.
 
         Args:
             problem: Of this solver's size.
@@ -184,7 +184,7 @@ class BoxSolver:
         )
 
     def _try_qpsolvers(self, problem: BoxProblem, solver: str) -> BoxSolution | None:
-        """A qpsolvers back end's answer, or None if it gave none that passes the check."""
+        """Return a qpsolvers back end's answer, or None if it gave none that passes the check."""
         eps = self._newton.softness
         solution = _attempt(as_qpsolvers(problem, eps), solver)
         if solution is None:
@@ -208,7 +208,7 @@ _STATUS: dict[int, Status] = {
 
 
 def _refuse(newton: dual_newton.DualNewton) -> None:
-    """Raise the error that names the wrong number of a refused problem."""
+    """Raise the error that names the wrong number of a rejected problem."""
     for name in ("H_diagonal", "g", "A", "b"):
         values = getattr(newton, name)
         if not np.isfinite(values).all():

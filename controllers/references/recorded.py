@@ -26,7 +26,7 @@ _MAX_ORDER = 12
 _MIN_NOISE = 1e-9  # of the largest difference: below it, the spline's knots are rounding's
 
 
-@np.errstate(all="ignore")  # what overflows is refused at the end
+@np.errstate(all="ignore")  # what overflows is rejected at the end
 def waypoint_trajectory(
     times: FloatArray, q: FloatArray, name: str = "waypoints", space: Space = "joint"
 ) -> Trajectory:
@@ -63,7 +63,7 @@ def recorded_trajectory(
     name: str = "recorded",
     space: Space = "joint",
 ) -> Trajectory:
-    """A recorded motion as a trajectory.
+    """Return a recorded motion as a trajectory.
 
     Without velocities, a smoothing spline of fifth order gives positions, velocities and
     accelerations: the smoothest that stays within the noise (Reinsch 1967). What is given is taken
@@ -101,7 +101,7 @@ def recorded_trajectory(
 
 
 def _smoothing_spline(times: FloatArray, q: FloatArray, noise: float | None) -> BSpline:
-    """The smoothest spline of fifth order whose squared distances sum up as noise's do."""
+    """Return the smoothest spline of fifth order whose squared distances sum up as noise's do."""
     from scipy.interpolate import BSpline, splrep
 
     m = len(times)
@@ -116,7 +116,7 @@ def _smoothing_spline(times: FloatArray, q: FloatArray, noise: float | None) -> 
 
 
 def _spline_through(times: FloatArray, q: FloatArray, ends: Any) -> BSpline:
-    """The spline of fifth order through all samples.
+    """Return the spline of fifth order through all samples.
 
     Args:
         times: Shape (m,).
@@ -156,7 +156,7 @@ def _knots(splines: Sequence[BSpline]) -> FloatArray:
 
 
 def _require_motion(times: FloatArray, rows: FloatArray, fewest: int) -> None:
-    """Refuse what is no motion."""
+    """Reject what is not a motion."""
     if rows.ndim != 2 or len(rows) != len(times):
         raise InputError(f"has no row for each of {len(times)} times: shape {rows.shape}")
     if len(times) < fewest:

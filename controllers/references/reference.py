@@ -94,7 +94,7 @@ class Reference:
         self.duration = float(ends[-1])
 
     def evaluate(self, t: ArrayLike) -> JointReference:
-        """The reference at a time, or at several; at rest before 0 and after its duration.
+        """Return the reference at a time, or at several; at rest before 0 and after its duration.
 
         Args:
             t: Time, in [s]: a number, or an array of shape (k,).

@@ -40,7 +40,7 @@ class SplineReference(Reference):
         InputError: Between two points is more motion than numbers have room for.
     """
 
-    @np.errstate(all="ignore")  # what overflows is refused at the end
+    @np.errstate(all="ignore")  # what overflows is rejected at the end
     def __init__(self, trajectory: Trajectory) -> None:
         points = trajectory.points
         if trajectory.spline == "samples":
@@ -85,7 +85,7 @@ def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray
 
 
 def _bernstein(before: FloatArray, after: FloatArray, length: float) -> FloatArray:
-    """The polynomial in Bernstein's basis with given values and derivatives at both ends.
+    """Return the polynomial in Bernstein's basis with given values and derivatives at both ends.
 
     Its q-th derivative at an end depends on the q + 1 coefficients next to that end alone.
 
@@ -111,7 +111,7 @@ def _bernstein(before: FloatArray, after: FloatArray, length: float) -> FloatArr
 
 
 def _raised(c: FloatArray, orders: int) -> FloatArray:
-    """The same polynomial with more coefficients in Bernstein's basis."""
+    """Return the same polynomial with more coefficients in Bernstein's basis."""
     degree, more = len(c) - 1, orders - len(c)
     if not more:
         return c

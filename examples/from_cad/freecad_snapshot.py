@@ -1,4 +1,4 @@
-"""Skeleton of an adapter: a macro that writes the snapshot of a FreeCAD assembly, beside it."""
+"""Skeleton of an adapter: a macro that writes the snapshot of a FreeCAD assembly, next to it."""
 
 import json
 from pathlib import Path

@@ -134,7 +134,7 @@ static int greet(void)
     return fprintf(stderr, "controller: nobody answers, or it is in use\n"), 0;
 }
 
-/* Whether a new state came: in lock step what is lost is sent again, in real time it is missed. */
+/* Whether a new state came: in lockstep what is lost is sent again, in real time it is missed. */
 static int exchange(double t)
 {
     const uint64_t begin = clock_ns(), patience = (uint64_t)(PATIENCE * STEP * (double)SECOND);

@@ -1,6 +1,6 @@
 /* The frame of docs/reference/hardware_protocol.md in portable C99: pack, unpack, checksum, authentication.
  *
- * Define MAX_VALUES before: frames with more values are refused. */
+ * Define MAX_VALUES before: frames with more values are rejected. */
 #ifndef FRAME_H
 #define FRAME_H
 
@@ -11,7 +11,7 @@
 
 #include "hmac_sha256.h"
 
-/* Kinds, flags, and why a hello is refused. */
+/* Kinds, flags, and why a hello is rejected. */
 enum { HELLO = 1, HELLO_ACK, SETPOINT, STATE, STOP, STOPPED, ERROR, PING, PONG };
 enum { SIGNED = 1, LOCKSTEP = 2, SAFE = 4, CLAMPED = 16 };
 enum { BUSY = 1, PORTS, WRONG_SCALE, WRONG_STEP, SHORT_WATCHDOG, WRONG_MODE, FAULT };

@@ -73,7 +73,7 @@ class Calibration:
         robot: The calibrated robot.
         parameters: What was free.
         change: By how much each has changed, shape (P,), in its unit.
-        covariance: Of the changes, with the prior, where they are small, shape (P, P).
+        covariance: Of the changes, with the prior, if they are small, shape (P, P).
         bend: RMS of what changes that are not small move each besides, shape (P,); see `bends`.
         information: H by the readings alone, in units of the prior's deviations, shape (P, P).
         prior: That of what was believed, where nothing had changed, shape (P, P).
@@ -216,7 +216,7 @@ def _changes(robot: Robot, problem: CalibrationProblem, z: FloatArray) -> FloatA
 
 
 def _errors(problem: CalibrationProblem, z: FloatArray, cut: Sequence[Window]) -> Errors:
-    """With theta held, and windows beginning where they fit best."""
+    """With theta held, and windows beginning if they fit best."""
     settled = problem.settled(z, cut)
     beyond = [np.full(cut[0].measured.shape, np.inf)]
     return _rms(problem, beyond if settled is None else settled.residuals)
@@ -241,7 +241,7 @@ def _with_shown(seen: SeenMarkers, robot: Robot, readings: Readings) -> Readings
 
 
 def _require_sensors(robot: Robot, readings: Readings) -> None:
-    """Refuse recordings from which a robot's motion cannot be known.
+    """Reject recordings from which a robot's motion cannot be known.
 
     Raises:
         InputError: Positions of joints or tensions are missing, or readings are too far apart.
@@ -277,7 +277,7 @@ def _require_sensors(robot: Robot, readings: Readings) -> None:
 
 
 def _require_better(result: Calibration) -> None:
-    """Refuse a result that predicts worse, by more than noise leaves open.
+    """Reject a result that predicts worse, by more than noise leaves open.
 
     Raises:
         CardsflowError: It does, over what was kept out.
@@ -335,7 +335,7 @@ class _Stops:
         self.met: list[str] = []
 
     def touched(self, window: Window) -> bool:
-        """Whether a joint is at a limit in a window."""
+        """Return whether a joint is at a limit in a window."""
         poses = window.readings.poses[window.first : window.first + len(window.measured)]
         beyond = np.maximum(self._lower - poses, poses - self._upper)
         at: BoolArray = np.any((beyond > -_NEAR_STOP) & (beyond < _BEYOND_STOP), axis=0)
@@ -345,7 +345,7 @@ class _Stops:
 
 
 def _windows_of(cut: Sequence[Window], fraction: float) -> list[Window]:
-    """The beginnings of windows."""
+    """Return the beginnings of windows."""
     rows = max(6, round(fraction * len(cut[0].measured)))
     return [window._replace(measured=window.measured[:rows]) for window in cut]
 

@@ -55,7 +55,7 @@ def fit(
     Args:
         problem: It.
         cut: The windows.
-        z: Where to begin; zeros when left out.
+        z: Where to begin; zeros if omitted.
         most: Most iterations.
         small_gain: Part of the cost; an iteration that gains less is the last, as is one that gains
             less than any deviation.
@@ -101,7 +101,7 @@ def _tried(
     step: FloatArray,
     z: FloatArray,
 ) -> Settled | None:
-    """Windows after a step, their starts fitted anew from where derivatives say; or None."""
+    """Windows after a step, their starts fitted again from where derivatives say; or None."""
     if not np.isfinite(problem.prior(z)[0]):
         return None
     moved = [

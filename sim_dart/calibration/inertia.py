@@ -31,7 +31,7 @@ def inertia_numbers(inertia: Inertia) -> FloatArray:
 
 
 def inertia_of(numbers: FloatArray) -> Inertia:
-    """The inverse of `inertia_numbers`."""
+    """Return the inverse of `inertia_numbers`."""
     m, c = float(numbers[0]), numbers[1:4] / numbers[0]
     I = _matrix(numbers) - m * (c @ c * np.eye(3) - np.outer(c, c))  # noqa: E741
     x, y, z = c.tolist()
@@ -39,7 +39,7 @@ def inertia_of(numbers: FloatArray) -> Inertia:
 
 
 def thickened(inertia: Inertia) -> FloatArray:
-    """The numbers of a body with mass, made a little thick where it is thin, or impossible."""
+    """The numbers of a body with mass, made a little thick if it is thin, or impossible."""
     I = np.array(inertia.matrix)  # noqa: E741
     radius = max(float(np.sqrt(max(np.trace(I), 0.0) / 2.0 / inertia.mass)), _MIN_RADIUS)
     values, axes = np.linalg.eigh(np.trace(I) / 2.0 * np.eye(3) - I)

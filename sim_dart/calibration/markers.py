@@ -105,16 +105,16 @@ class SeenMarkers:
 
 
 def shown_poses(seen: SeenMarkers, robot: Robot, q: FloatArray, markers: FloatArray) -> FloatArray:
-    """Poses at which markers are where they were seen, by least squares, row by row.
+    """Poses at which markers are if they were seen, by least squares, row by row.
 
     Args:
         seen: The markers.
         robot: The robot.
-        q: Positions by encoders, NaN where there is none, shape (K, n).
-        markers: As seen, NaN where they were hidden, shape (K, 3 M), in [m].
+        q: Positions by encoders, NaN if there is none, shape (K, n).
+        markers: As seen, NaN if they were hidden, shape (K, 3 M), in [m].
 
     Returns:
-        q with what markers show; NaN where they do not show a pose by themselves.
+        q with what markers show; NaN if they do not show a pose by themselves.
 
     Raises:
         InputError: They show no pose at all, or one that does not fit.
@@ -165,7 +165,7 @@ class _Pose:
 def _searched(
     seen: SeenMarkers, robot: Robot, pose: FloatArray, blind: IntArray, y: FloatArray
 ) -> _Pose:
-    """The best fit from several starts within the joints' ranges."""
+    """Return the best fit from several starts within the joints' ranges."""
     rng = np.random.default_rng(_SEED)
     low = np.array([max(c.lower, -np.pi) for c in robot.coordinates])[blind]
     high = np.array([min(c.upper, np.pi) for c in robot.coordinates])[blind]

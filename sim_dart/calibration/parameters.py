@@ -85,7 +85,7 @@ class Parameter:
         kind: What it is.
         item: Index of its muscle, link or coordinate.
         part: Index of the point, and of the axis; or of the number of an inertia.
-        value: Of the robot, in `unit`; 0 where it is a change by itself.
+        value: Of the robot, in `unit`; 0 if it is a change by itself.
         sd: Of the prior.
         unit: Its unit.
         low, high: Least and greatest value.
@@ -114,7 +114,7 @@ def free_parameters(
     priors: PriorSettings,
     markers: Sequence[Marker] = (),
 ) -> tuple[tuple[Parameter, ...], tuple[str, ...]]:
-    """The parameters that patterns name, and a line each for what there is none of.
+    """Return the parameters that patterns name, and a line each for what there is none of.
 
     Args:
         robot: A valid robot.
@@ -231,7 +231,7 @@ def _of_joints(
 
 
 def calibrated_robot(robot: Robot, parameters: Sequence[Parameter], theta: FloatArray) -> Robot:
-    """The robot with its numbers changed; those of sensors are none of it.
+    """Return the robot with its numbers changed; those of sensors are none of it.
 
     Args:
         robot: As it was believed to be.

@@ -98,15 +98,15 @@ class CalibrationProblem:
         self._acts = acts.astype(np.int32)
 
     def robot_at(self, z: FloatArray) -> Robot:
-        """The robot with theta = z sd."""
+        """Return the robot with theta = z sd."""
         return self._rolls.robot_at(z)
 
     def without_traces(self, z: FloatArray) -> FloatArray:
-        """Z, but no friction where it is at its least."""
+        """Z, but no friction if it is at its least."""
         return np.where(self._rubs & (z <= self.low), z - _MIN_FRICTION, z)
 
     def prior(self, z: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """The cost of theta by what was believed, half its gradient and half its Hessian."""
+        """Return the cost of theta by what was believed, half its gradient and half its Hessian."""
         cost, g, H = float(z @ z), z.copy(), np.eye(len(z))
         for at, prior in self._priors:
             s = self.sd[at]
@@ -127,11 +127,11 @@ class CalibrationProblem:
         Args:
             z: theta over its sd.
             cut: The windows.
-            starts: Where to look from; what smooth motions say when left out.
+            starts: Where to look from; what smooth motions say if omitted.
             solvers: Of a linearisation near z.
 
         Returns:
-            None where a window diverges.
+            None if a window diverges.
         """
         begin = [smooth_start(window) for window in cut] if starts is None else starts
         near = [None] * len(cut) if solvers is None else solvers
@@ -159,7 +159,7 @@ class CalibrationProblem:
     def linearise(
         self, z: FloatArray, cut: Sequence[Window], starts: Sequence[FloatArray]
     ) -> Linearised | None:
-        """Windows about a point; None where one diverges."""
+        """Windows about a point; None if one diverges."""
         P, acts = len(z), self._acts
         H, g = np.zeros((len(acts), len(acts))), np.zeros(len(acts))
         changes, slopes, solvers = [], [], []
@@ -191,7 +191,7 @@ class CalibrationProblem:
 
         Returns:
             H at z, shape (P, P), and J'(r(z + c) - 2 r(z) + r(z - c)) of each change c, shape
-            (S, P), with the residuals r and their derivatives J, starts eliminated. None where a
+            (S, P), with the residuals r and their derivatives J, starts eliminated. None if a
             window diverges.
         """
         P, acts, size = len(z), self._acts, 2 * len(self.robot.coordinates)
@@ -241,7 +241,7 @@ class CalibrationProblem:
     def informations(
         self, cut: Sequence[Window], starts: Sequence[FloatArray]
     ) -> list[FloatArray] | None:
-        """H of each window about what is believed, shape (P, P) each; None where one diverges."""
+        """H of each window about what is believed, shape (P, P) each; None if one diverges."""
         found, P, acts = [], len(self.parameters), self._acts
         for one in self._eliminated(np.zeros(P), cut, starts):
             if one is None:
@@ -264,7 +264,7 @@ class CalibrationProblem:
 
 
 def _among(columns: FloatArray, acts: IntArray, count: int) -> FloatArray:
-    """Columns of the numbers that act among those of all, zeros for the others."""
+    """Return columns of the numbers that act among those of all, zeros for the others."""
     whole = np.zeros((len(columns), count))
     whole[:, acts] = columns
     return whole
@@ -273,7 +273,7 @@ def _among(columns: FloatArray, acts: IntArray, count: int) -> FloatArray:
 def _inertia_priors(
     robot: Robot, parameters: Sequence[Parameter], sd: float
 ) -> list[tuple[IntArray, InertiaPrior]]:
-    """Of each link whose numbers are free, where they are among the parameters."""
+    """Of each link whose numbers are free, if they are among the parameters."""
     at: dict[int, list[int]] = {}
     for k, one in enumerate(parameters):
         if one.kind == "inertia":

@@ -32,7 +32,7 @@ class Readings:
         tensions: From each reading to the next, shape (K, m), in [N].
         torques: Of motors at joints, shape (K, n), in [N·m] or [N].
         markers: Of M markers, as seen in the world, shape (K, 3 M), in [m]; hidden ones are NaN.
-        shown: q with what markers show where there is no encoder; q itself when None.
+        shown: q with what markers show if there is no encoder; q itself when None.
     """
 
     name: str
@@ -108,7 +108,7 @@ class Window(NamedTuple):
     Attributes:
         readings: The recording.
         first: Its first reading.
-        measured: The readings' columns, shape (rows, n + m + 3 M); NaN where there is no sensor,
+        measured: The readings' columns, shape (rows, n + m + 3 M); NaN if there is no sensor,
             or a marker is hidden.
     """
 

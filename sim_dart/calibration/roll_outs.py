@@ -70,7 +70,7 @@ class RollOuts:
         self._slips: WeakKeyDictionary[Readings, FloatArray] = WeakKeyDictionary()
 
     def robot_at(self, z: FloatArray) -> Robot:
-        """The robot with theta = z sd."""
+        """Return the robot with theta = z sd."""
         return calibrated_robot(self._robot, self._parameters, z * self._sd)
 
     def differentiate_at(self, z: FloatArray) -> None:
@@ -86,7 +86,7 @@ class RollOuts:
         cut: Sequence[Window],
         of_each: Sequence[S],
     ) -> Iterator[T | None]:
-        """Of each window, side by side where they are many; None at the first that diverges."""
+        """Of each window, side by side if they are many; None at the first that diverges."""
         rollers = self._rollers_at(z)
 
         def one_of(window: Window, mine: S) -> T | None:
@@ -122,7 +122,7 @@ class RollOuts:
         z: FloatArray,
         along: IntArray | None,
     ) -> Left | None:
-        """What is left of a window, and its derivatives by z along some numbers, and the start.
+        """Remainder of a window, and its derivatives by z along some numbers, and the start.
 
         Along None there are no derivatives at all, and along no numbers those by the start.
 
@@ -134,7 +134,7 @@ class RollOuts:
             along: Indices of the numbers, in their order.
 
         Returns:
-            None where it diverges.
+            None if it diverges.
         """
         rows, readings = len(window.measured), window.readings
         with_derivatives, along = along is not None, NONE if along is None else along
@@ -269,6 +269,6 @@ class RollOuts:
         return commanded, np.array(changes).reshape(-1, *read.shape)
 
     def _sum(self, kind: str, theta: FloatArray) -> float:
-        """The value of a parameter that there is one of at most."""
+        """Return the value of a parameter that there is one of at most."""
         found = (t for one, t in zip(self._parameters, theta, strict=True) if one.kind == kind)
         return float(sum(found))

@@ -21,11 +21,11 @@ _SUSPICIOUS = 5e-3
 """RMS of lengths, in [m], less their mean, that no offset and hardly a via point explains."""
 
 _EXPLAINED = 0.25
-"""What is left of it where two signals are swapped back."""
+"""Remainder of it where two signals are swapped back."""
 
 
 def require_this_robot(robot: Robot, paths: MusclePaths, readings: Readings) -> None:
-    """Refuse lengths that are another robot's, and signals that look swapped.
+    """Reject lengths that are another robot's, and signals that look swapped.
 
     Raises:
         InputError: They do not follow the robot's own, be they off by a constant.

@@ -59,7 +59,7 @@ class Rolled(NamedTuple):
 
 
 def robot_numbers(robot: Robot) -> FloatArray:
-    """The numbers of the blob that roll-outs work on, shape (numbers,)."""
+    """Return the numbers of the blob that roll-outs work on, shape (numbers,)."""
     return blob_reals(compile_blob(estimated_robot(robot)))
 
 
@@ -109,7 +109,7 @@ class Sensitivity:
                 where left out.
 
         Returns:
-            None where the state has diverged.
+            None if the state has diverged.
         """
         rows, width = len(tensions), self._n + self._m
         readings = np.empty((rows, width))

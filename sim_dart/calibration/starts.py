@@ -21,7 +21,7 @@ _GAIN = 1e-2
 """Of a window's cost, below which its start is fitted: of thousands of readings' squares."""
 
 Left = tuple[FloatArray, FloatArray]
-"""What is left of a window's readings, shape (rows, columns), and its derivatives, shape (rows,
+"""Remainder of a window's readings, shape (rows, columns), and its derivatives, shape (rows,
 columns, directions), the last of which are those by the start."""
 
 
@@ -45,7 +45,7 @@ class Eliminated(NamedTuple):
 
 @dataclass(frozen=True)
 class Settled:
-    """Windows with theta held, each beginning where it fits best.
+    """Windows with theta held, each beginning if it fits best.
 
     Attributes:
         cost: Sum of squared residuals, without the prior.
@@ -64,10 +64,10 @@ def settle(
     noise: FloatArray,
     solver: FloatArray | None = None,
 ) -> Settled | None:
-    """Levenberg and Marquardt's method for the start of one window; None where it diverges.
+    """Levenberg and Marquardt's method for the start of one window; None if it diverges.
 
     Args:
-        roll: What is left of the window from a start on, with derivatives by it or without.
+        roll: Remainder of the window from a start on, with derivatives by it or without.
         start: Where to look from, shape (2 n,).
         noise: Of one reading, shape (columns,).
         solver: `start_solver` of somewhere near, which may do without any derivatives.
@@ -113,7 +113,7 @@ def _settled_by(
     noise: FloatArray,
     solver: FloatArray,
 ) -> Settled | None:
-    """The same with derivatives of somewhere near; None where these do not get there."""
+    """Return the same with derivatives of somewhere near; None if these do not get there."""
     here = roll(start, False)
     for _ in range(_NEAR_ITERATIONS):
         if here is None:
@@ -136,7 +136,7 @@ def _settled_by(
 
 
 def eliminate(left: Left, size: int, noise: FloatArray) -> Eliminated:
-    """A window with its start eliminated.
+    """Return a window with its start eliminated.
 
     Args:
         left: Of the window, with derivatives by the numbers and the start.
@@ -153,7 +153,7 @@ def eliminate(left: Left, size: int, noise: FloatArray) -> Eliminated:
 
 
 def without_start(left: Left, size: int, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The part of a window's derivatives by numbers that no start makes up for.
+    """Return the part of a window's derivatives by numbers that no start compensates for.
 
     Args:
         left: Of the window, with derivatives by the numbers and the start.

@@ -13,7 +13,7 @@ IntArray = NDArray[np.int32]
 
 
 def vector(what: str, values: ArrayLike, size: int) -> FloatArray:
-    """The values as a contiguous float array of shape (size,).
+    """Return the values as a contiguous float array of shape (size,).
 
     Raises:
         InputError: They have another shape or are no numbers.

@@ -25,7 +25,7 @@ _MOTION = {"rotation": 0, "translation": 1}
 
 
 def _unit(axis: Vector3) -> FloatArray:
-    """The axis scaled to length 1: files hold rounded ones."""
+    """Return the axis scaled to length 1: files hold rounded ones."""
     unit: FloatArray = np.array(axis) / np.linalg.norm(axis)
     return unit
 

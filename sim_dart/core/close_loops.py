@@ -17,7 +17,7 @@ from .loop_fields import closures
 
 
 def close_loops(robot: Robot, q: ArrayLike | None = None, hold: Sequence[str] = ()) -> FloatArray:
-    """The nearest pose in which all loops of a robot are closed, within its joints' limits.
+    """Return the nearest pose in which all loops of a robot are closed, within its joints' limits.
 
     A pose without gaps comes back as it is. Where a start leads into a dead end, others near it
     are tried, always the same.
@@ -25,7 +25,7 @@ def close_loops(robot: Robot, q: ArrayLike | None = None, hold: Sequence[str] = 
     Args:
         robot: The robot.
         q: Where to begin, shape (n,), in [rad] or [m]; at the initial values when None.
-        hold: Names of coordinates that stay where they are.
+        hold: Names of coordinates that stay if they are.
 
     Returns:
         Shape (n,), in [rad] or [m].
@@ -61,7 +61,7 @@ def closed_pose(
 
 
 def closed_rates(core: Core, qd: FloatArray) -> FloatArray:
-    """The velocities nearest to some that keep the loops closed, at the last pose."""
+    """Return the velocities nearest to some that keep the loops closed, at the last pose."""
     rates = qd.copy()
     core.close_rates(core.handle, rates.ctypes.data)
     return rates

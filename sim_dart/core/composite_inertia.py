@@ -21,7 +21,7 @@ class CompositeInertia:
         self._first = np.zeros(3)  # moments of mass about the frame's origin
         self._second = np.zeros((3, 3))
 
-    @np.errstate(over="ignore", invalid="ignore")  # the core refuses what is not finite
+    @np.errstate(over="ignore", invalid="ignore")  # the core rejects what is not finite
     def add(self, inertia: Inertia, T_frame_link: FloatArray) -> None:
         """Add a link.
 
@@ -37,7 +37,7 @@ class CompositeInertia:
 
     @property
     def centre(self) -> FloatArray:
-        """Centre of mass in the frame, shape (3,), in [m]; the origin where there is no mass."""
+        """Centre of mass in the frame, shape (3,), in [m]; the origin if there is no mass."""
         return self._first / self.mass if self.mass else np.zeros(3)
 
     @property
@@ -49,6 +49,6 @@ class CompositeInertia:
 
 
 def _shift(mass: float, r: FloatArray) -> FloatArray:
-    """The inertia of a point mass, m (r·r 1 - r r'), shape (3, 3)."""
+    """Return the inertia of a point mass, m (r·r 1 - r r'), shape (3, 3)."""
     moved: FloatArray = mass * (r @ r * np.eye(3) - np.outer(r, r))
     return moved

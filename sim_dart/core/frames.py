@@ -14,7 +14,7 @@ from .variables import robot_variables
 
 
 def transform(pose: Pose) -> FloatArray:
-    """The homogeneous matrix of a pose, shape (4, 4)."""
+    """Return the homogeneous matrix of a pose, shape (4, 4)."""
     T = np.eye(4)
     T[:3, :3] = rotation(pose.rpy)
     T[:3, 3] = pose.position
@@ -22,7 +22,7 @@ def transform(pose: Pose) -> FloatArray:
 
 
 def inverse(T: FloatArray) -> FloatArray:
-    """The inverse of a homogeneous matrix, shape (4, 4)."""
+    """Return the inverse of a homogeneous matrix, shape (4, 4)."""
     inverted = np.eye(4)
     inverted[:3, :3] = T[:3, :3].T
     inverted[:3, 3] = -T[:3, :3].T @ T[:3, 3]
@@ -42,7 +42,7 @@ class Place:
     T_frame_link: FloatArray
 
     def point(self, position: tuple[float, float, float]) -> FloatArray:
-        """A point of the link, shape (3,), in the moving frame."""
+        """Return a point of the link, shape (3,), in the moving frame."""
         moved: FloatArray = (
             self.T_frame_link[:3, :3] @ np.array(position) + self.T_frame_link[:3, 3]
         )
@@ -67,7 +67,7 @@ class MovingFrame:
 
 
 def _held(motion: Motion, way: float) -> FloatArray:
-    """The transform of a motion that has gone a way, in [rad] or [m]."""
+    """Return the transform of a motion that has gone a way, in [rad] or [m]."""
     T = np.eye(4)
     axis = normalized(motion.axis)
     if motion.kind == "rotation":
@@ -78,7 +78,7 @@ def _held(motion: Motion, way: float) -> FloatArray:
 
 
 def moving_frames(robot: Robot) -> tuple[list[MovingFrame], dict[str, Place]]:
-    """The frames that move, parents first, and where every link is fixed."""
+    """Return the frames that move, parents first, and where every link is fixed."""
     frames: list[MovingFrame] = []
     places = {WORLD: Place(-1, np.eye(4))}
     variables = robot_variables(robot)

@@ -29,12 +29,12 @@ _REAL: dict[bool, np.dtype[Any]] = {False: np.dtype("<f8"), True: np.dtype("<f4"
 
 @cache
 def library() -> ctypes.PyDLL:
-    """The loaded C core.
+    """Return the loaded C core.
 
     Loaded with the Python lock held during calls: they take microseconds.
 
     Raises:
-        CardsflowError: The library is missing, or was compiled with other tension laws.
+        CardsflowError: The library is missing, or was compiled with other muscle laws.
     """
     root = Path(os.environ.get("CARDSFLOW_LIBRARY_DIR", Path(__file__).parents[2]))
     path = root / "sim_dart" / "lib" / f"cardsflow_core{_SUFFIX}"
@@ -86,7 +86,7 @@ def _padded(packed: bytes) -> bytes:
 
 
 def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
-    """As a blob has them; a number that single precision cannot hold is refused."""
+    """As a blob has them; a number that single precision cannot hold is rejected."""
     with np.errstate(over="ignore"):
         packed: NDArray[Any] = values.astype(_REAL[single])
     lost = np.isfinite(values) & ~np.isfinite(packed)
@@ -98,7 +98,7 @@ def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
 
 
 def pack_field(name: str, values: NDArray[Any], size: int) -> bytes:
-    """A field's numbers, padded to 8 bytes.
+    """Return a field's numbers, padded to 8 bytes.
 
     Args:
         name: Of the field.
@@ -172,7 +172,7 @@ class Core:
         blob: From `pack_blob`.
 
     Raises:
-        InputError: The library refuses the blob.
+        InputError: The library rejects the blob.
 
     Attributes:
         handle: First argument of every call.
@@ -213,7 +213,7 @@ class Core:
         return wrenches
 
     def array(self, name: str, *shape: int) -> FloatArray:
-        """A view of a result array, of the given shape; a later call changes it."""
+        """Return a view of a result array, of the given shape; a later call changes it."""
         length = ctypes.c_size_t()
         pointer = library().core_array(self.handle, name.encode(), ctypes.byref(length))
         assert pointer, name

@@ -42,7 +42,7 @@ class Closure(NamedTuple):
 
 
 def closures(robot: Robot) -> list[Closure]:
-    """The equations of a robot's loop joints, joint after joint: points, then directions."""
+    """Return the equations of a robot's loop joints, joint after joint: points, then directions."""
     return [closure for loop in robot.loops for closure in _closures(loop)]
 
 
@@ -80,7 +80,7 @@ def _basis(loop: LoopJoint) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def loop_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
-    """The fields.
+    """Return the fields.
 
     Args:
         robot: A valid robot.

@@ -9,11 +9,11 @@ from addin_sdfusion.robot import InputError, Robot
 from .arrays import FloatArray
 
 _SINGULAR = 1e-13
-_ROUNDING = 1e-15  # what is left of a zero beside the largest inertia of the same unit
+_ROUNDING = 1e-15  # what is left of a zero next to the largest inertia of the same unit
 
 
 def massless_coordinates(robot: Robot, M: FloatArray) -> list[str]:
-    """The coordinates that move no mass, or none that the others do not move: M is singular.
+    """Return the coordinates that move no mass, or none that the others do not move: M is singular.
 
     By Cholesky's decomposition with pivots, of M with ones on its diagonal: what is left of a
     coordinate's inertia when all with more are held.
@@ -38,7 +38,7 @@ def massless_coordinates(robot: Robot, M: FloatArray) -> list[str]:
 
 
 def require_inertia(robot: Robot, M: FloatArray) -> None:
-    """Refuse a robot that some motion does not move any mass of.
+    """Reject a robot that some motion does not move any mass of.
 
     Args:
         robot: The robot, for the message.

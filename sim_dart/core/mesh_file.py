@@ -16,7 +16,7 @@ from addin_sdfusion.robot.mesh_files import mesh_bytes
 def read_mesh(
     file: Path, roots: Iterable[Path] | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """The triangles in a file, in its units.
+    """Return the triangles in a file, in its units.
 
     Args:
         file: A mesh of a type that `mesh_problem` knows, whole in this file.
@@ -34,7 +34,7 @@ def read_mesh(
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     try:
         stream, kind = trimesh.util.wrap_as_stream(data), file.suffix.lstrip(".").lower()
-        with np.errstate(all="ignore"):  # of numbers that are refused below
+        with np.errstate(all="ignore"):  # of numbers that are rejected below
             mesh = trimesh.load_mesh(stream, file_type=kind, skip_materials=True)
             if isinstance(mesh, trimesh.Scene):
                 mesh = mesh.to_mesh()

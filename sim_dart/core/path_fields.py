@@ -37,7 +37,7 @@ class PlacedWrap(NamedTuple):
 
 
 def ordered_wraps(robot: Robot) -> list[PlacedWrap]:
-    """The wraps of the active muscles in their order along the paths."""
+    """Return the wraps of the active muscles in their order along the paths."""
     return [
         PlacedWrap(muscle, wrap, first + wrap.segment)
         for muscle, first in zip(robot.muscles, first_points(robot), strict=True)
@@ -46,17 +46,17 @@ def ordered_wraps(robot: Robot) -> list[PlacedWrap]:
 
 
 def pulley_muscles(robot: Robot) -> list[int]:
-    """The indices of the active muscles that come off a swivelling pulley."""
+    """Return the indices of the active muscles that come off a swivelling pulley."""
     return [k for k, muscle in enumerate(robot.muscles) if muscle.pulley is not None]
 
 
 def first_points(robot: Robot) -> list[int]:
-    """The first via point of each active muscle, counted over all muscles."""
+    """Return the first via point of each active muscle, counted over all muscles."""
     return list(accumulate((len(muscle.via_points) for muscle in robot.muscles), initial=0))[:-1]
 
 
 def path_counts(robot: Robot) -> dict[str, int]:
-    """How many items each of the fields has."""
+    """Return how many items each of the fields has."""
     return {
         "points": sum(len(muscle.via_points) for muscle in robot.muscles),
         "surfaces": len(robot.wrap_surfaces),
@@ -68,7 +68,7 @@ def path_counts(robot: Robot) -> dict[str, int]:
 
 
 def path_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
-    """The fields.
+    """Return the fields.
 
     Args:
         robot: A valid robot.
@@ -130,11 +130,11 @@ def _pulley_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, Array
 
 
 def _axis(place: Place, surface: WrapSurface, k: int) -> FloatArray:
-    """The x, y or z axis of a surface's pose in its moving frame."""
+    """Return the x, y or z axis of a surface's pose in its moving frame."""
     return _turned(place, tuple(row[k] for row in rotation(surface.pose.rpy)))
 
 
 def _turned(place: Place, direction: tuple[float, ...]) -> FloatArray:
-    """A direction in a link as a unit vector in its moving frame."""
+    """Return a direction in a link as a unit vector in its moving frame."""
     turned: FloatArray = place.T_frame_link[:3, :3] @ np.array(direction)
     return turned / np.linalg.norm(turned)

@@ -12,7 +12,7 @@ MAX_HALF_AXIS = 10.0
 
 
 def refuse_uncomputed(robot: Robot) -> None:
-    """Refuse a robot whose muscles or coordinates have what is not computed, or are too many.
+    """Reject a robot whose muscles or coordinates have what is not computed, or are too many.
 
     Raises:
         InputError: It names the first such muscle and what it has.
@@ -57,7 +57,7 @@ def _uncomputed(muscle: Muscle, long: set[str]) -> Iterator[str]:
 
 
 def _has_route(muscle: Muscle) -> bool:
-    """Whether its path is more than fixed points, and wraps by our own rule."""
+    """Return whether its path is more than fixed points, and wraps by our own rule."""
     changing = any(point.when is not None or point.moves for point in muscle.via_points)
     ruled = any(wrap.rule != "taut" for wrap in muscle.wraps)
     return bool(changing or ruled or muscle.branches or muscle.terms)

@@ -38,7 +38,7 @@ class _Route(NamedTuple):
 
 
 def route_counts(robot: Robot) -> dict[str, int]:
-    """How many items each of the fields has."""
+    """Return how many items each of the fields has."""
     points = [point for muscle in robot.muscles for point in muscle.via_points]
     moves = [move for point in points for move in point.moves]
     return {
@@ -52,7 +52,7 @@ def route_counts(robot: Robot) -> dict[str, int]:
 
 
 def route_fields(robot: Robot, places: Mapping[str, Place]) -> dict[str, ArrayLike]:
-    """The fields.
+    """Return the fields.
 
     Args:
         robot: A valid robot.
@@ -90,7 +90,7 @@ def _wraps(muscle: Muscle) -> list[Wrap]:
 
 
 def _guided(robot: Robot) -> list[Wrap]:
-    """The wraps that a side point or a quadrant says the side of."""
+    """Return the wraps that a side point or a quadrant says the side of."""
     wraps = [wrap for muscle in robot.muscles for wrap in _wraps(muscle)]
     return [wrap for wrap in wraps if wrap.side_point is not None or wrap.quadrant != "all"]
 
@@ -171,7 +171,7 @@ def _held_value(robot: Robot, name: str) -> float | None:
 
 
 def _is_met(robot: Robot, when: PointCondition) -> bool:
-    """Whether a point is always in use, as the coordinate of its condition is held."""
+    """Return whether a point is always in use, as the coordinate of its condition is held."""
     at = _held_value(robot, when.coordinate)
     return at is not None and when.low <= at <= when.high
 
@@ -201,7 +201,7 @@ def _pieces(robot: Robot, move: PointMotion) -> tuple[Cubic, ...]:
 
 
 def _counted(robot: Robot, muscle: Muscle, name: str) -> int:
-    """The variable of a coordinate that a length counts."""
+    """Return the variable of a coordinate that a length counts."""
     variables = robot_variables(robot)
     found = variables.index.get(name, variables.held.get(name))
     if found is None:
@@ -210,7 +210,7 @@ def _counted(robot: Robot, muscle: Muscle, name: str) -> int:
 
 
 def _coordinate(robot: Robot, muscle: Muscle, name: str) -> int:
-    """The variable of a coordinate; any, where it is held and what it gives is constant."""
+    """Return the variable of a coordinate; any, if it is held and what it gives is constant."""
     index = robot_variables(robot).index
     if not index:
         raise _held(muscle, name)

@@ -18,7 +18,7 @@ def task_rows(robot: Robot) -> list[int]:
 
 
 def point_rows(robot: Robot) -> list[int]:
-    """The rows of the task frames that are points, among three rows a task frame."""
+    """Return the rows of the task frames that are points, among three rows a task frame."""
     frames = enumerate(robot.task_frames)
     return [3 * k + row for k, frame in frames if not frame.is_orientation for row in range(3)]
 

@@ -42,7 +42,7 @@ class Variables:
     Attributes:
         coordinates: Those that are coordinates, in order; the first are q.
         terms: Of each variable, in order; none of q.
-        driver: The variable that drives each motion, by the names of the joints; None where it
+        driver: The variable that drives each motion, by the names of the joints; None if it
             stands still.
         still: How far each motion goes that stands still, by the names of the joints.
         index: The variable of each coordinate that moves, by name.
@@ -61,7 +61,7 @@ class Variables:
 
 @once_a_robot
 def robot_variables(robot: Robot) -> Variables:
-    """The variables of a valid robot."""
+    """Return the variables of a valid robot."""
     moving = {c.name for c in robot.coordinates}
     coupled = []
     for c in followers(robot):
@@ -94,7 +94,7 @@ def _driver(
     terms: list[tuple[FunctionTerm, ...]],
     direct: set[int],
 ) -> int | None:
-    """The variable of a motion, which may be a new one."""
+    """Return the variable of a motion, which may be a new one."""
     if motion.is_fixed:
         return None
     own = index.get(joint.coordinates[motion.coordinate].name)
@@ -130,7 +130,7 @@ def _coupling(
 
 
 def variable_fields(variables: Variables) -> dict[str, ArrayLike]:
-    """The fields of the blob about variables."""
+    """Return the fields of the blob about variables."""
     terms = [term for group in variables.terms for term in group]
     numbers = [_numbers(term.function) for term in terms]
     more = [0.0] * (len(variables.terms) - len(variables.coordinates))
@@ -151,7 +151,7 @@ def variable_fields(variables: Variables) -> dict[str, ArrayLike]:
 
 
 def variable_counts(variables: Variables) -> dict[str, int]:
-    """How many items these fields have."""
+    """Return how many items these fields have."""
     terms = [term for group in variables.terms for term in group]
     return {
         "variables": len(variables.terms),
@@ -162,7 +162,7 @@ def variable_counts(variables: Variables) -> dict[str, int]:
 
 
 def _limit_forces(variables: Variables) -> list[tuple[int, tuple[float, ...]]]:
-    """The variable of each limit force, and its numbers."""
+    """Return the variable of each limit force, and its numbers."""
     return [
         (k, astuple(c.limit_force))
         for k, c in enumerate(variables.coordinates)
@@ -175,14 +175,14 @@ def _kind(function: Function) -> int:
 
 
 def _numbers(function: Function) -> FloatArray:
-    """A row a coefficient or a piece."""
+    """Return a row a coefficient or a piece."""
     if isinstance(function, Polynomial):
         return np.array(function.coefficients, dtype=float)
     return np.array(cubics(function), dtype=float)
 
 
 def variable_values(variables: Variables, q: FloatArray) -> FloatArray:
-    """All variables at many q.
+    """Return all variables at many q.
 
     Args:
         variables: Of a robot.

@@ -22,18 +22,18 @@
 
 typedef struct core core;
 
-/* The blob's layout as text, a line a count or field; the tension laws, a line each with its parameters
+/* The blob's layout as text, a line a count or field; the muscle laws, a line each with its parameters
    in order; the hash of both and the version, as a blob's header has them.                            */
 CORE_API const char *core_layout(void);
 CORE_API const char *core_laws(void);
 CORE_API uint32_t core_layout_hash(void);
 CORE_API uint32_t core_version(void);
 
-/* Bytes of working memory for a robot; 0 if the blob is refused, and `message` says why. */
+/* Bytes of working memory for a robot; 0 if the blob is rejected, and `message` says why. */
 CORE_API size_t core_size(const void *blob, size_t size, char *message, size_t capacity);
 
 /* Make a handle in `memory`, 8-byte aligned and of core_size bytes, zeroed by this call. The blob must
-   outlive it. NULL if the blob is refused.                                                            */
+   outlive it. NULL if the blob is rejected.                                                            */
 CORE_API core *core_open(const void *blob, size_t size, void *memory);
 
 /* An array by name, and its number of elements; NULL if there is no such array.
@@ -51,7 +51,7 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      gravity        G(q), dofs
      q, qd          the state that core_step advances, dofs
      qdd            accelerations, dofs
-     outer          generalised forces from outside at the last evaluation of a step, dofs
+     outer          generalised external forces at the last evaluation of a step, dofs
      work           done by the last call that steps, in [J]: of muscles, from outside, of damping, of cables'
                     friction; 4
      energies       of what moves, in [J]: kinetic, of its weight, zero at the world's origin, of the
@@ -66,12 +66,12 @@ CORE_API core *core_open(const void *blob, size_t size, void *memory);
      surface_places a surface's centre and z axis in the world, surfaces x 6
      surface_across an ellipsoid's x axis in the world, surfaces x 3
      wrap_contacts, pulley_contacts    see core_trace
-     wrap_before    via point before each wrap, -1 where it is in no use; wrap_rank its place among
+     wrap_before    via point before each wrap, -1 if it is in no use; wrap_rank its place among
                     those between the same points, wraps
      point_share    of each via point in its path, 0 to 1: see routed.c
      wrap_turning   turning angles about cylinders while turns are counted, in [rad], wraps; the caller
                     may write them back
-   Of the tension laws:
+   Of the muscle laws:
      rates          l' = L qd, muscles
      tensions       f, muscles; never negative but for springs that push
      law_states     what the laws remember, muscle after muscle; behind it of each bend of cables with friction
@@ -189,7 +189,7 @@ CORE_API int core_runge_kutta(core *c, const real *u, const real *extra, real h,
 CORE_API int core_external_wrenches(core *c, int32_t count, const int32_t *frame, const real *point,
                        const real *wrench);
 
-/* ---- Tension laws, all at the last q. u has a command a muscle, in the unit of its law; a command beyond
+/* ---- Muscle laws, all at the last q. u has a command a muscle, in the unit of its law; a command beyond
    the law's range acts as the nearest one in it, that of a passive muscle has no effect. Those that
    return int return 0, or 1 + the index of the first muscle whose command is not finite; then nothing
    has changed. ---- */

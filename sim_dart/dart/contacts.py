@@ -28,7 +28,7 @@ class Contact(NamedTuple):
 
 
 def read_contacts(result: Any, owners: Mapping[Any, str]) -> list[Contact]:
-    """The contacts that DART has found.
+    """Return the contacts that DART has found.
 
     Args:
         result: A result of collisions.

@@ -40,7 +40,7 @@ class EmptyWorld:
         return np.empty(0)
 
     def get_state(self) -> FloatArray:
-        """An empty state, shape (0,)."""
+        """Return an empty state, shape (0,)."""
         return np.empty(0)
 
     def set_state(self, state: FloatArray) -> None:

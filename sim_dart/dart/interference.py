@@ -32,7 +32,7 @@ class Nearest(NamedTuple):
         muscle: Name of the muscle.
         other: Name of the other muscle, or of the link.
         is_link: Whether the other one is a link.
-        distance: Smallest distance, in [m]; to a link negative where the muscle is inside.
+        distance: Smallest distance, in [m]; to a link negative if the muscle is inside.
         sample: Index of the posture.
     """
 
@@ -71,7 +71,7 @@ class Interference:
         self._own = [{point.link for point in muscle.via_points} for muscle in robot.muscles]
 
     def nearest(self, postures: Iterable[FloatArray]) -> list[Nearest]:
-        """The smallest distance of every pair over all postures.
+        """Return the smallest distance of every pair over all postures.
 
         Args:
             postures: Joint positions, each of shape (n,), in [rad] or [m].

@@ -15,7 +15,7 @@ _SHORT = 1e-9  # in [m]: a segment shorter than this has no direction
 
 
 def link_shapes(robot: Robot, scene: Scene) -> list[LinkShape]:
-    """The shapes of all links.
+    """Return the shapes of all links.
 
     Args:
         robot: A valid robot.
@@ -67,7 +67,7 @@ def _capsules(robot: Robot, link: Link, radius: float) -> Iterator[LinkShape]:
 
 
 def between(begin: Vector3, end: Vector3) -> Pose:
-    """A pose in the middle of two points, its z axis from one to the other."""
+    """Return a pose in the middle of two points, its z axis from one to the other."""
     direction = np.subtract(end, begin)
     x, y, z = direction / np.linalg.norm(direction)
     a, b, c = (0.5 * np.add(begin, end)).tolist()

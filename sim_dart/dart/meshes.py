@@ -32,7 +32,7 @@ _BODY = """<robot name="hull"><link name="hull">
 
 
 def load_mesh(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trimesh:
-    """A triangle mesh, in metres.
+    """Return a triangle mesh, in metres.
 
     Args:
         file: As `read_mesh` takes it.
@@ -48,7 +48,7 @@ def load_mesh(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trimesh
 
 
 def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trimesh:
-    """The convex hull of a mesh.
+    """Return the convex hull of a mesh.
 
     Args:
         file: As `read_mesh` takes it.
@@ -92,7 +92,7 @@ def _has_fine_hull(points: FloatArray) -> bool:
 
 
 def dart_mesh(hull: trimesh.Trimesh) -> Any:
-    """A mesh as a shape of DART.
+    """Return a mesh as a shape of DART.
 
     DART takes meshes from files alone: one is written aside, and gone when this returns.
 

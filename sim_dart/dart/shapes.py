@@ -39,7 +39,7 @@ class SolidShape:
 
 
 def solid_shape(shape: Shape) -> SolidShape:
-    """A shape of a scene as DART takes it.
+    """Return a shape of a scene as DART takes it.
 
     Args:
         shape: The shape.
@@ -98,7 +98,7 @@ class Surface:
 
 
 def surface(scene: Scene, friction: float | None, restitution: float | None) -> Surface:
-    """A body's own friction and restitution, or the scene's where it has none."""
+    """Return a body's own friction and restitution, or the scene's if it has none."""
     return Surface(
         scene.friction if friction is None else friction,
         scene.restitution if restitution is None else restitution,

@@ -69,7 +69,7 @@ class Skeleton:
 
 
 def build_skeleton(robot: Robot) -> Skeleton:
-    """The robot in DART.
+    """Return the robot in DART.
 
     Args:
         robot: A valid robot.
@@ -93,7 +93,7 @@ def build_skeleton(robot: Robot) -> Skeleton:
 
 
 def _refuse_driven(robot: Robot) -> None:
-    """Refuse what DART's joints do not have."""
+    """Reject what DART's joints do not have."""
     what = "are simulated by the core alone, not by DART"
     for joint in robot.driven_joints:
         raise InputError(f"joint {joint.name!r}: functions, couplings and locks {what}")
@@ -135,7 +135,7 @@ def _isometry(pose: Pose) -> Any:
 
 
 def _set_coordinate(dart_joint: Any, coordinate: Coordinate) -> None:
-    """Name; damping, spring and friction; limits where there are any, as inelastic stops."""
+    """Name; damping, spring and friction; limits if there are any, as inelastic stops."""
     dart_joint.setDofName(0, coordinate.name, True)
     dart_joint.setDampingCoefficient(0, coordinate.damping)
     if coordinate.stiffness:

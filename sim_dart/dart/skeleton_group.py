@@ -35,7 +35,7 @@ def trees(robot: Robot) -> list[Robot]:
 
 
 def build_skeletons(robot: Robot) -> Skeleton:
-    """The robot in DART, a skeleton a tree.
+    """Return the robot in DART, a skeleton a tree.
 
     Args:
         robot: A valid robot.

@@ -130,7 +130,7 @@ class SpeedWatch:
 
 
 def _middle(solid: SolidShape, pose: Pose) -> FloatArray:
-    """The middle of a shape in its body's frame, shape (3,), in [m]."""
+    """Return the middle of a shape in its body's frame, shape (3,), in [m]."""
     T = transform(pose)
     middle: FloatArray = T[:3, :3] @ solid.centre + T[:3, 3]
     return middle
@@ -143,7 +143,7 @@ def _bound(one: WatchedBody, other: WatchedBody) -> float:
 
 
 def _gap(one: WatchedBody, other: WatchedBody) -> float:
-    """A lower bound on the distance of two bodies, in [m]; may be negative."""
+    """Return a lower bound on the distance of two bodies, in [m]; may be negative."""
     return max(_clearance(one, other), _clearance(other, one))
 
 

@@ -107,7 +107,7 @@ class World:
             self._refuse_overlap()
 
     def contacts(self) -> list[Contact]:
-        """Every point of contact, with its force, as of the last step."""
+        """Return every point of contact, with its force, as of the last step."""
         return read_contacts(self._dart.getLastCollisionResult(), self._owners)
 
     def contact_forces(self) -> FloatArray:
@@ -140,7 +140,7 @@ class World:
         return np.array([_pose(dart) for _, dart in self._objects]).reshape(-1, 7)
 
     def get_state(self) -> FloatArray:
-        """Positions and velocities of the objects that move, shape (12 k,)."""
+        """Return positions and velocities of the objects that move, shape (12 k,)."""
         return np.array(
             [[*dart.getPositions(), *dart.getVelocities()] for _, dart in self._objects]
         ).reshape(-1)
@@ -259,14 +259,14 @@ class World:
             self._bodies[link] = WatchedBody(link, body, tuple(solids), moves)
 
     def _known(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """The names, if all are of bodies that collide."""
+        """Return the names, if all are of bodies that collide."""
         for name in names:
             if name not in self._bodies:
                 raise UnknownNameError("link or object that collides", name, self._bodies)
         return names
 
     def _within_robots(self) -> set[frozenset[str]]:
-        """All pairs of links of one tree."""
+        """Return all pairs of links of one tree."""
         members: dict[str, list[str]] = {}
         for name, watched in self._bodies.items():
             if name in self._skeleton.bodies:
@@ -284,7 +284,7 @@ class World:
                 passing.addBodyNodePairToBlackList(*(self._bodies[name].body for name in pair))
 
     def _refuse_far(self) -> None:
-        """Refuse what the search for contacts ends the process with."""
+        """Reject what the search for contacts ends the process with."""
         for name, watched in self._bodies.items():
             away = float(np.abs(watched.body.getWorldTransform().translation()).max())
             if not away <= MAX_DISTANCE:
@@ -306,7 +306,7 @@ class World:
 
 
 def _empty_world(robot: Robot, step: float) -> Any:
-    """A DART world; resting bodies are never put to sleep."""
+    """Return a DART world; resting bodies are never put to sleep."""
     import dartpy
 
     world = dartpy.simulation.World()
@@ -350,7 +350,7 @@ def _pose(dart: Any) -> FloatArray:
 
 
 def _refuse_many(bodies: int) -> None:
-    """Refuse a world all pairs of whose bodies could not be looked at."""
+    """Reject a world all pairs of whose bodies could not be looked at."""
     if bodies > limits.BODIES:
         what = f"{bodies} bodies can touch one another, which are more than {limits.BODIES}"
         raise InputError(f"{what}: leave out objects, or what links collide with")

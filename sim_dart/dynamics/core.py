@@ -43,7 +43,7 @@ class CoreDynamics(RobotDynamics):
             require_inertia(robot, self.mass_matrix([c.initial for c in robot.coordinates]))
 
     def acceleration(self, q: ArrayLike, qd: ArrayLike, torques: ArrayLike) -> FloatArray:
-        """Solve M qdd + C + G = tau for qdd, shape (n,), by articulated bodies where it can.
+        """Solve M qdd + C + G = tau for qdd, shape (n,), by articulated bodies if it can.
 
         With loops M qdd + C + G = tau + J'p, p such that they stay closed: J qdd = -J' qd.
 

@@ -50,7 +50,7 @@ class DartDynamics(RobotDynamics):
         return np.array([self._frame_bias(frame) for frame in self.robot.task_frames]).reshape(-1)
 
     def _frame_bias(self, frame: TaskFrame) -> FloatArray:
-        """The three values of a task frame in J' qd, at DART's present state."""
+        """Return the three values of a task frame in J' qd, at DART's present state."""
         dart, body = self._skeleton.dart, self._skeleton.bodies[frame.link]
         velocities = dart.getVelocities()
         if not frame.is_orientation:

@@ -73,7 +73,7 @@ class IndependentDynamics(CoreDynamics):
         return self._dependent
 
     def closed(self, q: ArrayLike) -> FloatArray:
-        """The pose in which the loops are closed by the dependent coordinates, shape (n,).
+        """Return the pose in which the loops are closed by the dependent coordinates, shape (n,).
 
         Raises:
             InputError: They cannot be closed.
@@ -158,7 +158,7 @@ class IndependentDynamics(CoreDynamics):
             raise SimulationError(f"where loops close, {self.coordinate_names[bad - 1]} {problem}")
 
     def _rows(self, q: ArrayLike, rows: FloatArray) -> FloatArray:
-        """Rows N: of a Jacobian, or of a generalised force."""
+        """Return rows N: of a Jacobian, or of a generalised force."""
         self._go(q)
         return self._narrowed(np.array(rows))
 
@@ -241,7 +241,7 @@ def _closed_poses(robot: Robot) -> list[FloatArray]:
 
 
 def _picked(J: FloatArray, rank: int, preference: FloatArray) -> list[int]:
-    """Columns of J that are as far from depending on each other as a greedy choice finds."""
+    """Return columns of J that are as far from depending on each other as a greedy choice finds."""
     left, chosen = J.copy(), list[int]()
     for _ in range(rank):
         sizes = np.linalg.norm(left, axis=0)

@@ -15,7 +15,7 @@ _ELASTIC = ("elastic_cable", "series_elastic_motor")
 
 
 def estimated_robot(robot: Robot) -> Robot:
-    """The robot with its driven muscles as ideal cables, and without joint limits.
+    """Return the robot with its driven muscles as ideal cables, and without joint limits.
 
     Tensions are measured, so that laws of driven muscles are not needed; passive ones keep theirs.
     An estimate that noise has put beyond a limit would be thrown back by it; what a limit pushes

@@ -118,7 +118,7 @@ class PoseEstimator:
         self.reset()
 
     def array(self, name: str, *shape: int) -> FloatArray:
-        """A view of an array of the C library, see estimator.h, of the given shape."""
+        """Return a view of an array of the C library, see estimator.h, of the given shape."""
         length = ctypes.c_size_t()
         pointer = self._c.estimator_array(self._handle, name.encode(), ctypes.byref(length))
         assert pointer, name
@@ -128,7 +128,7 @@ class PoseEstimator:
 
     @property
     def size(self) -> int:
-        """Bytes of working memory beside the robot's."""
+        """Bytes of working memory next to the robot's."""
         return self._memory.nbytes
 
     @property
@@ -170,7 +170,7 @@ class PoseEstimator:
         return STATUSES[self._c.estimator_find(self._handle)]
 
     def get_state(self) -> FloatArray:
-        """All that the estimator remembers, for `set_state`."""
+        """Return all that the estimator remembers, for `set_state`."""
         return self._remembered.copy()
 
     def set_state(self, state: FloatArray) -> None:

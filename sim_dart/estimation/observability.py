@@ -27,7 +27,7 @@ class Observability:
             where the readings leave it open.
         rank: At each pose, shape (K,).
         critical: Muscles that leave the rank below n at some pose when they are slack together,
-            as few as can be, one or two of them; empty where any two may be slack.
+            as few as can be, one or two of them; empty if any two may be slack.
     """
 
     sd: FloatArray
@@ -70,7 +70,7 @@ def observability(robot: Robot, poses: FloatArray, settings: EstimatorSettings) 
 
 
 def _weights(noise: object, size: int) -> FloatArray:
-    """1/noise; 0 where nothing is measured."""
+    """1/noise; 0 if nothing is measured."""
     sd = np.broadcast_to(np.asarray(noise, dtype=float), size)
     measured = (sd > 0) & np.isfinite(sd)
     weights = np.zeros(size)
@@ -79,7 +79,7 @@ def _weights(noise: object, size: int) -> FloatArray:
 
 
 def _rank_and_deviations(J: FloatArray) -> tuple[int, FloatArray]:
-    """The rank, and the standard deviation of each coordinate."""
+    """Return the rank, and the standard deviation of each coordinate."""
     _, s, V = np.linalg.svd(J, full_matrices=True)
     n = J.shape[1]
     s = np.concatenate([s, np.zeros(n - len(s))])

@@ -129,7 +129,7 @@ class RobotSensors:
         self.reset()
 
     def array(self, name: str, *shape: int) -> FloatArray:
-        """A view of an array of the C library, see sensors.h, of the given shape."""
+        """Return a view of an array of the C library, see sensors.h, of the given shape."""
         length = ctypes.c_size_t()
         pointer = self._c.sensors_array(self._handle, name.encode(), ctypes.byref(length))
         assert pointer, name
@@ -153,7 +153,7 @@ class RobotSensors:
             raise SimulationError(f"sensors cannot read: {name} or its rate is not finite")
 
     def get_state(self) -> FloatArray:
-        """All that they remember, for `set_state`."""
+        """Return all that they remember, for `set_state`."""
         return self._remembered.copy()
 
     def set_state(self, state: FloatArray) -> None:

@@ -42,14 +42,14 @@ class EstimatorSettings:
         min_tension: A muscle with less tension is left out, in [N].
         gate: A reading farther from what is expected, in standard deviations, is left out.
         acceleration_noise: Density of white noise on accelerations, in [rad/s²/√Hz].
-        load_drift: Density of white noise on the unknown loads' rate, in [N·m/√s]; 0 where the
+        load_drift: Density of white noise on the unknown loads' rate, in [N·m/√s]; 0 if the
             model is exact.
         gyroscope_drift, accelerometer_drift: The same of biases, in [rad/s/√s] and [m/s²/√s].
         exact_transition: Use the exact derivative of the step as transition matrix; otherwise
             [I hI; 0 I].
         find_start: Whether the first pose is searched, from the first measurements alone.
         start_candidates: Poses that the search begins from.
-        start_sd: Of the pose at the start where it is known, in [rad] or [m].
+        start_sd: Of the pose at the start if it is known, in [rad] or [m].
         start_speed_sd: Of the velocities, in [rad/s] or [m/s].
         start_load_sd: Of the unknown loads, in [N·m] or [N].
         gyroscope_bias_sd, accelerometer_bias_sd: In [rad/s] and [m/s²].
@@ -84,7 +84,7 @@ class EstimatorSettings:
     innovation_time: float = 0.05
 
     def __post_init__(self) -> None:
-        """Refuse what is no number, or negative.
+        """Reject what is not a number, or negative.
 
         Raises:
             InputError: With the setting's name.
@@ -103,7 +103,7 @@ class EstimatorSettings:
 
 
 def arrays(settings: EstimatorSettings) -> Mapping[str, ArrayLike]:
-    """The settings by the names of the C library's arrays."""
+    """Return the settings by the names of the C library's arrays."""
     copied = (
         "length_noise encoder_noise gyroscope_noise accelerometer_noise offset gate "
         "acceleration_noise load_drift innovation_time"

@@ -29,7 +29,7 @@ class UnitPlaces(NamedTuple):
 
 
 def unit_places(robot: Robot, units: Sequence[InertialUnit]) -> UnitPlaces:
-    """The frame of each unit, and its rotation and position there.
+    """Return the frame of each unit, and its rotation and position there.
 
     Raises:
         InputError: A unit is on a link that does not move.

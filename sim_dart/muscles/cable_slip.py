@@ -52,7 +52,7 @@ class CableSlip:
         self._last = np.array(q)
 
     def get_state(self) -> FloatArray:
-        """The states, whether a position is known, and the position."""
+        """Return the states, whether a position is known, and the position."""
         known = self._last is not None
         last = np.zeros(self._n) if self._last is None else self._last
         return np.concatenate([self._slips, [float(known)], last])

@@ -7,7 +7,7 @@ from addin_sdfusion.robot.model.tension_laws import law_of
 
 
 def bends(muscle: Muscle) -> int:
-    """How many bends a cable has that states of friction belong to.
+    """Return how many bends a cable has that states of friction belong to.
 
     Args:
         muscle: The muscle; one without friction has none.
@@ -21,5 +21,5 @@ def stretches(muscle: Muscle) -> int:
 
 
 def rubs(robot: Robot) -> bool:
-    """Whether friction changes the tension of any active muscle."""
+    """Return whether friction changes the tension of any active muscle."""
     return any(bends(muscle) for muscle in robot.muscles)

@@ -17,7 +17,7 @@ _MISS = 1e-3
 
 
 class PlacedEllipsoid(NamedTuple):
-    """An ellipsoid where it is.
+    """An ellipsoid if it is.
 
     Attributes:
         centre: In the world, shape (3,), in [m].
@@ -33,7 +33,7 @@ class PlacedEllipsoid(NamedTuple):
 def geodesic_line(
     egg: PlacedEllipsoid, touch: FloatArray, lift: FloatArray, direction: FloatArray, length: float
 ) -> list[FloatArray]:
-    """Points along a geodesic, both ends included, in the world.
+    """Return points along a geodesic, both ends included, in the world.
 
     Args:
         egg: The ellipsoid.

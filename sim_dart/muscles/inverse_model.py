@@ -65,7 +65,7 @@ class MuscleDrive:
         return self._laws.drive(self._qd, commands).copy()
 
     def reach(self, period: float) -> Reach:
-        """The tensions that the muscles can reach.
+        """Return the tensions that the muscles can reach.
 
         A passive muscle has one alone; that of an ideal cable has no bound.
 
@@ -75,7 +75,7 @@ class MuscleDrive:
         return self._laws.reach(period)
 
     def commands(self, forces: FloatArray, horizon: float, period: float = 0.0) -> FloatArray:
-        """The commands that lead to these tensions, or to the nearest ones.
+        """Return the commands that lead to these tensions, or to the nearest ones.
 
         Args:
             forces: Shape (m,), in [N].
@@ -88,12 +88,12 @@ class MuscleDrive:
         return self._laws.invert(forces, horizon, period).copy()
 
     def resting_reach(self, q: ArrayLike) -> Reach:
-        """The tensions that muscles can hold at rest at q, shape (n,), in [rad] or [m]."""
+        """Return the tensions that muscles can hold at rest at q, shape (n,), in [rad] or [m]."""
         self._move(q)
         return self._laws.resting_reach()
 
     def resting_commands(self, q: ArrayLike, tensions: FloatArray) -> FloatArray:
-        """The commands with which muscles at rest hold these tensions, or the nearest ones.
+        """Return the commands with which muscles at rest hold these tensions, or the nearest ones.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].

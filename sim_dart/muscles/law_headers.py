@@ -1,4 +1,4 @@
-"""What C has to know of the table of tension laws: headers that the build makes of it.
+"""What C has to know of the table of muscle laws: headers that the build makes of it.
 
 `law_parameters.h` has a struct of parameters for every law, and functions of its terms;
 `law_table.h` its refusals, states and range of commands, and the list of laws; `law_sources.h`
@@ -38,7 +38,7 @@ class LawTableError(ValueError):
 
 
 def headers(laws: Mapping[str, TensionLaw], names: str, root: Path) -> dict[str, str]:
-    """The headers.
+    """Return the headers.
 
     Args:
         laws: The table.
@@ -61,7 +61,7 @@ def headers(laws: Mapping[str, TensionLaw], names: str, root: Path) -> dict[str,
 
 
 def _law_files(laws: Mapping[str, TensionLaw], root: Path) -> list[str]:
-    """The C files of the laws and of what they share, below `CSRC`."""
+    """Return the C files of the laws and of what they share, below `CSRC`."""
     folder = root / CSRC / "laws"
     files = sorted(path for path in folder.rglob("*.c") if path != folder / "laws.c")
     texts = (path.read_text(encoding="utf-8") for path in files)
@@ -147,7 +147,7 @@ def _entry(law: TensionLaw) -> str:
 
 
 def _functions(law: TensionLaw) -> dict[str, str]:
-    """The functions of a law that are made of the table, by what they are."""
+    """Return the functions of a law that are made of the table, by what they are."""
     command = law.command
     low, high = (0.0, 0.0) if command is None else (command.low, command.high)
     limits = f"    k[LAW_LOW] = {_limit(low, law)}, k[LAW_HIGH] = {_limit(high, law)};\n"
@@ -205,7 +205,7 @@ def _number(value: float) -> str:
 
 
 def _in_c(formula: str, law: TensionLaw) -> str:
-    """A formula of the table in C, with `p` the law's parameters."""
+    """Return a formula of the table in C, with `p` the law's parameters."""
     try:
         return str(_Translator(law).visit(ast.parse(formula, mode="eval").body))
     except (SyntaxError, LookupError) as error:

@@ -1,4 +1,4 @@
-"""Tensions of a robot's muscles from their commands: the tension laws, in the C core."""
+"""Tensions of a robot's muscles from their commands: the muscle laws, in the C core."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Reach(NamedTuple):
 
 
 class MuscleLaws:
-    """The tension laws of a robot's active muscles, at the pose to which the core was moved last.
+    """The muscle laws of a robot's active muscles, at the pose to which the core was moved last.
 
     A command beyond the range of its law acts as the nearest one in it; that of a passive muscle is
     ignored. Commands have shape (m,), each in its law's unit, qd has shape (n,), in [rad/s] or
@@ -63,7 +63,7 @@ class MuscleLaws:
         command_units: Their units; empty for a passive muscle.
         command_low: Smallest commands, shape (m,).
         command_high: Largest commands, shape (m,); infinite for ideal cables.
-        own: Those of one's own, in Python.
+        own: Custom those, in Python.
         states: States of the laws, shape (S,): a view, which may be written.
         state_rates: Their time derivatives, from `update_state_rates`; a view.
         rates: l' = L qd, shape (m,), in [m/s]; a view.
@@ -134,7 +134,7 @@ class MuscleLaws:
         return self.tensions
 
     def inner_commands(self, commands: FloatArray, rates: bytes) -> FloatArray:
-        """The commands as the core takes them: tensions for laws of one's own.
+        """Return the commands as the core takes them: tensions for custom laws.
 
         Args:
             commands: Shape (m,), each in the unit of its law.
@@ -180,7 +180,7 @@ class MuscleLaws:
         return Reach(self._low.copy(), self._high.copy())
 
     def invert(self, forces: ArrayLike, h: float, period: float = 0.0) -> FloatArray:
-        """The commands that lead to these tensions, or to the nearest ones within `reach`.
+        """Return the commands that lead to these tensions, or to the nearest ones within `reach`.
 
         A command is held meanwhile, but for that of a drive that holds a position: this is expected
         to move along with its path, every period.
@@ -199,7 +199,7 @@ class MuscleLaws:
         return self._commands
 
     def resting_commands(self, tensions: FloatArray) -> FloatArray:
-        """The commands with which muscles at rest hold these tensions, or the nearest ones.
+        """Return the commands with which muscles at rest hold these tensions, or the nearest ones.
 
         The path velocities are taken as zero; the muscles' states change.
 
@@ -238,7 +238,7 @@ class MuscleLaws:
         return self.drive(np.zeros(self._n), commands).copy()
 
     def curve(self, muscle: str, name: Curve, x: ArrayLike, slope: bool = False) -> FloatArray:
-        """A curve of a muscle of Hill's type, or its slope.
+        """Return a curve of a muscle of Hill's type, or its slope.
 
         Args:
             muscle: The muscle's name.

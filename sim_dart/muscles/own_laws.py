@@ -1,4 +1,4 @@
-"""Tension laws of one's own, in Python: the class to derive from, and those of a robot."""
+"""Tension custom laws, in Python: the class to derive from, and those of a robot."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _HALVINGS = 60
 
 
 class MuscleLaw(ABC):
-    """A tension law of one's own, without memory: what it gives follows from its arguments alone.
+    """A tension custom law, without memory: what it gives follows from its arguments alone.
 
-    Its class lies in a file beside an experiment, which names it. It is made with the parameters
+    Its class lies in a file next to an experiment, which names it. It is made with the parameters
     from there, once for every muscle.
 
     Attributes:
@@ -30,7 +30,7 @@ class MuscleLaw(ABC):
 
     @abstractmethod
     def tension(self, u: float, length: float, rate: float) -> float:
-        """The tension, in [N]; below 0 it acts as 0.
+        """Return the tension, in [N]; below 0 it acts as 0.
 
         A controller inverts it, so that in u it must grow or fall throughout.
 
@@ -42,7 +42,7 @@ class MuscleLaw(ABC):
 
 
 class OwnLaws:
-    """The tension laws of one's own among those of a robot's muscles; their files are run.
+    """The tension custom laws among those of a robot's muscles; their files are run.
 
     To the C core such a muscle is an ideal cable, and its command the tension from here.
 
@@ -73,7 +73,7 @@ class OwnLaws:
         return bool(self._laws)
 
     def forces(self, commands: FloatArray, lengths: FloatArray, rates: FloatArray) -> FloatArray:
-        """The commands of the C core: those of muscles with laws of one's own are their tensions.
+        """The commands of the C core: those of muscles with custom laws are their tensions.
 
         Args:
             commands: Shape (m,), each in the unit of its law.
@@ -106,7 +106,7 @@ class OwnLaws:
 
 
 class _OwnMuscle:
-    """A muscle with a law of one's own."""
+    """A muscle with a custom law."""
 
     def __init__(
         self, index: int, name: str, file: Path, law: MuscleLaw, low: float, high: float
@@ -128,7 +128,7 @@ class _OwnMuscle:
         return self.tension(self._low, length, rate), self.tension(self._high, length, rate)
 
     def command(self, force: float, length: float, rate: float) -> float:
-        """The command with which it has a force, or the nearest one: by halving."""
+        """Return the command with which it has a force, or the nearest one: by halving."""
         least, most = self.ends(length, rate)
         weak, strong = (self._low, self._high) if least <= most else (self._high, self._low)
         if force >= max(least, most):

@@ -95,7 +95,7 @@ class PathShapes:
         ]
 
     def forces(self, tensions: FloatArray) -> PointForces:
-        """The muscles' forces on links, in pairs, one pair a straight part of a path.
+        """Return the muscles' forces on links, in pairs, one pair a straight part of a path.
 
         Args:
             tensions: f, shape (m,), in [N].
@@ -231,7 +231,7 @@ def _contact(
 
 
 def _pulley_contact(link: str, numbers: FloatArray, radius: float) -> _Contact:
-    """A pulley's centre lies across the direction in which the cable comes on."""
+    """Return a pulley's centre lies across the direction in which the cable comes on."""
     contact = _contact(link, numbers, np.zeros(3), is_pulley=True)
     if np.array_equal(contact.lift, contact.end) and contact.angle:  # the end is inside
         chord = float(np.linalg.norm(contact.lift - contact.touch))

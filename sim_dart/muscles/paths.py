@@ -80,7 +80,7 @@ class MusclePaths:
         self._task_jacobian = self._core.array("task_jacobian", 3 * k, n)
 
     def evaluate(self, q: ArrayLike) -> PathState:
-        """Lengths and Jacobian at q, as views that the next call changes."""
+        """Return lengths and Jacobian at q, as views that the next call changes."""
         self._move(self._handle, vector("q", q, self._n).tobytes())
         return self._state
 
@@ -96,12 +96,12 @@ class MusclePaths:
         return self._pulling
 
     def path_points(self, q: ArrayLike) -> list[FloatArray]:
-        """A line through each muscle's path, for drawing: arrays of shape (k, 3), in [m]."""
+        """Return a line through each muscle's path, for drawing: arrays of shape (k, 3), in [m]."""
         self.evaluate(q)
         return self._shapes.lines()
 
     def point_forces(self, q: ArrayLike, forces: ArrayLike) -> PointForces:
-        """Forces of the muscles on links at via points, surfaces and pulleys, world axes.
+        """Return forces of the muscles on links at via points, surfaces and pulleys, world axes.
 
         Their power is that of -L'f. They come in pairs that cancel: two for every straight part of
         a path, along it.

@@ -53,7 +53,7 @@ class CoreMechanism(Mechanism):
         self._own_q[:], self._own_qd[:] = q, qd
 
     def closed(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The state nearest to one in which the robot's loops are closed, and stay so.
+        """Return the state nearest to one in which the robot's loops are closed, and stay so.
 
         Raises:
             InputError: They cannot be closed.
@@ -110,7 +110,7 @@ class CoreSteps:
         mechanism: What to move.
         rule: `euler`, semi-implicit; or `rk4`, the classical rule of fourth order.
         step: h, in [s].
-        substeps: Steps of the rule in one; everything but commands and loads is evaluated anew.
+        substeps: Steps of the rule in one; everything but commands and loads is evaluated again.
         balance: Energy balance to add the work to; None for none.
     """
 

@@ -6,7 +6,7 @@ are implicit, so that they are stable with any step; the error is of first order
 those joints that would pass their limits without any stop; one that only the stop of another
 drives into its own is beyond it for a step. The core's step (`core_mechanism`) holds all at once.
 Coulomb friction of joints is an impulse of at most h times its force or torque, which brings the
-velocity at the step's end to zero where it can.
+velocity at the step's end to zero if it can.
 
 The core has the Runge-Kutta rule of fourth order, too: see `csrc/integrators/runge_kutta.c`.
 """
@@ -46,7 +46,7 @@ class SemiImplicitEuler:
         mechanism: What to move.
         world: Its world, with a step of h over substeps.
         step: h, in [s].
-        substeps: Steps of the world in one; muscles are evaluated anew at each.
+        substeps: Steps of the world in one; muscles are evaluated again at each.
         balance: Energy balance to add the work to; None for none.
     """
 

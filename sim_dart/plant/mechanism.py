@@ -130,7 +130,7 @@ class Mechanism(ABC):
         raise InputError(f"{what} {commands[k]} of muscle {name!r} is not finite")
 
     def check_muscles(self) -> None:
-        """Refuse states of muscles that are not finite.
+        """Reject states of muscles that are not finite.
 
         Raises:
             DivergedError: One is not.

@@ -2,7 +2,7 @@
 
 M(q) qdd + C + G + D qd = -L(q)^T f + A tau + J_p(q)^T w, with the tensions f as the muscles' laws
 make them of commands, lengths, speeds and states of their own; by semi-implicit Euler steps, or, in
-the core, of fourth order: see `integrators`. L, J_p and f are evaluated anew at
+the core, of fourth order: see `integrators`. L, J_p and f are evaluated again at
 every step. Joint limits are inelastic stops. Joints that close loops hold exactly, in the core.
 """
 
@@ -42,7 +42,7 @@ class Plant:
         scene: The scene around the robot, for contacts; None for none.
         wrenched: Names of the links that take external wrenches.
         engine: `core`, the C core, for robots without contacts; `dart`; or `auto` for the core
-            where it can. Both give the same motion, but for rounding, and where a stop drives
+            if it can. Both give the same motion, but for rounding, and where a stop drives
             another joint into its own: see `integrators`. The core is faster.
 
     Raises:
@@ -163,7 +163,7 @@ class Plant:
 
     @property
     def muscle_state_names(self) -> tuple[str, ...]:
-        """Such as `activation.biceps`; none where all muscles are ideal cables."""
+        """Such as `activation.biceps`; none if all muscles are ideal cables."""
         return () if self._laws is None else self._laws.state_names
 
     @property

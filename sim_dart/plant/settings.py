@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from sim_dart.scene import Scene
 
 Engine = Literal["auto", "core", "dart"]
-"""`core` for trees without contacts; `dart` for all; `auto` for the core where it can."""
+"""`core` for trees without contacts; `dart` for all; `auto` for the core if it can."""
 
 ENGINES: tuple[Engine, ...] = get_args(Engine)
 
@@ -27,7 +27,7 @@ MAX_SUBSTEPS = 1_000_000
 
 
 def check_step(step: float, integrator: str, substeps: int) -> None:
-    """Refuse settings out of range.
+    """Reject settings out of range.
 
     Raises:
         InputError: One is wrong.
@@ -44,7 +44,7 @@ def check_step(step: float, integrator: str, substeps: int) -> None:
 
 
 def _is_number(value: object) -> bool:
-    """Whether it is one that a float can be."""
+    """Return whether it is one that a float can be."""
     try:
         return isinstance(value, Real) and abs(float(value)) >= 0.0
     except OverflowError:
@@ -52,7 +52,7 @@ def _is_number(value: object) -> bool:
 
 
 def chosen_engine(engine: str, scene: Scene | None, robot: Robot) -> Literal["core", "dart"]:
-    """The engine that computes a plant.
+    """Return the engine that computes a plant.
 
     Args:
         engine: An engine, or `auto`.
@@ -72,7 +72,7 @@ def chosen_engine(engine: str, scene: Scene | None, robot: Robot) -> Literal["co
 
 
 def refuse_loops_in_dart(robot: Robot, scene: Scene | None) -> None:
-    """Refuse a robot with loops where DART is to compute it.
+    """Reject a robot with loops where DART is to compute it.
 
     Args:
         robot: The robot.
@@ -89,7 +89,7 @@ def refuse_loops_in_dart(robot: Robot, scene: Scene | None) -> None:
 
 
 def refuse_rk4(engine: str, scene: Scene | None, robot: Robot) -> None:
-    """Refuse what the integrator `rk4` does not have.
+    """Reject what the integrator `rk4` does not have.
 
     Args:
         engine: The engine.
@@ -114,7 +114,7 @@ def refuse_rk4(engine: str, scene: Scene | None, robot: Robot) -> None:
 
 
 def core_lacks(scene: Scene | None, robot: Robot) -> str | None:
-    """A feature of the plant that the C core does not have, in words; None if it has all.
+    """Return a feature of the plant that the C core does not have, in words; None if it has all.
 
     Args:
         scene: The scene around the robot; None for none.
@@ -124,6 +124,6 @@ def core_lacks(scene: Scene | None, robot: Robot) -> str | None:
 
 
 def python_laws(robot: Robot) -> str | None:
-    """The muscles whose laws are in Python, in words; None if there are none."""
+    """Return the muscles whose laws are in Python, in words; None if there are none."""
     own = {m.model.own.name: m.name for m in robot.muscles if m.model.own is not None}
     return next((f"muscle laws in Python ({law} of {name})" for law, name in own.items()), None)

@@ -129,7 +129,7 @@ def test_modules_without_adsk_import_in_every_python_of_fusion(version: str) -> 
 
 
 def test_a_module_that_needs_a_package_would_be_found() -> None:
-    """The hook refuses what Fusion's Python does not have."""
+    """The hook rejects what Fusion's Python does not have."""
     script = SCRIPT.replace("for file in files:", "import numpy\nfor file in files:")
     command = [sys.executable, "-I", "-S", "-c", script, str(ADDIN), NAME, "[]", "[]"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -183,7 +183,7 @@ def test_10_points_on_unknown_links_are_reported(fusion: Any, tmp_path: Path, dr
 
 @pytest.mark.parametrize("drawn", [designs.no_groups, designs.single_cube])
 def test_11_without_rigid_groups_there_is_a_robot(fusion: Any, tmp_path: Path, drawn: Any) -> None:
-    """The progress dialog was shown from 0 to 0, which Fusion refuses."""
+    """The progress dialog was shown from 0 to 0, which Fusion rejects."""
     drawn()
     with running():
         command = press_export(fusion, tmp_path / "robot")

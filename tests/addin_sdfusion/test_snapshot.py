@@ -1,4 +1,4 @@
-"""Snapshots as files: they come back as they were, and what is damaged is refused by its key."""
+"""Snapshots as files: they come back as they were, and what is damaged is rejected by its key."""
 
 from __future__ import annotations
 

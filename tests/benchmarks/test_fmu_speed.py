@@ -24,7 +24,7 @@ from cardsflow_fmu.models.experiment_model import ExperimentModel
 from cardsflow_fmu.models.plant import PlantModel
 from cardsflow_fmu.simulation.build import build
 
-IN_PROCESS_LIMIT, WORKER_LIMIT = 10e-6, 50e-6  # beside a step of plain Python, in [s]
+IN_PROCESS_LIMIT, WORKER_LIMIT = 10e-6, 50e-6  # next to a step of plain Python, in [s]
 ARRAY_LIMIT = 2.0
 STEP = 1e-3
 STEPS_A_BLOCK = 20  # some 0.2 ms: within a time slice of a busy machine

@@ -82,7 +82,7 @@ def device(folder: Path, settings: dict[str, Any]) -> Iterator[str]:
     ],
 )
 def test_tracking_in_real_time(name: str, folder: Path, settings: dict[str, float]) -> None:
-    # one step of delay that nobody makes up for, as the hardware's measurements have it
+    # one step of delay that nobody compensates for, as the hardware's measurements have it
     delayed = settings | {"controller.delay": 1, "controller.predict": False}
     simulated = simulate(Experiment.load(folder, delayed)).summary["tracking"]
     with device(folder, settings) as uri:

@@ -1,4 +1,4 @@
-"""Cost of tension laws beside the muscle kernel, as ratios measured in turn in one run."""
+"""Cost of muscle laws next to the muscle kernel, as ratios measured in turn in one run."""
 
 from __future__ import annotations
 

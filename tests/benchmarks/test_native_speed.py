@@ -26,7 +26,7 @@ LOOP_LIMIT, CALL_LIMIT, THREADS_LIMIT = 4.0, 2.0, 1.8
 
 
 def two_links() -> Robot:
-    """The example's arm; MuJoCo refuses moments that no body has, so they are a rod's."""
+    """The example's arm; MuJoCo rejects moments that no body has, so they are a rod's."""
     robot = planar_2r()
     rods = [
         replace(k, inertia=replace(k.inertia, ixx=0.01, iyy=0.01, izz=0.01)) for k in robot.links

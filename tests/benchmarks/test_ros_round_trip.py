@@ -36,7 +36,7 @@ HANDSHAKE = Handshake(SIGNATURE, 1e-3, 1.0, 2.0, COMMANDS, STATES, False)
 
 @contextmanager
 def said(file: str | None, *words: str) -> Iterator[str]:
-    """What a program that goes on says first."""
+    """What a program that continues says first."""
     command = [sys.executable, str(file), *words]
     places = [str(TESTS.parent), str(TESTS), os.environ.get("PYTHONPATH", "")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(places)}

@@ -1,4 +1,4 @@
-"""Studies: runs a second on one process and on two, and what a run costs beside its steps.
+"""Studies: runs a second on one process and on two, and what a run costs next to its steps.
 
 Bounds hold on a quiet machine, and are checked there:
 

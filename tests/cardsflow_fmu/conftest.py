@@ -16,7 +16,7 @@ from cardsflow_fmu.fmu.description import FmiVersion
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Tests of FMUs are of FMI 2.0, and of FMI 3.0 as well where their module says so."""
+    """Tests of FMUs are of FMI 2.0, and of FMI 3.0 as well where their module reports it."""
     if "fmi" in metafunc.fixturenames:
         versions = getattr(metafunc.module, "FMI", ("2.0",))
         metafunc.parametrize("fmi", versions, scope="session")

@@ -1,6 +1,6 @@
 """Core and laws on a Cortex-M without a C library: what they need, and what they give.
 
-QEMU's user mode runs the very instructions; where it is missing, the programs are only built.
+QEMU's user mode runs the very instructions; if it is missing, the programs are only built.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ def vectors(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def replayed(vectors: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """What gcc's program says of the vectors; it fails where one is off."""
+    """What gcc's program says of the vectors; it fails if one is off."""
     target, folder = TARGETS[REFERENCE], tmp_path_factory.mktemp("replay")
     program = build_program(target, folder, REPLAY, *single_flags(target), *STRICT)
     return run([*program, vectors]).splitlines()
@@ -218,7 +218,7 @@ def test_a_number_that_single_precision_cannot_hold_is_refused() -> None:
 @LONG
 @pytest.mark.fuzz
 def test_damaged_blobs(tmp_path: Path) -> None:
-    """Opened under sanitizers: refused with a reason, or sound."""
+    """Opened under sanitizers: rejected with a reason, or sound."""
     paths = []
     for k, robot in enumerate(robots()):
         paths.append(tmp_path / f"{k}.bin")

@@ -1,4 +1,4 @@
-"""The law in joint space in single precision, where forces fit and where none do."""
+"""The law in joint space in single precision, where forces fit and if none do."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Torque:
 
 
 def test_both_precisions_agree(single: Precision, double: Precision) -> None:
-    """On whether forces fit and on which; where none do, their accelerations err alike.
+    """On whether forces fit and on which; if none do, their accelerations err alike.
 
     Where the mass matrix is ill-conditioned, forces that err alike may be quite others.
     """

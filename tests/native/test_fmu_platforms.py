@@ -33,7 +33,7 @@ MODELS = [
     ("hill_arm", "controller"),
 ]
 MAX_PACKED, MAX_UNPACKED = 350_000, 520_000
-"""Bytes of a library in an FMU, and beside it."""
+"""Bytes of a library in an FMU, and next to it."""
 
 
 class Unpacked(NamedTuple):
@@ -157,7 +157,7 @@ def test_others_can_compile_it(
 
 @pytest.mark.slow  # after .ci/run has made them
 def test_prebuilt_libraries_are_small() -> None:
-    """Those of other platforms, where they have been made; see hatch_build.py --platforms.
+    """Those of other platforms, if they have been made; see hatch_build.py --platforms.
 
     Inside an FMU, which is a zip: for Windows, whose functions save more, others are not.
     """

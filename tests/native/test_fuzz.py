@@ -1,4 +1,4 @@
-"""Damaged robot blobs and native FMUs under sanitizers: refused with a reason, or sound.
+"""Damaged robot blobs and native FMUs under sanitizers: rejected with a reason, or sound.
 
 CARDSFLOW_MUTATIONS says how many of each are tried, 1000 else; as many of robot files are tried
 by test_damaged_robot_files.py.

@@ -46,7 +46,7 @@ FOLDERS = 8
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Iterator[Path]:
-    """A folder for inputs, without files on a disk where there is a memory for them."""
+    """A folder for inputs, without files on a disk if there is a memory for them."""
     if shutil.which("clang") is None:
         pytest.skip("no clang")
     (tmp_path / "corpus").mkdir()
@@ -160,7 +160,7 @@ def frame(kind: int, values: list[float], flags: int = 0, seq: int = 1) -> bytes
 
 
 def seeds(folder: Path, hello: list[float], ack: list[float], commands: int) -> None:
-    """Runs of a device, signed and not, in lock step and not."""
+    """Runs of a device, signed and not, in lockstep and not."""
     for key in (0, 1):
         for flags in (0, 2):
             frames = [frame(HELLO, hello, flags), frame(HELLO_ACK, ack, flags)]

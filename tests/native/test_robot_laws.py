@@ -1,4 +1,4 @@
-"""Both laws in C, of either precision, on force problems of random robots near where none fit.
+"""Both laws in C, of either precision, on force problems of random robots near if none fit.
 
 CARDSFLOW_QP_PROBLEMS says how many problems; a fourth of it is tried, and a twentieth by native
 controllers. Of 100000 none were answered falsely; 8 stayed undecided in double precision, 8111 in
@@ -158,7 +158,7 @@ class Said:
 
 
 def test_laws_say_what_a_linear_programme_says(single: Precision, double: Precision) -> None:
-    """Forces that fit do; where none are said to, the programme finds none; few stay undecided."""
+    """Forces that fit do; if none are said to, the programme finds none; few stay undecided."""
     exact, rough = Said(Law(double)), Said(Law(single))
     for k, problem in enumerate(robot_problems(exact.is_solved, COUNT // 4)):
         statuses = {exact.solve(problem), rough.solve(problem)}
@@ -267,7 +267,7 @@ def native_problems(
 
 
 def test_native_controllers_say_what_a_linear_programme_says(tmp_path: Path) -> None:
-    """In operational space: forces that fit are found, and where none are said to, none do."""
+    """In operational space: forces that fit are found, and if none are said to, none do."""
     found, asked, off, seed = Counter[str](), 0, 0.0, 0
     while found.total() < COUNT // 20:
         with native_law(seed, tmp_path / str(seed)) as native:

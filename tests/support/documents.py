@@ -14,9 +14,9 @@ NOT_RUN = "not run: "
 RUN_WITH = "run with: "
 """What is added to every `cardsflow run`, such as a shorter duration."""
 CONTINUES = "continues"
-"""The Python block goes on where the one before it ended."""
+"""The Python block continues where the one before it ended."""
 UNTIL_INTERRUPTED = "run until Ctrl-C"
-"""The command goes on until it is interrupted, once it has printed its address."""
+"""The command continues until it is interrupted, once it has printed its address."""
 SIDE_BY_SIDE = "run side by side"
 """Every line has a terminal of its own; the last one ends by itself."""
 PART_OF = "part of: "
@@ -88,7 +88,7 @@ def blocks(file: Path) -> Iterator[Block]:
 
 
 def prose(file: Path) -> str:
-    """A document without its blocks of code; lines stay where they are."""
+    """A document without its blocks of code; lines stay if they are."""
     text = file.read_text(encoding="utf-8")
     return _FENCED.sub(lambda match: "\n" * match[0].count("\n"), text)
 

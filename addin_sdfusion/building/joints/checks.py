@@ -16,7 +16,7 @@ APART = 1e-5
 
 
 def mistakes(subject: Subject, joint: JointSnapshot) -> list[Finding]:
-    """The error for which a joint cannot be exported, if there is one."""
+    """Return the error for which a joint cannot be exported, if there is one."""
     if joint.problem:
         problem = f"is broken: {joint.problem.strip()}; edit it until the design shows no error"
         return [error(subject, "broken-joint", problem)]
@@ -64,7 +64,7 @@ def doubts(subject: Subject, joint: JointSnapshot) -> Iterator[Finding]:
 
 
 def coordinate_name(joint: str, motion: MotionSnapshot, count: int) -> str:
-    """The name of the coordinate that drives a motion: the joint's, if it has no other."""
+    """Return the name of the coordinate that drives a motion: the joint's, if it has no other."""
     return joint if count == 1 else f"{joint}_{motion.role or motion.kind}"
 
 

@@ -15,7 +15,7 @@ from ...snapshot import CouplingSnapshot, bare_name
 def coupled(
     joints: Sequence[Joint], couplings: Sequence[CouplingSnapshot]
 ) -> tuple[tuple[Joint, ...], list[Finding]]:
-    """The joints with their couplings, and what is wrong with these.
+    """Return the joints with their couplings, and what is wrong with these.
 
     A follower has the value that its leader's gives it: follower = ratio · leader + offset.
     """
@@ -38,7 +38,7 @@ def coupled(
 
 
 def _name(joint: str, role: str) -> str:
-    """The name of a coordinate, as `coordinate_name` makes it."""
+    """Return the name of a coordinate, as `coordinate_name` makes it."""
     name = bare_name(joint)
     return f"{name}_{role}" if role else name
 

@@ -26,7 +26,7 @@ class Edge:
         name: Its name, as the robot has it.
         one, two: The links; None for the world. `one` moves relative to `two`.
         motions: In their order from `two` to `one`; none if it is rigid.
-        origin_one, origin_two: Where it is, in [m]; None where it does not matter.
+        origin_one, origin_two: Where it is, in [m]; None if it does not matter.
         symmetric: Whether it is no joint, but something else that keeps the two together, so that
             neither is the child.
     """
@@ -147,7 +147,7 @@ def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]
 
 
 def _link_at(path: str | None, links: Links, grounded: Collection[str]) -> object:
-    """The link of an occurrence; None for the world, `_OUTSIDE` where there is none.
+    """Return the link of an occurrence; None for the world, `_OUTSIDE` if there is none.
 
     What is grounded and no link is as good as the world.
     """
@@ -174,7 +174,7 @@ def _outside(subject: Subject, joint: JointSnapshot, links: Links, one: bool) ->
 
 
 def _from_groups(snapshot: DesignSnapshot, links: Links) -> Iterator[Edge]:
-    """Rigid groups that are no links keep those of their members together."""
+    """Rigid groups that are not links keep those of their members together."""
     for group in snapshot.groups:
         if group.suppressed or (links.from_groups and is_link_group(group)):
             continue

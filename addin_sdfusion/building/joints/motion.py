@@ -10,7 +10,7 @@ from ...snapshot import MotionSnapshot
 
 
 def joint_motion(motions: Iterable[MotionSnapshot]) -> Transform:
-    """The displacement of a joint at the origin, T = m_1 · m_2 · ... of its motions.
+    """Return the displacement of a joint at the origin, T = m_1 · m_2 · ... of its motions.
 
     Args:
         motions: In their order, with axes as the body has them that does not move.

@@ -18,7 +18,7 @@ _FIRST = ":1"
 
 
 def component_links(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding]]:
-    """The links of a design whose links are components.
+    """Return the links of a design whose links are components.
 
     Returns:
         The link of each path that is one itself, and what is wrong.
@@ -52,7 +52,7 @@ def _chosen(
 
 
 def _names(chosen: Sequence[str], occurrences: Mapping[str, OccurrenceSnapshot]) -> dict[str, str]:
-    """The components' names; with those above them where two would be the same."""
+    """Return the components' names; with those above them where two would be the same."""
     short = {path: _short(occurrences[path]) for path in chosen}
     counts = Counter(short.values())
     return {

@@ -12,7 +12,7 @@ _PAIRS = ((0, 1), (0, 2), (1, 2))
 
 
 def eigenvalues(A: Matrix3) -> Vector3:
-    """The eigenvalues in ascending order, to rounding of the largest one.
+    """Return the eigenvalues in ascending order, to rounding of the largest one.
 
     Args:
         A: Symmetric and finite; the lower triangle is not looked at.

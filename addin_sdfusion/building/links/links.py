@@ -42,7 +42,7 @@ class Links:
     findings: tuple[Finding, ...] = ()
 
     def without(self, left_out: Iterable[str]) -> Links:
-        """The links but some."""
+        """Return the links but some."""
         gone = set(left_out)
         if not gone:
             return self
@@ -53,24 +53,24 @@ class Links:
 
 
 def in_name_order(names: Iterable[str]) -> tuple[str, ...]:
-    """Names in one order, whatever order they come in; numbers in them count as numbers."""
+    """Return names in one order, whatever order they come in; numbers in them count as numbers."""
     return tuple(sorted(names, key=lambda name: (natural_key(name), name)))
 
 
 def is_link_group(group: GroupSnapshot) -> bool:
-    """Whether a rigid group is a link by its name."""
+    """Return whether a rigid group is a link by its name."""
     return group.name.startswith(LINK_PREFIX)
 
 
 def uses_groups(snapshot: DesignSnapshot) -> bool:
-    """Whether the links of a design are rigid groups."""
+    """Return whether the links of a design are rigid groups."""
     if snapshot.settings.links != "auto":
         return snapshot.settings.links == "rigid_groups"
     return any(is_link_group(group) and not group.suppressed for group in snapshot.groups)
 
 
 def find_links(snapshot: DesignSnapshot) -> Links:
-    """The links of a design."""
+    """Return the links of a design."""
     by_groups = uses_groups(snapshot)
     named, findings = (_from_groups if by_groups else component_links)(snapshot)
     findings += _suppressed(snapshot.groups)
@@ -85,7 +85,7 @@ def find_links(snapshot: DesignSnapshot) -> Links:
 def inherited(
     occurrences: Sequence[OccurrenceSnapshot], named: Mapping[str, str]
 ) -> dict[str, str]:
-    """The link of each occurrence: its own, else that of the nearest one above it.
+    """Return the link of each occurrence: its own, else that of the nearest one above it.
 
     What is in the root alone is not above everything: it hands nothing down.
     """
@@ -103,7 +103,7 @@ def inherited(
 
 
 def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding]]:
-    """The link of each path that is a member of a group itself, and what is wrong."""
+    """Return the link of each path that is a member of a group itself, and what is wrong."""
     findings = list(_misspelt(snapshot.groups))
     known = {ROOT, *(occurrence.path for occurrence in snapshot.occurrences)}
     groups_of: dict[str, list[str]] = {}

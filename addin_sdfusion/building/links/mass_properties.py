@@ -50,7 +50,7 @@ class Part(NamedTuple):
 
 
 def usable(mass: MassSnapshot) -> bool:
-    """Whether all numbers are finite and there is mass."""
+    """Return whether all numbers are finite and there is mass."""
     numbers = (mass.mass, *mass.com, *mass.moments, *mass.principal)
     return all(map(math.isfinite, numbers)) and mass.mass > 0.0
 
@@ -60,7 +60,7 @@ def part(mass: MassSnapshot, sign: Sign) -> Part:
 
     Args:
         mass: With moments about the root's origin.
-        sign: 1 where products are the matrix' entries, -1 where they are its negative.
+        sign: 1 where products are the matrix' entries, -1 if they are its negative.
     """
     xx, yy, zz, xy, yz, xz = mass.moments
     xy, yz, xz = sign * xy, sign * yz, sign * xz
@@ -84,7 +84,7 @@ def rounding(mass: MassSnapshot) -> float:
 
 
 def sign_of(mass: MassSnapshot) -> Sign | None:
-    """The sign by the principal moments; None if they fit both, or none."""
+    """Return the sign by the principal moments; None if they fit both, or none."""
     plus, minus = misses(mass, 1), misses(mass, -1)
     worse = max(plus, minus)
     if worse <= _TELLS + rounding(mass) or min(plus, minus) > _CLEARER * worse:
@@ -99,7 +99,7 @@ def common_sign(masses: Iterable[MassSnapshot]) -> Sign:
 
 
 def total(parts: Iterable[Part]) -> Part:
-    """All parts as one rigid body."""
+    """Return all parts as one rigid body."""
     parts = tuple(parts)
     mass = math.fsum(p.mass for p in parts)
     if mass == 0.0:
@@ -116,7 +116,7 @@ def total(parts: Iterable[Part]) -> Part:
 
 
 def link_inertia(body: Part, T_world_link: Transform) -> Inertia:
-    """A body in the frame of its link.
+    """Return a body in the frame of its link.
 
     Args:
         body: In the world frame.

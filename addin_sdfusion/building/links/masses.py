@@ -96,7 +96,7 @@ class _Weighing:
                 yield from self._below(child, link)
 
     def _is_whole(self, path: str, link: str) -> bool:
-        """Whether everything below an occurrence is of the same link as itself."""
+        """Return whether everything below an occurrence is of the same link as itself."""
         if path not in self._whole:
             self._whole[path] = all(
                 self._links.of_occurrence.get(child) == link and self._is_whole(child, link)

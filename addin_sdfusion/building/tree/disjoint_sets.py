@@ -12,7 +12,7 @@ class DisjointSets:
         self._above = {name: name for name in names}
 
     def find(self, name: str) -> str:
-        """The representative of the set of a name."""
+        """Return the representative of the set of a name."""
         root = name
         while self._above[root] != root:
             root = self._above[root]
@@ -27,7 +27,7 @@ class DisjointSets:
         return one != two
 
     def groups(self) -> list[list[str]]:
-        """The sets."""
+        """Return the sets."""
         found: dict[str, list[str]] = {}
         for name in self._above:
             found.setdefault(self.find(name), []).append(name)

@@ -99,7 +99,7 @@ def _origin(edge: Edge) -> Vector3 | None:
 def _reversed(
     where: Vector3, motions: tuple[MotionSnapshot, ...]
 ) -> tuple[Vector3, tuple[MotionSnapshot, ...]]:
-    """A joint as seen from `one`: the motions undone, the last one first."""
+    """Return a joint as seen from `one`: the motions undone, the last one first."""
     T = joint_motion(motions)
     single = len(motions) == 1  # its axis is the same on both sides
     axes = [motion.axis if single else T.rotate(motion.axis) for motion in motions]

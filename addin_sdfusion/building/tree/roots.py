@@ -86,7 +86,7 @@ def _nothing_held(
     settings: ExportSettings,
     subject: Subject,
 ) -> Roots:
-    """The base where nothing is held to the ground."""
+    """Return the base where nothing is held to the ground."""
     candidates = in_name_order(link for part in parts for link in _never_a_child(part, between))
     findings = []
     if not candidates:
@@ -122,7 +122,7 @@ def _not_grounded(
     bodies: DisjointSets,
     settings: ExportSettings,
 ) -> list[Finding]:
-    """The base was chosen: that others are grounded does not count."""
+    """Return the base was chosen: that others are grounded does not count."""
     others = [
         link
         for link in candidates

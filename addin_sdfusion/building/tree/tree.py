@@ -148,7 +148,7 @@ class _Search:
         return kept
 
     def _floating(self, root: str) -> Edge:
-        """All six motions of the base."""
+        """Return all six motions of the base."""
         name = self._free.give(f"{WORLD}_{root}")
         for edge in self._world_edges_of(root):
             problem = f"is left out: it holds {edge.links[0]!r} to the ground, and the base floats"

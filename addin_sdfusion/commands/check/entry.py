@@ -123,7 +123,7 @@ class Check(Window):
 
 
 def summary(findings: list[Finding]) -> str:
-    """How many errors and warnings there are."""
+    """Return how many errors and warnings there are."""
     errors = sum(finding.is_error for finding in findings)
     if not findings:
         return "Nothing is wrong: the robot can be exported."

@@ -56,7 +56,7 @@ class _Locator:
         return [joint for joint in self._joints() if joint.name in (name, LINK_PREFIX + name)]
 
     def _coordinate(self, name: str) -> list[Any]:
-        """The joint of a coordinate: `shoulder`, or `shoulder_pitch` of several."""
+        """Return the joint of a coordinate: `shoulder`, or `shoulder_pitch` of several."""
         return self._joint(name) or [
             j for j in self._joints() if name.startswith(f"{bare_name(j.name)}_")
         ]

@@ -41,7 +41,7 @@ class About:
 
 
 def is_called(point: Any, name: str) -> bool:
-    """Whether the point has that name, or the one that Fusion makes of a name that is taken.
+    """Return whether the point has that name, or the one that Fusion makes of a name that is taken.
 
     Via points have names of their own; a link may have several task points and markers.
     """
@@ -51,7 +51,7 @@ def is_called(point: Any, name: str) -> bool:
 
 
 def added(points: Any, new: Any) -> Any:
-    """The construction point that Fusion makes of an input."""
+    """Return the construction point that Fusion makes of an input."""
     made = points.add(new)
     if made is None:
         raise InputError("Fusion refuses to make a construction point there")
@@ -59,7 +59,7 @@ def added(points: Any, new: Any) -> Any:
 
 
 def native(entity: Any) -> Any:
-    """The entity itself, for a proxy: attributes and names belong to it."""
+    """Return the entity itself, for a proxy: attributes and names belong to it."""
     return None if entity is None else entity.nativeObject or entity
 
 
@@ -92,7 +92,7 @@ def make_points(
 
 
 def kept_point(row: PointRow, occurrence: Any, path: str) -> KeptPoint:
-    """A point that is kept in the design, in the frame of an occurrence or of the root."""
+    """Return a point that is kept in the design, in the frame of an occurrence or of the root."""
     place = _in_component(row.position, occurrence)
     return KeptPoint(path, (place.x * CM, place.y * CM, place.z * CM), row.use)
 
@@ -137,7 +137,7 @@ def _in_component(position: Vector3, occurrence: Any) -> Any:
 
 
 def _base_feature(component: Any) -> Any:
-    """The base feature of a component for such points; made if there is none."""
+    """Return the base feature of a component for such points; made if there is none."""
     features = component.features.baseFeatures
     feature = features.itemByName(BASE_FEATURE)
     if feature is None:

@@ -112,14 +112,14 @@ class MuscleEditor:
         self.message = f"Wrap surface {self.wrap} is {size} on link {link}."
 
     def _row(self, role: Role, pick: Pick, **more: Any) -> PointRow:
-        """A point where the user clicked; a construction point can be one thing only."""
+        """Return a point where the user clicked; a construction point can be one thing only."""
         taken = {row.entity for row in (*self.table.points, *self.table.others)}
         entity = "" if pick.entity in taken and not pick.entity.startswith(HANDLE) else pick.entity
         link, path = self._link(pick), pick.occurrence
         return PointRow(role, link, occurrence=path, position=pick.position, entity=entity, **more)
 
     def _link(self, pick: Pick) -> str:
-        """The link that a pick belongs to."""
+        """Return the link that a pick belongs to."""
         if pick.problem:
             raise InputError(pick.problem)
         link = self.link or self.link_of.get(pick.occurrence, "")
@@ -133,7 +133,7 @@ class MuscleEditor:
     # Wrap surfaces, task points, markers
 
     def wrap_row(self) -> WrapRow | None:
-        """The wrap surface that is looked at."""
+        """Return the wrap surface that is looked at."""
         return next((wrap for wrap in self.table.wraps if wrap.name == self.wrap), None)
 
     def change_wrap(self, **changes: Any) -> None:
@@ -141,7 +141,7 @@ class MuscleEditor:
         self.table = self.table.change_wrap(self.wrap, lambda wrap: replace(wrap, **changes))
 
     def rename_wrap(self, name: str) -> None:
-        """Another name for the wrap surface; a name that is taken or empty is refused."""
+        """Another name for the wrap surface; a name that is taken or empty is rejected."""
         name = name.strip()
         if name == self.wrap:
             return
@@ -209,7 +209,7 @@ class MuscleEditor:
         self.insert_at = None
 
     def rename(self, name: str, muscle: str | None = None) -> None:
-        """Another name for a muscle, the chosen one if None; what is taken or empty is refused."""
+        """Another name for a muscle, the chosen one if None; what is taken or empty is rejected."""
         name, old = name.strip(), self.muscle if muscle is None else muscle
         if not old or name == old:
             return
@@ -282,7 +282,7 @@ class MuscleEditor:
             self.message = f"{self._point(index)} is on link {link}."
 
     def point_position(self, index: int, position: Vector3) -> None:
-        """A point of the chosen muscle put to another place, in [m], where one is made."""
+        """A point of the chosen muscle put to another place, in [m], if one is made."""
         self.table = self.table.change_point(
             self.muscle, index, lambda p: replace(p, position=position, entity="", made=False)
         )
@@ -318,7 +318,7 @@ class MuscleEditor:
 
 
 def parameter_names(row: MuscleSnapshot) -> list[str]:
-    """The parameters of a muscle's model, then those that it does not know."""
+    """Return the parameters of a muscle's model, then those that it does not know."""
     names = [p.name for p in law_of(row.cable_model).parameters]
     return list(dict.fromkeys([*names, *row.parameters]))
 

@@ -100,7 +100,7 @@ class DefineMuscles(Window):
         show(self.editor, self.inputs, selected)
 
     def valid(self) -> bool:
-        """Whether the table can be written."""
+        """Return whether the table can be written."""
         return not self.editor.table.problems(self.editor.links)
 
     def preview(self) -> None:
@@ -118,7 +118,7 @@ class DefineMuscles(Window):
     # Picks
 
     def _picked(self, name: str, take: Callable[[Any], None]) -> None:
-        """Takes each thing that was picked; one that is refused does not keep out the others."""
+        """Takes each thing that was picked; one that is rejected does not keep out the others."""
         for entity in self.inputs.picked(name):
             try:
                 take(entity)
@@ -197,7 +197,7 @@ _EDITS = ("up", "down", "insert", "duplicate", "delete")
 
 
 def _chosen(item: str, none: str) -> str:
-    """The chosen item of a drop-down; empty for the one that stands for none."""
+    """Return the chosen item of a drop-down; empty for the one that stands for none."""
     return "" if item == none else item
 
 

@@ -28,7 +28,7 @@ class Picks:
         return self._entities.get(handle)
 
     def point(self, entity: Any, key_of: Callable[[Any], str]) -> Pick:
-        """A click on something that has a point.
+        """Return a click on something that has a point.
 
         Args:
             entity: As selected: a proxy in the root's context, or of the root itself.
@@ -49,7 +49,7 @@ class Picks:
         return Pick(center, path, handle, part)
 
     def surface(self, entity: Any, key_of: Callable[[Any], str]) -> Pick:
-        """A click on a cylinder or sphere.
+        """Return a click on a cylinder or sphere.
 
         Raises:
             InputError: It is neither.
@@ -87,14 +87,14 @@ class Picks:
 
 
 def plane(entity: Any) -> Plane:
-    """The plane of a flat face or construction plane, in the root frame."""
+    """Return the plane of a flat face or construction plane, in the root frame."""
     shape = entity.geometry
     normal = shape.normal.x, shape.normal.y, shape.normal.z
     return Plane(_metres(shape.origin), normal)
 
 
 def is_center(entity: Any) -> bool:
-    """Whether a construction point on an entity is at its centre."""
+    """Return whether a construction point on an entity is at its centre."""
     return isinstance(entity, (adsk.fusion.BRepEdge, adsk.fusion.BRepFace))
 
 

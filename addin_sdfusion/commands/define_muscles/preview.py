@@ -40,7 +40,7 @@ def draw(design: Any, table: MuscleTable, muscle: str) -> None:
 
 
 def _path(table: MuscleTable, muscle: str) -> list[Vector3]:
-    """The muscle's points, and its way over wrap surfaces between them."""
+    """Return the muscle's points, and its way over wrap surfaces between them."""
     points = table.points_of(muscle)
     uses = {use.after: (wrap.face, use) for wrap, use in table.wraps_of(muscle)}
     path: list[Vector3] = []

@@ -52,7 +52,7 @@ from .picks import Picks, is_center, problem_of
 _ASSEMBLY = 1  # DesignIntentTypes
 
 TOLERANCE = 1e-6
-"""How far a new point may be from where it was clicked, in [m]."""
+"""How far a new point may be from if it was clicked, in [m]."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Desired:
     name: str
 
     def as_made(self) -> Desired:
-        """The same, as a point that the add-in made."""
+        """Return the same, as a point that the add-in made."""
         return replace(self, row=replace(self.row, made=True, original=""))
 
 
@@ -142,7 +142,7 @@ class Writer:
     # Points
 
     def _is_inserted(self, row: PointRow) -> bool:
-        """Whether a point is stored in another document, and so read-only here."""
+        """Return whether a point is stored in another document, and so read-only here."""
         if row.entity.startswith(KEPT):
             return not row.entity.startswith(f"{KEPT}/")
         return row.entity in self._points and bool(self._why_not(row))
@@ -208,7 +208,7 @@ class Writer:
             self._set(point, POINT, point_text(w.row.use), w.name, self._why_not(w.row))
 
     def _with_origin(self, item: Desired, point: Any) -> Desired:
-        """The name that the user gave the point is remembered."""
+        """Return the name that the user gave the point is remembered."""
         row = item.row
         original = self._original.get(row.entity, "")
         if not original and not row.made and not parse_point_name(point.name):
@@ -247,7 +247,7 @@ class Writer:
                     yield i, self._in_place(point, occurrence, item.row)
 
     def _in_place(self, point: Any, occurrence: Any, row: PointRow) -> Any:
-        """The point, if it is where it shall be: a wrong frame must not pass unseen."""
+        """Return the point, if it is where it shall be: a wrong frame must not pass unseen."""
         seen = point.createForAssemblyContext(occurrence) if occurrence else point
         place = seen.geometry.x * CM, seen.geometry.y * CM, seen.geometry.z * CM
         if math.dist(place, row.position) > TOLERANCE:
@@ -307,7 +307,7 @@ class Writer:
 
 
 def _rows(table: MuscleTable) -> tuple[PointRow, ...]:
-    """All rows that are construction points."""
+    """Return all rows that are construction points."""
     return *table.points, *table.others
 
 

@@ -78,7 +78,7 @@ class Export(Window):
         self._show()
 
     def valid(self) -> bool:
-        """Whether the design can be exported."""
+        """Return whether the design can be exported."""
         checked = self._checked is not None
         return checked and bool(self.settings.folder) and not any(f.is_error for f in self.findings)
 
@@ -143,7 +143,7 @@ class Export(Window):
         self.settings = replace(self.settings, components=tuple(paths))
 
     def _chosen(self) -> ExportSettings:
-        """The settings, as the inputs have them."""
+        """Return the settings, as the inputs have them."""
         value = self.inputs.value
         base = value("base")
         return replace(
@@ -186,7 +186,7 @@ class Export(Window):
         self.inputs.fill("of_joints", joint_rows(self.settings, self._joints))
 
     def _cell_changed(self, edit: CellEdit) -> None:
-        """Another choice for one link or joint; what is no number is said, and not taken."""
+        """Another choice for one link or joint; what is not a number is said, and not taken."""
         try:
             self.settings = changed_by(self.settings, edit, self._links, self._joints)
             self._problem = ""
@@ -228,7 +228,7 @@ def _listed(texts: list[str]) -> str:
 
 
 def _quoted(folder: str) -> str:
-    """A folder as both the shells of Windows and others take it."""
+    """Return a folder as both the shells of Windows and others take it."""
     return folder if re.fullmatch(r"[\w.:/\\-]+", folder) else f'"{folder}"'
 
 

@@ -16,7 +16,7 @@ _OF_JOINTS = ("effort", "damping", "friction")
 
 
 def link_rows(settings: ExportSettings, links: Sequence[str]) -> list[tuple[Cell, ...]]:
-    """A row for each link."""
+    """Return a row for each link."""
     chosen = {each.link: each for each in settings.of_links}
     words = {collision: word for word, collision in COLLISIONS.items()}
     rows: list[tuple[Cell, ...]] = []
@@ -28,7 +28,7 @@ def link_rows(settings: ExportSettings, links: Sequence[str]) -> list[tuple[Cell
 
 
 def joint_rows(settings: ExportSettings, joints: Sequence[str]) -> list[tuple[Cell, ...]]:
-    """A row for each coordinate of a joint."""
+    """Return a row for each coordinate of a joint."""
     chosen = {each.joint: each for each in settings.of_joints}
     rows: list[tuple[Cell, ...]] = []
     for name in joints:
@@ -40,10 +40,10 @@ def joint_rows(settings: ExportSettings, joints: Sequence[str]) -> list[tuple[Ce
 def changed(
     settings: ExportSettings, edit: CellEdit, links: Sequence[str], joints: Sequence[str]
 ) -> ExportSettings:
-    """The settings after an edit of one of the tables.
+    """Return the settings after an edit of one of the tables.
 
     Raises:
-        InputError: What was typed is no number.
+        InputError: What was typed is not a number.
     """
     if edit.table == "of_links":
         what: dict[str, Any] = {"collision": COLLISIONS.get(edit.value)}

@@ -17,7 +17,7 @@ class Looks(NamedTuple):
     """How a body looks.
 
     Attributes:
-        color: As `#rrggbb`; None where Fusion does not say.
+        color: As `#rrggbb`; None if Fusion does not say.
         opacity: From 0 to 1.
         appearance: Name of its appearance; empty if it has none.
     """

@@ -14,7 +14,7 @@ Accuracy = Literal["high", "very_high"]
 
 
 def read_mass(owner: Any, accuracy: Accuracy = "very_high") -> MassSnapshot | None:
-    """The mass properties of a body or an occurrence, in the root frame.
+    """Return the mass properties of a body or an occurrence, in the root frame.
 
     Fusion's default accuracy is some per cent off. The products of inertia are entries of the
     matrix.

@@ -53,7 +53,7 @@ class Mesher:
     def mesh(
         self, native: Any, proxy: Any, kind: str, occurrence: Occurrence, subject: Subject
     ) -> MeshSnapshot:
-        """The mesh of a body in an occurrence.
+        """Return the mesh of a body in an occurrence.
 
         Raises:
             ValueError: There is none.
@@ -91,13 +91,13 @@ class Mesher:
 
 
 def bounding_box(body: Any) -> tuple[Vector3, Vector3]:
-    """The lowest and the highest corner of a body's box along the root's axes, in [m]."""
+    """Return the lowest and the highest corner of a body's box along the root's axes, in [m]."""
     box = body.boundingBox
     return position(box.minPoint), position(box.maxPoint)
 
 
 def _triangles(mesh: Any) -> _Triangles:
-    """The triangles of a TriangleMesh, in [m].
+    """Return the triangles of a TriangleMesh, in [m].
 
     Raises:
         ValueError: There are none, or they are damaged.

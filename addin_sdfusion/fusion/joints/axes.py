@@ -28,7 +28,7 @@ from .motions import CUSTOM, reversed_axis
 
 
 def signed(motions: Sequence[MotionSnapshot], frames: JointFrames) -> tuple[MotionSnapshot, ...]:
-    """The motions of a joint without offsets, a rotation reversed where its value says so.
+    """Return the motions of a joint without offsets, a rotation reversed where its value says so.
 
     How `one` is turned on `two` is known from the joint's frames. If it is exactly how the value
     would turn it the other way round, the axis is reversed.
@@ -103,7 +103,7 @@ def _on_geometry(motions: Motions, axis: Vector3) -> Motions:
 
 
 def _along(axis: Vector3, other: Vector3) -> Vector3:
-    """The axis, pointing the way of the other."""
+    """Return the axis, pointing the way of the other."""
     return axis if dot(axis, other) >= 0.0 else reversed_axis(axis)
 
 
@@ -130,7 +130,7 @@ def _product(motions: Motions) -> Matrix3:
 
 
 def _turn(motion: MotionSnapshot) -> Matrix3:
-    """The rotation by a motion's value about its axis."""
+    """Return the rotation by a motion's value about its axis."""
     return axis_rotation(motion.axis, motion.value)
 
 

@@ -39,7 +39,7 @@ def read_couplings(
 def _coupling(
     link: Any, occurrence: Occurrence, joints: Joints, subject: Subject, notes: Notes
 ) -> CouplingSnapshot | None:
-    """The second motion follows the first: both go on from where they are, in one ratio."""
+    """Return the second motion follows the first: both continue from if they are, in one ratio."""
     if link.isSuppressed:
         return None
     problem = problem_of(link, subject, notes)
@@ -76,7 +76,7 @@ def _motion(joint: JointSnapshot, kind: int) -> MotionSnapshot:
 
 
 def _amount(parameter: Any, motion: MotionSnapshot) -> float:
-    """A value of a motion link, in [rad] or [m]."""
+    """Return a value of a motion link, in [rad] or [m]."""
     value = finite(parameter.value) * (1.0 if motion.kind == "rotation" else CM)
     if value == 0.0:
         raise ValueError("one of its values is 0")

@@ -31,7 +31,7 @@ class JointFrames:
     """The joint's frame as its sides have it, in the root frame.
 
     Attributes:
-        one, two: None where Fusion does not say.
+        one, two: None if Fusion does not say.
         apart: How far the sides are apart beyond what the joint allows, in [m].
     """
 
@@ -57,7 +57,7 @@ class Place:
 
 
 def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
-    """The frames of a joint.
+    """Return the frames of a joint.
 
     Args:
         joint: Its proxy in the occurrence.
@@ -81,7 +81,7 @@ def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
 
 
 def as_built_frame(joint: Any, place: Place) -> Transform | None:
-    """The one frame of an as-built joint; None where there is none, as of a rigid one."""
+    """Return the one frame of an as-built joint; None if there is none, as of a rigid one."""
     transform = _lifted(joint, lambda j: j.transform, place)
     if transform is not None:
         return transform
@@ -89,7 +89,7 @@ def as_built_frame(joint: Any, place: Place) -> Transform | None:
 
 
 def _lifted(joint: Any, read: Callable[[Any], Any], place: Place) -> Transform | None:
-    """A transform of a joint in the root frame; None where there is none.
+    """Return a transform of a joint in the root frame; None if there is none.
 
     What is the same as that of the native joint is in the frame of the component.
     """
@@ -102,13 +102,13 @@ def _lifted(joint: Any, read: Callable[[Any], Any], place: Place) -> Transform |
 
 
 def _equal(a: Transform, b: Transform) -> bool:
-    """Whether one matrix was given twice."""
+    """Return whether one matrix was given twice."""
     pairs = zip((*a.R, a.p), (*b.R, b.p), strict=True)
     return all(distance(u, v) <= _EQUAL for u, v in pairs)
 
 
 def _agreeing(one: Transform, two: Transform, place: Place, reach: float) -> JointFrames:
-    """The sides in the root frame, under the first reading under which they meet.
+    """Return the sides in the root frame, under the first reading under which they meet.
 
     A joint without offset has both in one point. Others have met transforms in the frame of the
     occurrence that the side belongs to.

@@ -29,7 +29,7 @@ REMEDY = "Modify > Compute All; if that does not help, make the joint anew"
 
 @dataclass(frozen=True)
 class _Ends:
-    """What a joint joins; None where Fusion does not say."""
+    """What a joint joins; None if Fusion does not say."""
 
     one: Occurrence | None
     two: Occurrence | None
@@ -93,7 +93,7 @@ class _Reader:
         self._subject: Subject = subject_in(occurrence, "joint", name)
 
     def joint(self) -> JointSnapshot:
-        """The joint; one that cannot be read says so itself, and is there to be named."""
+        """Return the joint; one that cannot be read reports it itself, and is there to be named."""
         empty = JointSnapshot(self._name, "inferred", None, None, as_built=self._as_built)
         try:
             empty = replace(empty, suppressed=bool(self._joint.isSuppressed))
@@ -149,7 +149,7 @@ class _Reader:
         place = Place(here, here.T_first, ends.one or here, ends.two or here)
         if self._as_built:
             frame = as_built_frame(self._joint, place)
-            # Which side the one geometry stays with is known only where both are in one place.
+            # Which side the one geometry stays with is known only if both are in one place.
             frames = JointFrames(None if any(slides) else frame, frame)
         else:
             reach = math.hypot(*slides) + offset
@@ -168,7 +168,7 @@ class _Reader:
         frames: JointFrames,
         free: bool,
     ) -> tuple[MotionSnapshot, ...]:
-        """The motions, with axes in the root frame.
+        """Return the motions, with axes in the root frame.
 
         Args:
             kind: The joint's type.

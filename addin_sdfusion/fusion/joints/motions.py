@@ -20,7 +20,7 @@ class Freedom(NamedTuple):
 
     Attributes:
         motion: Its axis is as Fusion gives it.
-        along: 0, 1 or 2 for x, y or z of the geometry; CUSTOM where that is not known.
+        along: 0, 1 or 2 for x, y or z of the geometry; CUSTOM if that is not known.
     """
 
     motion: MotionSnapshot
@@ -43,7 +43,7 @@ def joint_kinds() -> dict[int, JointKind]:
 
 
 def read_freedoms(kind: JointKind, motion: Any) -> tuple[Freedom, ...]:
-    """The degrees of freedom of a joint, in their order from `two` to `one`.
+    """Return the degrees of freedom of a joint, in their order from `two` to `one`.
 
     Raises:
         ValueError: An axis or a number is missing.
@@ -68,7 +68,7 @@ def _cylindrical(motion: Any) -> tuple[Freedom, ...]:
 
 
 def _pin_slot(motion: Any) -> tuple[Freedom, ...]:
-    """The pin slides in the slot of `two`, and turns there."""
+    """Return the pin slides in the slot of `two`, and turns there."""
     return _slide(motion, "slide"), _rotation(motion, "rotation")
 
 
@@ -122,6 +122,6 @@ def _limits(limits: Any, unit: float) -> tuple[float | None, float | None]:
 
 
 def reversed_axis(axis: Vector3) -> Vector3:
-    """The opposite axis."""
+    """Return the opposite axis."""
     x, y, z = axis
     return -x, -y, -z

@@ -82,7 +82,7 @@ def _found(robot: Robot) -> tuple[Finding, ...]:
 
 
 def require_valid(robot: Robot) -> Robot:
-    """The robot itself, if nothing makes it unusable.
+    """Return the robot itself, if nothing makes it unusable.
 
     Raises:
         RobotError: It has errors; the exception carries all findings.

@@ -66,7 +66,7 @@ def _axes(loop: LoopJoint, subject: Subject) -> Iterator[Finding]:
 
 
 def _same(bodies: dict[str, str], loop: LoopJoint) -> bool:
-    """Whether a loop joint's links are one body; not where the tree itself is broken."""
+    """Return whether a loop joint's links are one body; not where the tree itself is broken."""
     return loop.parent in bodies and bodies[loop.parent] == bodies.get(loop.child)
 
 

@@ -126,7 +126,7 @@ def lengths(robot: Robot) -> Iterator[Finding]:
 
 
 def positive_semidefinite(A: Matrix3) -> bool:
-    """Whether no principal minor of a symmetric matrix is negative, but for rounding."""
+    """Return whether no principal minor of a symmetric matrix is negative, but for rounding."""
     scale = max(abs(entry) for row in A for entry in row)
     if scale == 0.0:
         return True
@@ -159,9 +159,9 @@ def _usable(joint: Joint, link: Link) -> bool:
 
 
 def _body(joint: Joint, carried: dict[str, list[Joint]]) -> dict[str, Pose] | None:
-    """The joint's child and all that is fixed to it, with poses in the child's frame.
+    """Return the joint's child and all that is fixed to it, with poses in the child's frame.
 
-    None where another joint moves something on it: then its mass is not the last one.
+    None if another joint moves something on it: then its mass is not the last one.
     """
     body = {joint.child: IDENTITY}
     waiting = [joint.child]
@@ -192,5 +192,5 @@ def _inertia_about(joint: Joint, parts: list[tuple[Link, Pose]]) -> float:
 
 
 def _last_axis(joint: Joint) -> Vector3:
-    """The axis of a joint's last motion, in the child's frame."""
+    """Return the axis of a joint's last motion, in the child's frame."""
     return rotate(rotation(joint.T_child_joint.rpy), joint.motions[-1].axis)

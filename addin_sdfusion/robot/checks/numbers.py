@@ -14,7 +14,7 @@ from ..model.robot import SHAPE_SIZES, Link, Robot
 
 
 def numbers(robot: Robot) -> Iterator[Finding]:
-    """No number is NaN, and none is infinite where that has no meaning."""
+    """No number is NaN, and none is infinite if that has no meaning."""
     yield from _report(Subject("robot", robot.name), "gravity", robot.gravity)
     for link in robot.links:
         yield from _report(Subject("link", link.name), "mass or inertia", link_numbers(link))
@@ -102,7 +102,7 @@ def path_numbers(muscle: Muscle) -> tuple[float, ...]:
 
 
 def cable_numbers(muscle: Muscle) -> tuple[float, ...]:
-    """A muscle's friction and presliding, the parameters of its cable and of its pulley."""
+    """Return a muscle's friction and presliding, the parameters of its cable and of its pulley."""
     pulley = muscle.pulley.parameters if muscle.pulley else ()
     rows = (row for _, row in pulley)
     parameters = (number for _, number in muscle.model.parameters)

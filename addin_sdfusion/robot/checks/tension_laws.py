@@ -1,4 +1,4 @@
-"""Checks of tension laws: known, given and consistent parameters."""
+"""Checks of muscle laws: known, given and consistent parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..model.robot import Robot
 _ALSO_CASPRS = {
     cable.kind: [item.tag for item in cable.properties] for cable in CASPR_CABLES.values()
 }
-"""What CASPR's files say of a cable beside its law, such as its diameter."""
+"""What CASPR's files say of a cable next to its law, such as its diameter."""
 
 
 def tension_laws(robot: Robot) -> Iterator[Finding]:
@@ -27,7 +27,7 @@ def tension_laws(robot: Robot) -> Iterator[Finding]:
 
 
 def law_findings(subject: Subject, model: CableModel) -> Iterator[Finding]:
-    """What is wrong with a muscle's tension law.
+    """What is wrong with a muscle's muscle law.
 
     Args:
         subject: Whose law it is.
@@ -74,7 +74,7 @@ def _described(parameter: Parameter) -> str:
 
 
 def _out_of_bounds(parameters: Iterable[Parameter], values: Mapping[str, float]) -> Iterator[str]:
-    """Values beside their bounds. The check of all numbers finds those that are not finite."""
+    """Values next to their bounds. The check of all numbers finds those that are not finite."""
     for parameter in parameters:
         value = values.get(parameter.name, math.nan)
         if math.isfinite(value) and not parameter.allows(value):

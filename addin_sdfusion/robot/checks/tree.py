@@ -143,7 +143,7 @@ def motors(robot: Robot) -> Iterator[Finding]:
 
 
 def _loops(above: dict[str, Joint]) -> list[list[str]]:
-    """The loops of links that are met on the path to the root from any link."""
+    """Return the loops of links that are met on the path to the root from any link."""
     loops = []
     met: set[str] = set()
     for start in above:

@@ -1,7 +1,7 @@
 """What a format does with each feature of a robot: a table that makes every finding of a loss.
 
 A row of the table says of a feature whether the format keeps it, changes it, leaves it out, or
-refuses the robot for it. All but the first come with the code and the message of a finding. The
+rejects the robot for it. All but the first come with the code and the message of a finding. The
 message is a template: `{format}` is what the format is called, other words come with each place
 where the feature is found.
 
@@ -89,12 +89,12 @@ class Row:
 
 
 def kept(*features: Feature) -> Row:
-    """A row for features that the format holds as they are."""
+    """Return a row for features that the format holds as they are."""
     return Row(features, "kept")
 
 
 def implied(*features: Feature) -> Row:
-    """A row for features that are left out with another one, whose finding is enough."""
+    """Return a row for features that are left out with another one, whose finding is enough."""
     return Row(features, "left out")
 
 
@@ -106,7 +106,7 @@ def _row(
     find: Finder | None = None,
     only: str = "",
 ) -> Row:
-    """A row for a feature that is not simply kept.
+    """Return a row for a feature that is not simply kept.
 
     Args:
         fate: What becomes of it.
@@ -142,7 +142,7 @@ def changed_together(features: Sequence[Feature], code: str, message: str) -> Ro
 
 
 def in_every_set(*rows: Row) -> tuple[Row, ...]:
-    """Rows of muscles, which look in all cable sets in place of the active one."""
+    """Return rows of muscles, which look in all cable sets in place of the active one."""
     return tuple(replace(row, find=_in_every_set(row.find)) for row in rows)
 
 
@@ -177,7 +177,7 @@ class Capabilities:
 
 
 def require_writable(findings: Sequence[Finding], format_: str) -> None:
-    """Refuse to write if there are errors.
+    """Reject to write if there are errors.
 
     Args:
         findings: What the format cannot hold.

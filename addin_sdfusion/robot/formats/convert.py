@@ -51,7 +51,7 @@ class Format(NamedTuple):
         losses: What of a robot it cannot hold.
         write: Writes the files; raises RobotError where `losses` has errors.
         prepare: Makes an equal robot that it can hold.
-        with_meshes: The format with meshes that are carried; None where it holds none.
+        with_meshes: The format with meshes that are carried; None if it holds none.
         is_named: Whether its files have the robot's name.
     """
 
@@ -64,7 +64,7 @@ class Format(NamedTuple):
 
 
 def _with_files(format_: Format, meshes: CarriedMeshes) -> Format:
-    """A format whose URIs mean files beside the robot's."""
+    """Return a format whose URIs mean files next to the robot's."""
 
     def prepare(robot: Robot) -> Robot:
         return meshes.applied(format_.prepare(robot), keeps_models=format_.name in _OF_MODELS)
@@ -172,7 +172,7 @@ def format_of(
     Args:
         name: Its name.
         trajectories: The trajectories.
-        meshes: Meshes to write beside the robot, where the format holds any.
+        meshes: Meshes to write next to the robot, where the format holds any.
 
     Raises:
         UnknownNameError: There is no such format.

@@ -22,7 +22,7 @@ Words = dict[str, object]
 
 
 def of_links(has: Callable[[Link], Any]) -> Finder:
-    """The links that have something.
+    """Return the links that have something.
 
     Args:
         has: Whether a link has it. Where it gives a dictionary these are the words of the
@@ -32,27 +32,27 @@ def of_links(has: Callable[[Link], Any]) -> Finder:
 
 
 def of_joints(has: Callable[[Joint], Any]) -> Finder:
-    """The joints that have something, as `of_links`."""
+    """Return the joints that have something, as `of_links`."""
     return lambda robot: _places("joint", robot.joints, has)
 
 
 def of_coordinates(has: Callable[[Coordinate], Any]) -> Finder:
-    """The coordinates, also locked and coupled ones, that have something, as `of_links`."""
+    """Return the coordinates, also locked and coupled ones, that have something, as `of_links`."""
     return lambda robot: _places("coordinate", robot.all_coordinates, has)
 
 
 def of_muscles(has: Callable[[Muscle], Any]) -> Finder:
-    """The muscles of the active cable set that have something, as `of_links`."""
+    """Return the muscles of the active cable set that have something, as `of_links`."""
     return lambda robot: _places("muscle", robot.muscles, has)
 
 
 def of_robot(has: Callable[[Robot], Any]) -> Finder:
-    """The robot, if it has something, as `of_links`; `{names}` are those in a list."""
+    """Return the robot, if it has something, as `of_links`; `{names}` are those in a list."""
     return lambda robot: _places("robot", [robot], has)
 
 
 def of_surfaces(has: Callable[[WrapSurface], Any]) -> Finder:
-    """The wrap surfaces that have something, as `of_links`."""
+    """Return the wrap surfaces that have something, as `of_links`."""
     return lambda robot: _places("wrap_surface", robot.wrap_surfaces, has)
 
 
@@ -72,7 +72,7 @@ def _words(there: object) -> dict[str, object]:
 
 
 def points_of_muscles(has: Callable[[ViaPoint], Any]) -> Finder:
-    """The muscles of the active cable set with such points: `{places}`, counted from 1."""
+    """Return the muscles of the active cable set with such points: `{places}`, counted from 1."""
 
     def test(muscle: Muscle) -> Words:
         found = [str(k) for k, point in enumerate(muscle.via_points, 1) if has(point)]
@@ -82,7 +82,7 @@ def points_of_muscles(has: Callable[[ViaPoint], Any]) -> Finder:
 
 
 def of_wraps(has: Callable[[Wrap], Any]) -> Finder:
-    """The muscles of the active cable set, once for each such wrap."""
+    """Return the muscles of the active cable set, once for each such wrap."""
 
     def find(robot: Robot) -> Iterator[Found]:
         for muscle in robot.muscles:
@@ -95,7 +95,7 @@ def of_wraps(has: Callable[[Wrap], Any]) -> Finder:
 
 
 def other_laws(held: Collection[str]) -> Finder:
-    """The muscles with another tension law than a command of the tension, or those held."""
+    """Return the muscles with another muscle law than a command of the tension, or those held."""
     return of_muscles(
         lambda m: m.model.kind != "ideal" and m.model.kind not in held and {"kind": m.model.kind}
     )
@@ -309,12 +309,12 @@ NOT_IN_OTHER_SIMULATORS = tuple(
 
 
 def laws_but(held: Collection[str]) -> Row:
-    """The row of a format that has these tension laws only, besides a command of the tension."""
+    """The row of a format that has these muscle laws only, besides a command of the tension."""
     return left_out(TENSION_LAWS, find=other_laws(held), only="but " + ", ".join(held))
 
 
 def loops_but(held: Container[str]) -> Row:
-    """The row of a format whose loops are closed by balls and fixed joints only, as held."""
+    """Return the row of a format whose loops are closed by balls and fixed joints only, as held."""
     return left_out(
         LOOPS,
         find=of_robot(lambda robot: other_loops(robot, held)),
@@ -329,17 +329,17 @@ OF_MUSCLES_AND_TASKS = CATALOGUE[len(OF_LINKS_AND_JOINTS) :]
 
 
 def is_limited(coordinate: Coordinate) -> bool:
-    """Whether it has a limit on one side at least."""
+    """Return whether it has a limit on one side at least."""
     return math.isfinite(coordinate.lower) or math.isfinite(coordinate.upper)
 
 
 def has_limits(robot: Robot) -> bool:
-    """Whether one of its free coordinates has a limit."""
+    """Return whether one of its free coordinates has a limit."""
     return any(map(is_limited, robot.coordinates))
 
 
 def order(joint: Joint) -> Words:
-    """The words of a joint in a chain: how many motions, and their order."""
+    """Return the words of a joint in a chain: how many motions, and their order."""
     moved = (motion for motion in joint.motions if not motion.is_fixed)
     order = ", ".join(joint.coordinates[motion.coordinate].name for motion in moved)
     return {"count": len(joint.motions), "order": order}
@@ -354,10 +354,10 @@ def _joint_names(robot: Robot) -> list[str]:
 
 
 def _by_rule(muscle: Muscle, rule: str) -> list[str]:
-    """The surfaces of the wraps by a program's rules."""
+    """Return the surfaces of the wraps by a program's rules."""
     return [wrap.surface for wrap in muscle.wraps if wrap.rule == rule]
 
 
 def other_loops(robot: Robot, held: Container[str]) -> list[str]:
-    """The joints that close loops, but those of the types held."""
+    """Return the joints that close loops, but those of the types held."""
     return [f"{loop.name} ({loop.type})" for loop in robot.loops if loop.type not in held]

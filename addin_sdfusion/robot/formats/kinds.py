@@ -27,7 +27,7 @@ _ENDS = {b"<?": b"?>", b"<!--": b"-->"}
 
 
 def kind_of(file: Path) -> Kind | None:
-    """The format of a file; None where it is no robot's.
+    """Return the format of a file; None if it is not a robot's.
 
     Raises:
         InputError: It cannot be read.
@@ -57,7 +57,7 @@ def _root(text: bytes) -> str:
 
 
 def robot_file(path: Path) -> Path:
-    """The file to begin with: the path itself, or the one robot in a folder.
+    """Return the file to begin with: the path itself, or the one robot in a folder.
 
     Raises:
         InputError: A folder holds none, or several.
@@ -78,7 +78,7 @@ def robot_file(path: Path) -> Path:
 
 
 def holds_robot(path: Path) -> bool:
-    """Whether a path is a robot's file, or a folder that holds one."""
+    """Return whether a path is a robot's file, or a folder that holds one."""
     try:
         return kind_of(robot_file(path)) is not None
     except (InputError, OSError, ValueError):
@@ -86,7 +86,7 @@ def holds_robot(path: Path) -> bool:
 
 
 def _robots_among(folder: Path, names: list[str]) -> list[str]:
-    """The robots' files of a folder, of the formats in their order."""
+    """Return the robots' files of a folder, of the formats in their order."""
     if "model.sdf" in names:
         return ["model.sdf"]
     for suffix in (BODIES, ".urdf", ".osim"):

@@ -49,7 +49,7 @@ class Reading:
     """A robot as read, with everything that is to be said about it.
 
     Attributes:
-        robot: The robot; None where the files are not complete enough to say what it is.
+        robot: The robot; None if the files are not complete enough to say what it is.
         findings: What is wrong with the files and with the robot, with places; errors first.
         files: Every file that makes up the robot.
     """
@@ -59,7 +59,7 @@ class Reading:
     files: tuple[Path, ...]
 
     def require(self) -> Robot:
-        """The robot, if nothing makes it unusable.
+        """Return the robot, if nothing makes it unusable.
 
         Raises:
             RobotError: There are errors; the exception carries all findings.

@@ -10,7 +10,7 @@ from .robot import Robot
 
 
 def followers(robot: Robot) -> list[Coordinate]:
-    """The coupled coordinates, each after those that it follows.
+    """Return the coupled coordinates, each after those that it follows.
 
     Args:
         robot: A robot without circles of couplings.
@@ -29,7 +29,7 @@ def followers(robot: Robot) -> list[Coordinate]:
 
 
 def all_values(robot: Robot, q: Mapping[str, float]) -> dict[str, float]:
-    """The value of every coordinate, in [rad] or [m].
+    """Return the value of every coordinate, in [rad] or [m].
 
     Args:
         robot: A valid robot.

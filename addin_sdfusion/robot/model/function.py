@@ -43,7 +43,7 @@ class SimmSpline:
 
 @dataclass(frozen=True, slots=True)
 class PiecewiseLinear:
-    """Straight lines between points; the first and the last go on beyond them.
+    """Straight lines between points; the first and the last continue beyond them.
 
     Attributes:
         x: Where the points are, increasing; two or more.
@@ -73,21 +73,21 @@ def linear(slope: float, offset: float = 0.0) -> Polynomial:
 
 
 def is_constant(function: Function) -> bool:
-    """Whether its value is the same everywhere."""
+    """Return whether its value is the same everywhere."""
     if isinstance(function, Polynomial):
         return not any(function.coefficients[1:])
     return all(y == function.y[0] for y in function.y)
 
 
 def scaled(function: Function, factor: float) -> Function:
-    """The function times a factor."""
+    """Return the function times a factor."""
     if isinstance(function, Polynomial):
         return Polynomial(tuple(factor * c for c in function.coefficients))
     return replace(function, y=tuple(factor * y for y in function.y))
 
 
 def taylor(coefficients: Sequence[float], at: float) -> tuple[float, ...]:
-    """The polynomial of x with these coefficients in powers of x - at, as many of them."""
+    """Return the polynomial of x with these coefficients in powers of x - at, as many of them."""
     powers = [0.0] * len(coefficients)
     for coefficient in reversed(coefficients):
         moved = [0.0, *powers[:-1]]
@@ -120,7 +120,7 @@ def value(function: Function, x: float) -> float:
 
 @lru_cache(maxsize=4096)
 def cubics(function: SimmSpline | PiecewiseLinear) -> tuple[Cubic, ...]:
-    """The pieces of a function of points, from left to right.
+    """Return the pieces of a function of points, from left to right.
 
     The first holds left of the first point, each other one from its x on, the last without end.
     """

@@ -63,20 +63,20 @@ class Coordinate:
 
     Attributes:
         name: Its name, unique among the coordinates.
-        lower, upper: Limits, in [rad] or [m]; infinite where there is none.
+        lower, upper: Limits, in [rad] or [m]; infinite if there is none.
         initial: The value at the start unless an experiment says otherwise, in [rad] or [m].
         damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
         unit: `rad` or `m`.
-        actuated: Whether a motor of its own drives it, beside the muscles.
+        actuated: Whether a motor of its own drives it, next to the muscles.
         stiffness: Of a spring in the joint, in [N·m/rad] or [N/m]; 0 for none.
         rest: Where the spring makes no torque, in [rad] or [m].
         friction: Coulomb friction: the torque or force that holds it at rest, and that slows it
             when it moves, in [N·m] or [N].
-        tau_min, tau_max: Bounds of its motor's torque or force, in [N·m] or [N]; infinite where
+        tau_min, tau_max: Bounds of its motor's torque or force, in [N·m] or [N]; infinite if
             there is none. A file may give them for a joint without a motor.
         armature: Inertia of what turns with it besides the links, as a motor's rotor behind its
             gear, in [kg·m²] or [kg].
-        coupling: Its value is the sum of these terms; empty where it moves freely.
+        coupling: Its value is the sum of these terms; empty if it moves freely.
         locked: Whether it is held at its initial value.
         limit_force: A force beyond a range, None for none. The limits are hard stops.
     """
@@ -105,7 +105,7 @@ class Coordinate:
 
 
 def renamed(coordinate: Coordinate, named: Callable[[str], str]) -> Coordinate:
-    """The coordinate under another name, and what it follows as well.
+    """Return the coordinate under another name, and what it follows as well.
 
     Args:
         coordinate: The coordinate.
@@ -148,7 +148,7 @@ class Motion:
 
 
 def revolute(axis: Vector3) -> tuple[Motion, ...]:
-    """The motion of a revolute joint: a rotation about a unit vector in the joint frame."""
+    """Return the motion of a revolute joint: a rotation about a unit vector in the joint frame."""
     return (Motion("rotation", axis),)
 
 
@@ -188,7 +188,7 @@ class Joint:
         return joint_type(self.motions) if self.is_plain else "compound"
 
     def home(self, coordinate: int) -> int:
-        """The motion that is a coordinate's own, or nearest to it: the first in its unit.
+        """Return the motion that is a coordinate's own, or nearest to it: the first in its unit.
 
         Args:
             coordinate: Index of one that moves something.
@@ -231,7 +231,7 @@ def joint_type(motions: tuple[Motion, ...]) -> JointType:
 
 
 def _orthogonal(motions: tuple[Motion, ...]) -> bool:
-    """Whether each axis is orthogonal to the one before."""
+    """Return whether each axis is orthogonal to the one before."""
     return all(
         abs(sum(a * b for a, b in zip(first.axis, second.axis, strict=True))) <= _ORTHOGONAL
         for first, second in pairwise(motions)

@@ -12,7 +12,7 @@ from .rotations import axis_rotation, compose, inverse, normalized, rpy
 
 
 def initial_poses(robot: Robot) -> dict[str, Pose]:
-    """The pose of every link in the world, at the initial values of the coordinates."""
+    """Return the pose of every link in the world, at the initial values of the coordinates."""
     return link_poses(robot, {c.name: c.initial for c in robot.coordinates})
 
 

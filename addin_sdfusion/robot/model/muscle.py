@@ -31,7 +31,7 @@ class ViaPoint:
         link: The link it is fixed to, or `WORLD`.
         position: In that link's frame, in [m].
         when: When the muscle passes through it; None for always.
-        moves: How it moves on the link, beside its position; none for a fixed point.
+        moves: How it moves on the link, next to its position; none for a fixed point.
         friction: The cable's coefficient in its bend there, on its pulley at the first point; None
             for the muscle's.
     """
@@ -45,7 +45,7 @@ class ViaPoint:
 
 @dataclass(frozen=True, slots=True)
 class OwnTension:
-    """A tension law of one's own: a class in a file of Python.
+    """A tension custom law: a class in a Python file.
 
     Attributes:
         file: The file.
@@ -63,12 +63,12 @@ class CableModel:
     """How a muscle's tension follows from its command, length and speed.
 
     The laws of `laws` are simulated. CASPR's `linear_spring` and variable-stiffness cables
-    are kept in the description and simulated as ideal, as CASPR does it: `check` says so.
+    are kept in the description and simulated as ideal, as CASPR does it: `check` reports it.
 
     Attributes:
         kind: `ideal` (force as commanded), another law, or one of CASPR's cables.
         parameters: Its numbers by name, in SI units; of CASPR's cables by the names of its files.
-        own: A law of one's own, in the kind's place; it comes from an experiment, no robot's file
+        own: A custom law, in the kind's place; it comes from an experiment, no robot's file
             has it.
     """
 
@@ -85,7 +85,7 @@ class BasePulley:
     swivels about that line to hold the next point. The arc on the pulley, of `pulley_radius`,
     counts for the length, and the cable leaves along the tangent. The winch of a screw moves its
     pulley along in CASPR, by a way that depends on how often it was called; here it stands still:
-    `check` says so.
+    `check` reports it.
 
     Attributes:
         kind: `rotating`, or `screw` with a winch behind it.
@@ -113,7 +113,7 @@ class BasePulley:
         return dict(self.parameters).get("pulley_radius", ())
 
     def number(self, name: str) -> float:
-        """A number that may be left out: 0 then."""
+        """Return a number that may be left out: 0 then."""
         return dict(self.parameters).get(name, (0.0,))[0]
 
 
@@ -134,7 +134,7 @@ class WrapSurface:
         shape: `sphere`, `cylinder` or `ellipsoid`; a cylinder's axis is the z axis of its pose.
         radius: In [m]; of an ellipsoid, its half axis along x.
         pose: In the link's frame.
-        length: Of a cylinder, in [m]; infinite where it has no ends.
+        length: Of a cylinder, in [m]; infinite if it has no ends.
         half_axes: Of an ellipsoid, the half axes along y and z, in [m]; unused for other shapes.
     """
 
@@ -226,11 +226,11 @@ class Muscle:
         name: Its name, unique in its cable set.
         via_points: At least two, in order; none for a length of terms alone.
         f_min: Smallest force that a controller may command, in [N].
-        f_max: Largest force, in [N]; infinite where unknown.
+        f_max: Largest force, in [N]; infinite if unknown.
         model: How force, length and stiffness belong together.
         pulley: A swivelling pulley at its first via point, if there is one.
         wraps: Wraps over surfaces, in order.
-        branches: Where the path begins anew, in order; none for a path in one piece.
+        branches: Where the path begins again, in order; none for a path in one piece.
         terms: What is added to the length of the path in proportion to coordinates.
         friction: Coulomb's coefficient of the cable on its guides: over an angle theta its tension
             changes by up to exp(friction theta), where a via point or a wrap has none of its own.
@@ -272,7 +272,7 @@ class Muscle:
         return found if any(found) else ()
 
     def with_friction_scaled(self, factor: float) -> Muscle:
-        """The same with all of its coefficients of friction times a factor."""
+        """Return the same with all of its coefficients of friction times a factor."""
 
         def scaled(bend: _Bend) -> _Bend:
             own = bend.friction
@@ -286,7 +286,7 @@ class Muscle:
         )
 
     def is_segment(self, k: int) -> bool:
-        """Whether the path leads from via point k to the next one."""
+        """Return whether the path leads from via point k to the next one."""
         return all(branch.point != k + 1 for branch in self.branches)
 
 

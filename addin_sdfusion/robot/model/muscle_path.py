@@ -50,7 +50,7 @@ class PointMotion:
 
 @dataclass(frozen=True, slots=True)
 class Branch:
-    """Where a muscle's path begins anew, as behind a pulley that divides a tendon.
+    """Where a muscle's path begins again, as behind a pulley that divides a tendon.
 
     There is no segment between the via point before and this one. The length of the branch, up to
     the next one, counts divided.

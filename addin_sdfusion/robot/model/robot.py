@@ -70,7 +70,7 @@ class Inertia:
         )
 
     def scaled(self, factor: float) -> Inertia:
-        """The inertia of the same body with another density.
+        """Return the inertia of the same body with another density.
 
         Args:
             factor: The new density over the old one.
@@ -96,7 +96,7 @@ class Mesh:
         pose: In the link's frame.
         scale: Factors along x, y, z that make metres of the file's units.
         name: Its name in the robot's file; may be empty.
-        color: Of a visual one: red, green, blue and opacity from 0 to 1; None where not known.
+        color: Of a visual one: red, green, blue and opacity from 0 to 1; None if not known.
     """
 
     role: Literal["visual", "collision"]
@@ -134,7 +134,7 @@ class Link:
     Attributes:
         name: Its name, unique among the links.
         inertia: Mass properties.
-        end: The far end in the link frame, in [m]; for drawing only, None where unknown.
+        end: The far end in the link frame, in [m]; for drawing only, None if unknown.
         meshes: What it looks like and what it collides with.
         shapes: What it collides with beside meshes.
     """
@@ -184,7 +184,7 @@ _Named = TypeVar(
 
 
 def find(kind: str, name: str, items: Sequence[_Named]) -> _Named:
-    """The item of that name.
+    """Return the item of that name.
 
     Raises:
         UnknownNameError: There is none; the message names the nearest and lists all.
@@ -260,19 +260,19 @@ class Robot:
         return find("operational space", self.task_set, self.task_sets).frames
 
     def link(self, name: str) -> Link:
-        """The link of that name; UnknownNameError if there is none."""
+        """Return the link of that name; UnknownNameError if there is none."""
         return self._links.get(name) or find("link", name, self.links)
 
     def joint(self, name: str) -> Joint:
-        """The joint of that name; UnknownNameError if there is none."""
+        """Return the joint of that name; UnknownNameError if there is none."""
         return find("joint", name, self.joints)
 
     def wrap_surface(self, name: str) -> WrapSurface:
-        """The wrap surface of that name; UnknownNameError if there is none."""
+        """Return the wrap surface of that name; UnknownNameError if there is none."""
         return self._wrap_surfaces.get(name) or find("wrap surface", name, self.wrap_surfaces)
 
     def muscle(self, name: str) -> Muscle:
-        """The active muscle of that name; UnknownNameError if there is none."""
+        """Return the active muscle of that name; UnknownNameError if there is none."""
         return self._muscles.get(name) or find("muscle", name, self.muscles)
 
     @cached_property
@@ -292,7 +292,7 @@ class Robot:
         return replace(self, cable_set=find("cable set", name, self.cable_sets).name)
 
     def with_muscles(self, muscles: Iterable[Muscle]) -> Robot:
-        """The same robot with the muscles of the active cable set replaced."""
+        """Return the same robot with the muscles of the active cable set replaced."""
         changed = CableSet(self.cable_set, tuple(muscles))
         sets = tuple(changed if s.name == self.cable_set else s for s in self.cable_sets)
         return replace(self, cable_sets=sets)

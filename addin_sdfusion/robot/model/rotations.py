@@ -18,7 +18,7 @@ UNIT_TOLERANCE = 1e-12
 
 
 def rotation(rpy: Vector3) -> Matrix3:
-    """The rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll).
+    """Return the rotation matrix R = Rz(yaw) Ry(pitch) Rx(roll).
 
     Args:
         rpy: Roll, pitch and yaw, in [rad].
@@ -32,7 +32,7 @@ def rotation(rpy: Vector3) -> Matrix3:
 
 
 def axis_rotation(axis: Vector3, angle: float) -> Matrix3:
-    """The rotation matrix about an axis: exactly none for the angle 0.
+    """Return the rotation matrix about an axis: exactly none for the angle 0.
 
     Args:
         axis: Unit vector.
@@ -68,22 +68,22 @@ def transpose(A: Matrix3) -> Matrix3:
 
 
 def rotate(A: Matrix3, v: Vector3) -> Vector3:
-    """The product A v."""
+    """Return the product A v."""
     return dot(A[0], v), dot(A[1], v), dot(A[2], v)
 
 
 def multiply(A: Matrix3, B: Matrix3) -> Matrix3:
-    """The product A B."""
+    """Return the product A B."""
     return transpose((rotate(A, _column(B, 0)), rotate(A, _column(B, 1)), rotate(A, _column(B, 2))))
 
 
 def dot(a: Vector3, b: Vector3) -> float:
-    """The scalar product."""
+    """Return the scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vector3, b: Vector3) -> Vector3:
-    """The vector product a × b."""
+    """Return the vector product a × b."""
     return (
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -92,17 +92,17 @@ def cross(a: Vector3, b: Vector3) -> Vector3:
 
 
 def add(a: Vector3, b: Vector3) -> Vector3:
-    """The sum a + b."""
+    """Return the sum a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def subtract(a: Vector3, b: Vector3) -> Vector3:
-    """The difference a - b."""
+    """Return the difference a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def normalized(v: Vector3) -> Vector3:
-    """The unit vector along v; v itself if it is one already, or if it has no direction."""
+    """Return the unit vector along v; v itself if it is one already, or if it has no direction."""
     norm = math.hypot(*v)
     if norm == 0.0 or not math.isfinite(norm) or abs(norm - 1.0) <= UNIT_TOLERANCE:
         return v
@@ -129,14 +129,14 @@ def inverse(T_a_b: Pose) -> Pose:
 
 
 def apply(T_a_b: Pose, p_b: Vector3) -> Vector3:
-    """The point p_b of frame b, in frame a, in [m]."""
+    """Return the point p_b of frame b, in frame a, in [m]."""
     if not any(T_a_b.rpy):
         return add(T_a_b.position, p_b)
     return add(T_a_b.position, rotate(rotation(T_a_b.rpy), p_b))
 
 
 def rotate_inertia(R_a_b: Matrix3, inertia_b: Matrix3) -> Matrix3:
-    """An inertia matrix along the axes of b, along those of a: R I Rᵀ, in [kg·m²]."""
+    """Return an inertia matrix along the axes of b, along those of a: R I Rᵀ, in [kg·m²]."""
     return multiply(multiply(R_a_b, inertia_b), transpose(R_a_b))
 
 

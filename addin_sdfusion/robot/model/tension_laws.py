@@ -1,4 +1,4 @@
-"""The tension laws of muscles by their models: parameters, commands and states.
+"""The muscle laws of muscles by their models: parameters, commands and states.
 
 The table of laws is in `laws`, the equations are in `sim_dart/csrc/laws/<law>.c`.
 """
@@ -19,7 +19,7 @@ PRESETS: dict[str, CableModel] = {
 
 
 def law_of(model: CableModel) -> TensionLaw:
-    """The law that a muscle is simulated by: `ideal` for what is described only."""
+    """Return the law that a muscle is simulated by: `ideal` for what is described only."""
     if model.own is not None:
         command = None if model.own.command is None else Command(*model.own.command)
         return TensionLaw("own", "a law of one's own", f"{model.own.file}:{model.own.name}",
@@ -28,7 +28,7 @@ def law_of(model: CableModel) -> TensionLaw:
 
 
 def law_parameters(model: CableModel) -> dict[str, float]:
-    """All parameters of a muscle's law, in the C core's order, defaults filled in.
+    """Return all parameters of a muscle's law, in the C core's order, defaults filled in.
 
     Args:
         model: A model without errors; see `check`.
@@ -47,7 +47,7 @@ def law_parameters(model: CableModel) -> dict[str, float]:
 
 
 def muscle_parameters(muscle: Muscle) -> dict[str, float]:
-    """All parameters of a muscle's law, with what its pulley adds to its winch.
+    """Return all parameters of a muscle's law, with what its pulley adds to its winch.
 
     A pulley of radius R turns by r / R as far as a drum of radius r: it adds J (r / R)^2 to the
     drum's inertia, and Tc r / R to its dry friction.
@@ -77,7 +77,7 @@ def command_range(model: CableModel) -> tuple[float, float]:
 
 
 def states_of(model: CableModel) -> tuple[LawState, ...]:
-    """The states that a muscle has with its parameters, in order."""
+    """Return the states that a muscle has with its parameters, in order."""
     law = law_of(model)
     if not law.states:
         return ()

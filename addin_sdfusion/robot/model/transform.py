@@ -20,15 +20,15 @@ class Transform(NamedTuple):
     p: Vector3
 
     def apply(self, point: Vector3) -> Vector3:
-        """The image of a point, in [m]."""
+        """Return the image of a point, in [m]."""
         return add(self.p, rotate(self.R, point))
 
     def rotate(self, vector: Vector3) -> Vector3:
-        """The image of a direction."""
+        """Return the image of a direction."""
         return rotate(self.R, vector)
 
     def axis(self, number: int) -> Vector3:
-        """An axis of b, x 0, y 1 or z 2, in a."""
+        """Return an axis of b, x 0, y 1 or z 2, in a."""
         return transpose(self.R)[number]
 
     def compose(self, inner: Transform) -> Transform:
@@ -41,11 +41,11 @@ class Transform(NamedTuple):
         return Transform(R, subtract((0.0, 0.0, 0.0), rotate(R, self.p)))
 
     def about(self, point: Vector3) -> Transform:
-        """The same motion, given about the origin, about another point, in [m]."""
+        """Return the same motion, given about the origin, about another point, in [m]."""
         return Transform(self.R, add(self.p, subtract(point, rotate(self.R, point))))
 
     def pose(self) -> Pose:
-        """The transform as files hold it: translation, and roll, pitch, yaw."""
+        """Return the transform as files hold it: translation, and roll, pitch, yaw."""
         angles = IDENTITY.p if self.R == IDENTITY.R else tidy(rpy(self.R))
         return Pose(tidy(self.p), angles)
 
@@ -54,5 +54,5 @@ IDENTITY = Transform(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 
 
 
 def tidy(v: Vector3) -> Vector3:
-    """The vector with 0 in place of -0."""
+    """Return the vector with 0 in place of -0."""
     return v[0] + 0.0, v[1] + 0.0, v[2] + 0.0

@@ -28,7 +28,7 @@ class Member:
         name: Its name; all its parts are called `<name>_<part>`.
         robot: The robot.
         pose: Of its world in the common one.
-        folder: Folder of its mesh files; None where its URIs are to stay as they are.
+        folder: Folder of its mesh files; None if its URIs are to stay as they are.
         roots: Other folders and files that its meshes may lie in; see `mesh_files.lies_in`.
     """
 
@@ -39,7 +39,7 @@ class Member:
     roots: tuple[Path, ...] = ()
 
     def named(self, part: str) -> str:
-        """The name of one of its parts among those of all robots."""
+        """Return the name of one of its parts among those of all robots."""
         return part if part == WORLD else f"{self.name}_{part}"
 
 
@@ -163,7 +163,7 @@ def _wrap(wrap: Wrap, member: Member) -> Wrap:
 
 
 def _turned(pulley: BasePulley, member: Member) -> BasePulley:
-    """A pulley on a robot's world, its directions turned with that world."""
+    """Return a pulley on a robot's world, its directions turned with that world."""
     R = rotation(member.pose.rpy)
     parameters = tuple(
         (key, rotate(R, (values[0], values[1], values[2])) if key in _DIRECTIONS else values)
@@ -191,7 +191,7 @@ def _surface(surface: WrapSurface, member: Member) -> WrapSurface:
 
 
 def _placed(link: str, pose: Pose, member: Member) -> Pose:
-    """A pose on a link; what is fixed to a robot's world moves along with that world."""
+    """Return a pose on a link; what is fixed to a robot's world moves along with that world."""
     return compose(member.pose, pose) if link == WORLD else pose
 
 

@@ -60,7 +60,7 @@ class OverEllipsoid(NamedTuple):
 
 
 def over_ellipsoid(motions: Sequence[Motion]) -> OverEllipsoid | None:
-    """The joint over an ellipsoid that has these motions; None where there is none."""
+    """Return the joint over an ellipsoid that has these motions; None if there is none."""
     moved = [k for k, motion in enumerate(motions) if not motion.is_fixed]
     winged = [k for k in moved if motions[k].coordinate == WINGING]
     turned = [k for k in moved if motions[k].coordinate == C_]
@@ -92,12 +92,12 @@ def _way(motions: Sequence[Motion], axis: Vector3) -> float:
 
 
 def _shortened(value: float) -> float:
-    """A number as it was written before it was halved and added to others."""
+    """Return a number as it was written before it was halved and added to others."""
     return float(f"{value:.14g}")
 
 
 def _gliding(axes: tuple[Vector3, Vector3], radii: Vector3) -> tuple[Motion, ...]:
-    """The motions of a body that glides over an ellipsoid and turns about its normal.
+    """Return the motions of a body that glides over an ellipsoid and turns about its normal.
 
     Args:
         axes: u and v.

@@ -66,7 +66,7 @@ class SingleJoint:
     coordinate: Coordinate | None = None
 
     def joint(self, name: str) -> Joint:
-        """The same as a joint of a robot, under a name."""
+        """Return the same as a joint of a robot, under a name."""
         motions = () if self.motion is None else (replace(self.motion, coordinate=0),)
         coordinates = () if self.coordinate is None else (self.coordinate,)
         frames = self.T_parent_joint, self.T_child_joint
@@ -74,7 +74,7 @@ class SingleJoint:
 
 
 def single_joints(robot: Robot, *, whole: bool = False) -> list[SingleJoint]:
-    """The joints of a robot as single ones, parents first.
+    """Return the joints of a robot as single ones, parents first.
 
     Args:
         robot: The robot.
@@ -111,7 +111,7 @@ def _split(joint: Joint, links: Names, joints: Names, whole: bool) -> Iterator[S
 
 
 def _from_zero(motion: Motion) -> tuple[Pose, Motion | None]:
-    """The place that a motion begins at, and the motion from there; None where it stands still."""
+    """The place that a motion begins at, and the motion from there; None if it stands still."""
     function = motion.function
     if function == ITSELF:
         return IDENTITY, motion
@@ -121,7 +121,7 @@ def _from_zero(motion: Motion) -> tuple[Pose, Motion | None]:
 
 
 def fixed_pose(motion: Motion) -> Pose:
-    """The pose that a motion makes where its coordinate is 0."""
+    """Return the pose that a motion makes where its coordinate is 0."""
     way = motion.way(0.0)
     if motion.kind == "rotation":
         return Transform(axis_rotation(motion.axis, way), (0.0, 0.0, 0.0)).pose()

@@ -19,7 +19,7 @@ from ..model.transform import IDENTITY, Transform
 
 
 def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
-    """The robot without some coordinates; a joint that keeps none becomes a fixed one.
+    """Return the robot without some coordinates; a joint that keeps none becomes a fixed one.
 
     In a robot with functions or couplings, or with muscles that depend on them beside their bodies,
     they stay in its joints, and are locked there.
@@ -41,7 +41,7 @@ def lock(robot: Robot, positions: Mapping[str, float]) -> Robot:
         named |= {move.coordinate for point in muscle.via_points for move in point.moves}
         named |= {term.coordinate for term in muscle.terms}
     if robot.driven_joints or named & set(positions):
-        # what follows a coordinate is to follow it where it is held
+        # what follows a coordinate is to follow it if it is held
         return replace(robot, joints=tuple(_held(joint, positions) for joint in robot.joints))
     return replace(robot, joints=tuple(_locked(joint, positions) for joint in robot.joints))
 
@@ -95,7 +95,7 @@ def _transform(pose: Pose) -> Transform:
 
 
 def _moved(motion: Motion, value: float) -> Transform:
-    """The transform of a motion."""
+    """Return the transform of a motion."""
     if motion.kind == "rotation":
         return Transform(axis_rotation(motion.axis, value), (0.0, 0.0, 0.0))
     x, y, z = motion.axis

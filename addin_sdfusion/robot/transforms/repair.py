@@ -48,7 +48,7 @@ class Diagnosis:
     explained: tuple[str, ...]
 
     def findings(self, subject: Subject) -> list[Finding]:
-        """The defect in words: one finding, or two where products are swapped too."""
+        """Return the defect in words: one finding, or two where products are swapped too."""
         who = f"of {len(self.explained)} links ({listed(self.explained, 3)})"
         problem = (
             f"the inertias {who} are about the origin of the design, not about the centre of mass; "
@@ -62,10 +62,10 @@ class Diagnosis:
 
 
 def diagnose(links: Sequence[Link], poses: Sequence[Pose]) -> Diagnosis | None:
-    """Whether the inertias of a file are about the origin of the design.
+    """Return whether the inertias of a file are about the origin of the design.
 
     Returns:
-        None where they are not, or where there is no evidence.
+        None if they are not, or if there is no evidence.
     """
     if any(any(link.inertia.com) or any(pose.rpy) for link, pose in zip(links, poses, strict=True)):
         return None
@@ -114,7 +114,7 @@ def repair(robot: Robot, diagnosis: Diagnosis) -> tuple[Robot, list[Finding]]:
 
 
 def about_com(inertia: Inertia, r: Vector3, swapped: bool) -> Inertia:
-    """The inertia about the centre of mass, from one about the origin of the design.
+    """Return the inertia about the centre of mass, from one about the origin of the design.
 
     Args:
         inertia: As stored.
@@ -134,7 +134,7 @@ def _is_far(inertia: Inertia, r: Vector3) -> bool:
 
 
 def _gyration(inertia: Inertia) -> float:
-    """The radius of gyration, √(½ tr I / m), in [m]; zero where there is none."""
+    """Return the radius of gyration, √(½ tr I / m), in [m]; zero if there is none."""
     square = 0.5 * (inertia.ixx + inertia.iyy + inertia.izz)
     return math.sqrt(square / inertia.mass) if square > 0.0 and inertia.mass > 0.0 else 0.0
 

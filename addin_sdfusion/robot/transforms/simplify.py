@@ -33,7 +33,7 @@ Homes = Mapping[str, tuple[str, Pose]]
 
 
 def merge_fixed_joints(robot: Robot) -> Robot:
-    """The robot with links that are fixed to one another made one.
+    """Return the robot with links that are fixed to one another made one.
 
     The link nearest to the world keeps its name, frame and far end. Links fixed to the world
     disappear, mass and meshes included: their via points and wrap surfaces are fixed in the world.
@@ -70,7 +70,7 @@ def joint_frames(robot: Robot) -> Robot:
 
 
 def align_frames(robot: Robot) -> Robot:
-    """The robot with link frames at their joints and parallel to the world at q = 0.
+    """Return the robot with link frames at their joints and parallel to the world at q = 0.
 
     T_child_joint becomes the identity and T_parent_joint a translation; axes that were along a
     frame's axes may become tilted. An orientation that is controlled is then that of the turned
@@ -94,7 +94,7 @@ def align_frames(robot: Robot) -> Robot:
 
 
 def _reframed(robot: Robot, homes: Homes) -> Robot:
-    """The robot with other link frames, which are those of their joints."""
+    """Return the robot with other link frames, which are those of their joints."""
     joints = tuple(replace(_rehung(j, homes), T_child_joint=IDENTITY) for j in robot.joints)
     return _with_frames(replace(robot, joints=joints), homes)
 
@@ -110,7 +110,7 @@ def _with_frames(robot: Robot, homes: Homes) -> Robot:
 
 
 def _may_merge(robot: Robot, link: str, home: str, T_home_link: Pose) -> bool:
-    """Whether every task frame on a link can be one on its new home."""
+    """Return whether every task frame on a link can be one on its new home."""
     frames = [f for group in robot.task_sets for f in group.frames if f.link == link]
     turned = any(T_home_link.rpy) and any(frame.is_orientation for frame in frames)
     return not turned and (home != WORLD or not frames)
@@ -128,7 +128,7 @@ def _rehung(joint: Joint, homes: Homes) -> Joint:
 
 
 def _in_frame(link: Link, T_home_link: Pose) -> Link:
-    """A link as seen from another frame, but for its far end."""
+    """Return a link as seen from another frame, but for its far end."""
     own = link.inertia
     matrix = own.matrix
     if any(T_home_link.rpy):
@@ -140,7 +140,7 @@ def _in_frame(link: Link, T_home_link: Pose) -> Link:
 
 
 def _union(link: Link, parts: list[Link]) -> Link:
-    """A link and all that is fixed to it, as one; every part in the link's frame."""
+    """Return a link and all that is fixed to it, as one; every part in the link's frame."""
     meshes = tuple(mesh for part in parts for mesh in part.meshes)
     shapes = tuple(shape for part in parts for shape in part.shapes)
     own = [part.inertia for part in parts]
@@ -168,7 +168,7 @@ def _sum(parts: list[Inertia]) -> Inertia:
 
 
 def _rehomed(robot: Robot, homes: Homes) -> Robot:
-    """The robot with everything that is fixed to a link fixed to that link's home."""
+    """Return the robot with everything that is fixed to a link fixed to that link's home."""
     return replace(
         robot,
         cable_sets=tuple(

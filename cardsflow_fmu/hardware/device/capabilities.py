@@ -13,7 +13,7 @@ from cardsflow_fmu.hardware.protocol.handshake import ErrorCode, Handshake
 from cardsflow_fmu.utils.arrays import FloatArray
 
 MAX_STEPS = 1000
-"""A set point in lock step takes no more steps, so that a link cannot keep a device busy."""
+"""A set point in lockstep takes no more steps, so that a link cannot keep a device busy."""
 
 _ROUNDING = 1e-6
 
@@ -48,7 +48,7 @@ class Capabilities:
                 raise InputError(f"a device's {name} {what}")
 
     def refusal(self, request: Handshake) -> ErrorCode | None:
-        """The reason to refuse a request; None if it can be met."""
+        """Return the reason to reject a request; None if it can be met."""
         if (request.commands, request.states) != (self.commands, self.states):
             return ErrorCode.PORTS
         if request.scale != self.scale:

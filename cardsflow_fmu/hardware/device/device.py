@@ -151,7 +151,7 @@ class Device:
 
     @property
     def goes_by_clock(self) -> bool:
-        """Whether the robot moves by the clock: not in lock step, nor before a set point."""
+        """Whether the robot moves in real time: not in lockstep, nor before a set point."""
         moving = self.state == "running" or self.state == "safe"
         return moving and self.agreed is not None and not self.agreed.lockstep
 
@@ -197,7 +197,7 @@ class Device:
             self.go_safe()
 
     def advance(self, dt: float) -> None:
-        """Advance the robot by dt, in [s], if it moves by the clock."""
+        """Advance the robot by dt, in [s], if it moves in real time."""
         if self.goes_by_clock:
             self._advance(dt)
 
@@ -214,7 +214,7 @@ class Device:
         return []
 
     def _answer_hello(self, frame: Frame, peer: Hashable, now: float) -> list[bytes]:
-        """Agree on a run, or refuse it."""
+        """Agree on a run, or reject it."""
         if frame.run_id == 0:
             return self._drop("run")
         request = Handshake.of_values(np.asarray(frame.values), bool(frame.flags & _LOCKSTEP))
@@ -240,7 +240,7 @@ class Device:
         return [self._reply(Kind.HELLO_ACK, frame, now, values)]
 
     def _is_free(self, peer: Hashable, now: float, *, is_copy: bool) -> bool:
-        """Whether a new run may begin: never under one that moves the robot by the clock."""
+        """Return whether a new run may begin: never under one that moves the robot in real time."""
         if self.state == "idle" or self.state == "safe" or self.agreed is None:
             return True
         if self.state == "ready" and peer == self._peer:
@@ -370,7 +370,7 @@ class Device:
     def _reply(
         self, kind: Kind, to: Frame, now: float, values: Sequence[float] | FloatArray = ()
     ) -> bytes:
-        """An answer to a frame."""
+        """Return an answer to a frame."""
         sent = int(now * 1e9)
         answer = Frame(
             kind, self._flags(), to.run_id, to.seq, self._time, sent, to.t_send_ns, values
@@ -379,7 +379,7 @@ class Device:
 
 
 def _scaled(values: FloatArray, factor: float) -> FloatArray | None:
-    """The values times a factor; None if one is not finite."""
+    """Return the values times a factor; None if one is not finite."""
     if factor != 1.0:
         with np.errstate(over="ignore"):
             values = values * factor

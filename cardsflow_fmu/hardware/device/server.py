@@ -1,4 +1,4 @@
-"""A UDP server of a device, in real time with absolute deadlines, or in lock step.
+"""A UDP server of a device, in real time with absolute deadlines, or in lockstep.
 
 One thread: between frames it checks the watchdog and advances the robot.
 """
@@ -36,7 +36,7 @@ class Line(Protocol):
         """Send a frame towards the device."""
 
     def due(self, now: float) -> list[tuple[bytes, Hashable]]:
-        """The answers due until now, with their peers."""
+        """Return the answers due until now, with their peers."""
 
     @property
     def next_due(self) -> float:
@@ -131,7 +131,7 @@ class DeviceServer:
         return reached
 
     def _next_event(self, reached: float) -> float:
-        """The time of the next step, watchdog check or delayed frame."""
+        """Return the time of the next step, watchdog check or delayed frame."""
         device = self.device
         event = min(time.monotonic() + _MAX_WAIT, device.next_deadline)
         if device.goes_by_clock:
@@ -175,7 +175,7 @@ def _shown(host: str) -> str:
 
 
 def _reached(address: str) -> str:
-    """The address at which this machine reaches what listens at one."""
+    """Return the address at which this machine reaches what listens at one."""
     return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(address, address)
 
 

@@ -1,4 +1,4 @@
-"""Events of a device: changes of its state, and refused runs."""
+"""Events of a device: changes of its state, and rejected runs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Event:
     """A change of a device.
 
     Attributes:
-        state: The device's state, or "refused" for a run that it has refused.
+        state: The device's state, or "rejected" for a run that it has rejected.
         run: Number of its run.
         reason: The reason, as text; may be empty.
     """
@@ -70,7 +70,7 @@ class StatusReporter:
         return ""
 
     def _is_new(self, counter: str) -> bool:
-        """Whether a counter has grown since the last call for it."""
+        """Return whether a counter has grown since the last call for it."""
         count = self._device.counters[counter]
         grown = count > self._counted.get(counter, 0)
         self._counted[counter] = count

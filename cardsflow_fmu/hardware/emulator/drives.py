@@ -47,7 +47,7 @@ class Drive(Protocol):
     def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
     ) -> FloatArray:
-        """The tensions over the next dt, before the lag, shape (m,), in [N].
+        """Return the tensions over the next dt, before the lag, shape (m,), in [N].
 
         Args:
             command: Shape (m,).
@@ -79,7 +79,7 @@ class ForceDrive:
     def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
     ) -> FloatArray:
-        """The command, within the bounds."""
+        """Return the command, within the bounds."""
         bounded: FloatArray = np.clip(command, self.lower, self.upper)
         return bounded
 
@@ -133,7 +133,7 @@ class SpringDrive:
     def tensions(
         self, command: FloatArray, lengths: FloatArray, rates: FloatArray, dt: float
     ) -> FloatArray:
-        """The forces of the springs at the set points at the end of dt."""
+        """Return the forces of the springs at the set points at the end of dt."""
         commanded = self._metres * command
         before = self._set_points
         self._set_points = (
@@ -145,7 +145,7 @@ class SpringDrive:
 
 
 def make_drive(settings: MotorSettings, robot: Robot) -> Drive:
-    """The motors of a robot.
+    """Return the motors of a robot.
 
     Raises:
         InputError: A constant is out of range; the message names the muscle.
@@ -188,7 +188,7 @@ class Lag:
         self._time_constant = time_constant
 
     def filter(self, value: FloatArray, target: FloatArray, dt: float) -> FloatArray:
-        """The output dt later, with a constant target; shape as given."""
+        """Return the output dt later, with a constant target; shape as given."""
         if self._time_constant == 0:
             return target
         output: FloatArray = target + (value - target) * math.exp(-dt / self._time_constant)

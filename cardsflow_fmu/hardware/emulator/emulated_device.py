@@ -13,7 +13,7 @@ from .emulator import EmulatedRobot
 def emulated_device(
     experiment: Experiment, settings: HardwareSettings, key: bytes | None = None
 ) -> Device:
-    """The emulated device of an experiment, as behind `loopback:` and `emulated:`.
+    """Return the emulated device of an experiment, as behind `loopback:` and `emulated:`.
 
     Args:
         experiment: The experiment.
@@ -28,7 +28,7 @@ def emulated_device(
 
 
 def device_of(robot: EmulatedRobot, settings: HardwareSettings, key: bytes | None = None) -> Device:
-    """The device of an emulated robot, with the signals, scale and watchdog of the settings.
+    """Return the device of an emulated robot, with the signals, scale and watchdog of the settings.
 
     Raises:
         InputError: A value is out of range.

@@ -40,11 +40,11 @@ class EmulatedWorld:
         self.answers: deque[bytes] = deque()
 
     def monotonic(self) -> float:
-        """The time, in [s]."""
+        """Return the time, in [s]."""
         return self.now
 
     def monotonic_ns(self) -> int:
-        """The time, in [ns]."""
+        """Return the time, in [ns]."""
         return int(self.now * 1e9)
 
     def sleep(self, seconds: float) -> None:

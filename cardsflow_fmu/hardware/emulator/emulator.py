@@ -50,7 +50,7 @@ class EmulatedRobot:
         drive: The motors.
         commands: Number of commands: of the muscles, and of motors at joints behind them.
         bounds: Least and largest commands, shape (commands,).
-        states: Number of state values: q, qd, l, tension and torque where they are measured.
+        states: Number of state values: q, qd, l, tension and torque if they are measured.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class EmulatedRobot:
         motor_lag: float = 0.0,
         sensors: SensorSettings | None = None,
     ) -> EmulatedRobot:
-        """The robot of an experiment, with its start, masses, disturbance and motors.
+        """Return the robot of an experiment, with its start, masses, disturbance and motors.
 
         Args:
             experiment: The experiment.
@@ -185,7 +185,7 @@ class EmulatedRobot:
         return np.concatenate([np.zeros(0), *(row for is_measured, row in measured if is_measured)])
 
     def _desired_tensions(self) -> FloatArray:
-        """The input of the motors' lag, shape (m,)."""
+        """Return the input of the motors' lag, shape (m,)."""
         if self._command is None:
             return self._safe_forces
         plant = self.plant
@@ -194,7 +194,7 @@ class EmulatedRobot:
         )
 
     def _desired_torques(self) -> FloatArray:
-        """The input of the lag of motors at joints."""
+        """Return the input of the lag of motors at joints."""
         if self._command is None:
             return self._no_torque
         within: FloatArray = np.clip(self._command[self._m :], *self._torque_bounds)

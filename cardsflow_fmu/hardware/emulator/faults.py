@@ -73,7 +73,7 @@ class FaultyChannel:
         self._release(arrival)
 
     def due(self, now: float) -> list[tuple[bytes, Hashable]]:
-        """The frames due until now, with their peers, in the order of arrival.
+        """Return the frames due until now, with their peers, in the order of arrival.
 
         Args:
             now: In [s].
@@ -114,7 +114,7 @@ class FaultyChannel:
             self._arrive(arrival, data, peer)
 
     def _damaged(self, data: bytes) -> bytes:
-        """The frame with other bytes, or another length; never the frame itself."""
+        """Return the frame with other bytes, or another length; never the frame itself."""
         choose = self._random
         if not data or choose.random() < _RESIZED:
             length = choose.choice([k for k in range(len(data) + 9) if k != len(data)])

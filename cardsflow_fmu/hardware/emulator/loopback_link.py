@@ -15,7 +15,7 @@ _MAX_LEAP = 0.1
 
 
 class LoopbackLink(FramedLink):
-    """A link that advances its device by the time that has passed, or in lock step.
+    """A link that advances its device by the time that has passed, or in lockstep.
 
     Args:
         make_device: Makes the device; called once, at the first `open`.

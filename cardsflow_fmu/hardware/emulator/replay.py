@@ -14,7 +14,7 @@ _ROUNDING = 0.01
 
 
 class ReplayedRobot:
-    """The recorded states over time; in lock step one row a step.
+    """The recorded states over time; in lockstep one row per step.
 
     Behind the end of the recording it fails, as hardware that is switched off.
 
@@ -38,7 +38,7 @@ class ReplayedRobot:
         origin = recording.t[0]
         self._command_times = recording.t - origin
         self._commands = recording.commands
-        late = self._step if header.lockstep else 0.0  # in lock step a state is the step's end
+        late = self._step if header.lockstep else 0.0  # in lockstep a state is the step's end
         self._state_times = self._command_times[came] + late
         self._duration = float(self._command_times[-1]) + late
         self._states = recording.states[came]
@@ -76,7 +76,7 @@ class ReplayedRobot:
             raise HardwareError(f"the recording is over after {self.duration:.6g} s")
 
     def state(self) -> FloatArray:
-        """The newest state recorded until now, shape (states,)."""
+        """Return the newest state recorded until now, shape (states,)."""
         row = self._newest(self._state_times)
         return (self._start_state if row < 0 else self._states[row]).copy()
 
@@ -85,6 +85,6 @@ class ReplayedRobot:
         self._stopped = True
 
     def _newest(self, times: FloatArray) -> int:
-        """The last row that is not in the future; -1 if there is none."""
+        """Return the last row that is not in the future; -1 if there is none."""
         now = self._elapsed + _ROUNDING * self._step
         return int(np.searchsorted(times, now, side="right")) - 1

@@ -66,7 +66,7 @@ class Sensors:
         self.lengths = _quantised(self._noisy(lengths) + self._offset, settings.length_counts)
 
     def _noisy(self, values: FloatArray) -> FloatArray:
-        """Values with noise; a copy in any case."""
+        """Return values with noise; a copy in any case."""
         if self._settings.noise == 0:
             return values.copy()
         noisy: FloatArray = values + self._random.normal(0.0, self._settings.noise, len(values))
@@ -74,7 +74,7 @@ class Sensors:
 
 
 def _quantised(values: FloatArray, counts: float) -> FloatArray:
-    """Values to the nearest count; as they are where counts are finer than floats."""
+    """Return values to the nearest count; as they are where counts are finer than floats."""
     if math.isinf(counts):
         return values
     with np.errstate(over="ignore"):

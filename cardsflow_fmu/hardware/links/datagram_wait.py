@@ -2,7 +2,7 @@
 
 A blocked thread wakes up 10 to 40 µs late, often on a core that sleeps as well: as long as a device
 on this machine takes for its answer. Polling has the datagram within 1 µs but keeps a core busy. So
-polling is bounded in time, and backs off where it has failed.
+polling is bounded in time, and backs off if it has failed.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class AdaptiveReceiver(Generic[T]):
 
 
 def _cores() -> int:
-    """Number of cores that this thread may use."""
+    """Return number of cores that this thread may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

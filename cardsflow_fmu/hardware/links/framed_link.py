@@ -147,7 +147,7 @@ class FramedLink(ABC):
         )
 
     def _is_busy(self, answer: Frame) -> bool:
-        """Whether a refusal is temporary; raises if it is final."""
+        """Return whether a refusal is temporary; raises if it is final."""
         code = int(answer.values[0]) if len(answer.values) else 0
         if code == ErrorCode.BUSY:
             return True
@@ -214,7 +214,7 @@ class FramedLink(ABC):
         return writer.pack(_SETPOINT, flags, self.run_id, self._seq, t, now, 0, self._key)
 
     def _is_news(self, frame: Frame, agreed: Handshake) -> bool:
-        """Whether a frame is a newer state than all before, of a set point that was sent."""
+        """Return whether a frame is a newer state than all before, of a set point that was sent."""
         if frame.kind is not _STATE or len(frame.values) != agreed.states:
             self.counters["type" if frame.kind is not _STATE else "count"] += 1
             return False
@@ -235,7 +235,7 @@ class FramedLink(ABC):
         return Exchange(state, newest.seq, age, round_trip, newest.flags)
 
     def _next(self, keys: Keys, run_id: int, deadline: float) -> Frame | None:
-        """The next valid frame of a run; others are dropped and counted."""
+        """Return the next valid frame of a run; others are dropped and counted."""
         for _ in range(_MAX_FRAMES):
             data = self._receive(deadline)
             if data is None:

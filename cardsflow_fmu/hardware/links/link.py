@@ -34,7 +34,7 @@ class HardwareLink(Protocol):
         """Agree with the device on a run; nothing moves before the first set point.
 
         Raises:
-            HardwareError: There is no answer in time, or the device refuses.
+            HardwareError: There is no answer in time, or the device rejects.
         """
 
     def exchange(self, t: float, command: FloatArray, deadline: float) -> Exchange:

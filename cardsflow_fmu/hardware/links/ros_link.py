@@ -107,7 +107,7 @@ class RosLink:
         self._begun_at, self._followed = None, False
 
     def _wait_for_robot(self, node: Node, inbox: Inbox) -> None:
-        """Wait for a state, and for one node that takes commands; refuse other commanders."""
+        """Wait for a state, and for one node that takes commands; reject other commanders."""
         end = time.monotonic() + self._waits
         state, commands = None, self._topics.commands_topic
         while time.monotonic() < end:
@@ -140,7 +140,7 @@ class RosLink:
         return f"{self._address.absolute(states.name)}: {REASONS[dropped[0]]}; needed are {names}"
 
     def _next(self, inbox: Inbox, until: float) -> tuple[float, FloatArray] | None:
-        """The next state that counts, and when it came; None if there is none until then."""
+        """Return the next state that counts, and when it came; None if there is none until then."""
         for _ in range(_MAX_MESSAGES):
             message = inbox.receive(until)
             if message is None:

@@ -85,7 +85,7 @@ class SerialLink(FramedLink):
         return self._frames.popleft()
 
     def _read(self, seconds: float) -> bytes:
-        """The bytes received, after a wait for some; empty if none come."""
+        """Return the bytes received, after a wait for some; empty if none come."""
         line = self._line
         if line is None:
             return b""

@@ -128,5 +128,5 @@ def resolved(host: str, port: int, uri: str) -> tuple[int, Any]:
 
 
 def _without_zone(host: str) -> str:
-    """An IPv6 address without its zone."""
+    """Return an IPv6 address without its zone."""
     return host.partition("%")[0]

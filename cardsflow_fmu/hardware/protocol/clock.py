@@ -9,10 +9,10 @@ class Clock(Protocol):
     """The part of the module `time` that links and sessions use."""
 
     def monotonic(self) -> float:
-        """The time, in [s]."""
+        """Return the time, in [s]."""
 
     def monotonic_ns(self) -> int:
-        """The time, in [ns]."""
+        """Return the time, in [ns]."""
 
     def sleep(self, seconds: float, /) -> None:
         """Let time pass, in [s]."""

@@ -11,7 +11,7 @@ _MAX_BLOCK = 254
 
 
 def encode(frame: bytes) -> bytes:
-    """A frame as it goes over the line, its ending zero included."""
+    """Return a frame as it goes over the line, its ending zero included."""
     line = bytearray()
     for stretch in frame.split(b"\0"):
         whole = len(stretch) // _MAX_BLOCK
@@ -25,7 +25,7 @@ def encode(frame: bytes) -> bytes:
 
 
 def decode(line: bytes) -> bytes | None:
-    """The frame between two zeros of the line; None if it is damaged."""
+    """Return the frame between two zeros of the line; None if it is damaged."""
     frame = bytearray()
     at = 0
     while at < len(line):
@@ -56,7 +56,7 @@ class Unstuffer:
         self.damaged = 0
 
     def take(self, chunk: bytes) -> list[bytes]:
-        """The frames that end in a chunk of bytes."""
+        """Return the frames that end in a chunk of bytes."""
         frames = []
         *ended, rest = chunk.split(b"\0")
         for stretch in ended:

@@ -93,7 +93,7 @@ class DeviceTopics:
         }
 
     def command_values(self, time_ns: int, command: FloatArray) -> Values:
-        """The message of a command, shape (commands,), in [N] and [N·m]."""
+        """Return the message of a command, shape (commands,), in [N] and [N·m]."""
         if self.commands_topic.type == types.COMMANDS:
             return {"data": command}
         return JointState(time_ns, "", self.commands, effort=command).values
@@ -108,7 +108,7 @@ class DeviceTopics:
     def state_values(
         self, time_ns: int, state: FloatArray, rates: FloatArray, status: str
     ) -> Values:
-        """The message of a state.
+        """Return the message of a state.
 
         Args:
             time_ns: When it was measured, in [ns] since 1970.
@@ -125,7 +125,7 @@ class DeviceTopics:
         return JointState(time_ns, status, self.states, **self._row).values
 
     def state(self, values: dict[str, FloatArray]) -> FloatArray:
-        """The state vector of what `TopicReader` has read by `needed`, shape (states,)."""
+        """Return the state vector of what `TopicReader` has read by `needed`, shape (states,)."""
         ends = dict.fromkeys(values, 0)
         parts = []
         for field, names, _ in self._parts:

@@ -6,4 +6,4 @@ from addin_sdfusion.robot import SimulationError
 
 
 class HardwareError(SimulationError):
-    """Hardware does not answer, refuses, or has gone to its safe state."""
+    """Hardware does not answer, rejects, or has gone to its safe state."""

@@ -119,7 +119,7 @@ class Frame(NamedTuple):
 
 
 def pack(frame: Frame, key: bytes | None = None) -> bytes:
-    """The bytes of a frame.
+    """Return the bytes of a frame.
 
     Args:
         frame: The frame.
@@ -161,7 +161,7 @@ class FrameWriter:
         *,
         are_finite: bool = False,
     ) -> bytes:
-        """The bytes of a frame with the present values; the arguments are those of `Frame`.
+        """Return the bytes of a frame with the present values; the arguments are those of `Frame`.
 
         With `are_finite`, time and values are known to be finite and are not checked.
 
@@ -184,7 +184,7 @@ class FrameWriter:
 
 
 def unpack(data: bytes, key: bytes | None = None) -> Frame:
-    """The frame in some bytes; its values are an array that looks into them.
+    """Return the frame in some bytes; its values are an array that looks into them.
 
     Args:
         data: The bytes, of one whole frame.
@@ -246,7 +246,7 @@ class Keys:
             raise InputError(f"{what}; `head -c 32 /dev/urandom > key.bin` makes one")
 
     def of_run(self, run_id: int, nonce: int) -> Keys:
-        """The keys of a run; no frame of an earlier one is signed with them.
+        """Return the keys of a run; no frame of an earlier one is signed with them.
 
         Args:
             run_id: Number that the link has chosen, 32 bits.
@@ -258,7 +258,7 @@ class Keys:
         return Keys(self.pre_shared, key)
 
     def of(self, kind: int) -> bytes | None:
-        """The key for frames of a kind; None for unsigned ones.
+        """Return the key for frames of a kind; None for unsigned ones.
 
         Raises:
             FrameError: It belongs to a run, and there is none.
@@ -277,10 +277,10 @@ class Keys:
 
 
 def all_finite(values: FloatArray) -> bool:
-    """Whether no value is infinite or NaN; a few times as fast as a check of each."""
+    """Return whether no value is infinite or NaN; a few times as fast as a check of each."""
     return math.isfinite(sum(values.tolist())) or bool(np.isfinite(values).all())
 
 
 def is_newer(seq: int, than: int) -> bool:
-    """Whether one sequence number comes after another, modulo 2^32."""
+    """Return whether one sequence number comes after another, modulo 2^32."""
     return 0 < (seq - than) & 0xFFFFFFFF < 0x80000000

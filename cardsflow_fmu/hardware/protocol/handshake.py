@@ -63,7 +63,7 @@ class Handshake:
     lockstep: bool
 
     def values(self) -> list[float]:
-        """The values of a HELLO; the mode is a flag of the frame."""
+        """Return the values of a HELLO; the mode is a flag of the frame."""
         return [
             *halves(self.signature),
             self.step,
@@ -94,17 +94,17 @@ class Handshake:
         return cls(signature, step, scale, watchdog, int(commands), int(states), lockstep)
 
     def with_watchdog(self, watchdog: float) -> Handshake:
-        """The same with another watchdog, in [s]."""
+        """Return the same with another watchdog, in [s]."""
         return replace(self, watchdog=watchdog)
 
 
 def halves(number: int) -> tuple[float, float]:
-    """A 64-bit number as two floats that hold 32 bits each, the higher first."""
+    """Return a 64-bit number as two floats that hold 32 bits each, the higher first."""
     return float(number // _HALF), float(number % _HALF)
 
 
 def whole(high: float, low: float) -> int | None:
-    """The number of two halves; None if they are none."""
+    """Return the number of two halves; None if they are none."""
     if not all(math.isfinite(x) and 0 <= x < _HALF and x == int(x) for x in (high, low)):
         return None
     return int(high) * _HALF + int(low)

@@ -13,7 +13,7 @@ Little-endian:
     16  f64       round trip, in [s]; NaN when no answer came
     24  u32       sequence number
     28  u32       flags: the lower 16 bits are the device's; bit 16: no new state came
-    32  f64s      commands, then states, in SI units; states are NaN where none came
+    32  f64s      commands, then states, in SI units; states are NaN if none came
     end u32       record number, from 0;  u32  CRC-32 of the record before this field
 
 A record that is cut off or damaged ends the recording: records before it are kept.
@@ -142,10 +142,10 @@ class HardwareRecording:
         header: Its header.
         t: Time of the step's beginning, shape (rows,), in [s].
         commands: Set points, shape (rows, commands), in SI units.
-        states: Shape (rows, states), in SI units; NaN where none came.
+        states: Shape (rows, states), in SI units; NaN if none came.
         seq: Sequence numbers, shape (rows,).
         age: Age of the newest state, shape (rows,), in [s].
-        round_trip: Shape (rows,), in [s]; NaN where no answer came.
+        round_trip: Shape (rows,), in [s]; NaN if no answer came.
         flags: Shape (rows,): the device's in the lower 16 bits, and `MISSED`.
         lost_bytes: Bytes behind the last whole record: of one cut off, or damaged.
     """
@@ -172,7 +172,7 @@ def read_recording(file: str | Path) -> HardwareRecording:
         file: A file of `Recorder`.
 
     Raises:
-        InputError: It is no recording, of another version, or its header is damaged.
+        InputError: It is not a recording, of another version, or its header is damaged.
     """
     file = Path(file)
     data = read_file(file, limits.RECORDING)
@@ -199,7 +199,7 @@ def read_recording(file: str | Path) -> HardwareRecording:
 
 
 def _whole_records(data: bytes, begin: int, length: int) -> int:
-    """Number of records before the first that is cut off, damaged, or out of order."""
+    """Return number of records before the first that is cut off, damaged, or out of order."""
     view = memoryview(data)
     most = (len(data) - begin) // length
     for k in range(most):
@@ -211,7 +211,7 @@ def _whole_records(data: bytes, begin: int, length: int) -> int:
 
 
 def _read_header(data: bytes, file: Path) -> tuple[RecordingHeader, int]:
-    """The header, and where the records begin."""
+    """Return the header, and where the records begin."""
     if len(data) < _PREAMBLE.size or not data.startswith(_MAGIC):
         raise InputError("is no hardware recording", file=file)
     _, version, length, checksum = _PREAMBLE.unpack_from(data)
@@ -230,7 +230,7 @@ def _read_header(data: bytes, file: Path) -> tuple[RecordingHeader, int]:
 
 
 def _require_recording(file: Path) -> None:
-    """Refuse to replace a file that is no recording.
+    """Reject to replace a file that is not a recording.
 
     Raises:
         InputError: There is one.

@@ -39,7 +39,7 @@ class RecordingHeader:
         lockstep: Whether the device took a step for each command.
         run_id: The run's number.
         link: The link's address.
-        start_state: The state before the first exchange; empty where none is known.
+        start_state: The state before the first exchange; empty if none is known.
         created: When, as ISO 8601.
         versions: Of CARDSFlow and what it rests on.
     """
@@ -72,12 +72,12 @@ class RecordingHeader:
 
 
 def header_data(header: RecordingHeader) -> dict[str, Any]:
-    """The header as plain data; the signature as text, as not every reader keeps 64 bits."""
+    """Return the header as plain data; the signature as text, as not every reader keeps 64 bits."""
     return {**asdict(header), "signature": f"{header.signature:016x}"}
 
 
 def header_of(data: dict[str, Any]) -> RecordingHeader:
-    """The header of plain data.
+    """Return the header of plain data.
 
     Args:
         data: What `header_data` gave.

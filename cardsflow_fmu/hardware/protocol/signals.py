@@ -35,7 +35,7 @@ class HardwareSignals(NamedTuple):
 
 
 def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignals:
-    """The signals of a robot: those of motors at joints behind those of the muscles.
+    """Return the signals of a robot: those of motors at joints behind those of the muscles.
 
     Raises:
         InputError: A muscle takes something else than its force.
@@ -60,7 +60,7 @@ def hardware_signals(robot: Robot, settings: HardwareSettings) -> HardwareSignal
 
 
 def require_forces(robot: Robot, file: Path | None = None) -> None:
-    """Refuse a robot with muscle models.
+    """Reject a robot with muscle models.
 
     Args:
         robot: The robot.
@@ -80,7 +80,7 @@ def require_forces(robot: Robot, file: Path | None = None) -> None:
 
 
 def hardware_signature(robot: Robot, settings: HardwareSettings) -> int:
-    """The signature of a robot's signals."""
+    """Return the signature of a robot's signals."""
     commands, states = hardware_signals(robot, settings)
     kind = settings.motors.command
     return port_signature(commands, states, command_kind=kind, scale=settings.scale)

@@ -41,7 +41,7 @@ class TopicReader:
         needed: Names whose numbers a message must have, by the fields `position`, `velocity`,
             `effort`.
         longest: Largest delay, in [s].
-        only: Whether other names than these are refused.
+        only: Whether other names than these are rejected.
         parse: The joint states in a message.
 
     Attributes:
@@ -73,7 +73,7 @@ class TopicReader:
         """Take messages of any publisher again.
 
         Args:
-            ended: Whether those of the present one are refused from now on.
+            ended: Whether those of the present one are rejected from now on.
         """
         if ended:
             self._ended = self.publisher
@@ -96,7 +96,7 @@ class TopicReader:
         return found
 
     def _checked(self, message: Received, now: float) -> dict[str, FloatArray] | str:
-        """The numbers of a message, or the reason to drop it."""
+        """Return the numbers of a message, or the reason to drop it."""
         found = self._parse(message)
         if message.publisher is None:
             return "several"
@@ -141,7 +141,7 @@ class TopicReader:
         return True
 
     def _is_old(self, offset: float, now: float) -> bool:
-        """Whether a message has taken longer than the fastest one by more than is allowed.
+        """Return whether a message has taken longer than the fastest one by more than is allowed.
 
         Args:
             offset: From its stamp to its coming: the clocks' offset and the delay, in [s].

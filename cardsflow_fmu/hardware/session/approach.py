@@ -1,4 +1,4 @@
-"""The approach of hardware: from where it is measured to where the reference begins."""
+"""The approach of hardware: from if it is measured to where the reference begins."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .connect import measured_positions
 
 
 def with_approach(experiment: Experiment) -> Experiment:
-    """The experiment with an approach from the measured positions, if it asks for one.
+    """Return the experiment with an approach from the measured positions, if it asks for one.
 
     The run is longer by the duration of the approach; an approach of the reference is replaced.
 

@@ -52,7 +52,7 @@ class Connection:
 
     @classmethod
     def from_environment(cls) -> Connection:
-        """The connection of the environment variables, for FMUs."""
+        """Return the connection of the environment variables, for FMUs."""
         link, *files = (os.environ.get(name, "") for name in (LINK, KEY_FILE, RECORDING))
         key_file, recording = (Path(file) if file else None for file in files)
         return cls(link, key_file, recording)
@@ -75,7 +75,7 @@ class Connection:
 
 
 def with_link(settings: HardwareSettings, file: Path, link: str) -> HardwareSettings:
-    """The settings with the address that is used.
+    """Return the settings with the address that is used.
 
     Args:
         settings: Settings of the hardware.
@@ -127,7 +127,7 @@ def make_session(experiment: Experiment, connection: Connection | None = None) -
 
 
 def require_connectable(experiment: Experiment) -> None:
-    """Refuse hardware that is driven and cannot be connected to; nothing is sent.
+    """Reject hardware that is driven and cannot be connected to; nothing is sent.
 
     An external hardware.fmu may know by itself where its hardware is.
 
@@ -152,7 +152,7 @@ def _fitted_pose(experiment: Experiment) -> FittedPose:
 
 
 def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Handshake:
-    """The handshake for a robot, with a step in [s]."""
+    """Return the handshake for a robot, with a step in [s]."""
     n, m, motors = len(robot.coordinates), len(robot.muscles), len(robot.motors)
     return Handshake(
         signature=hardware_signature(robot, settings),
@@ -166,7 +166,7 @@ def handshake_of(robot: Robot, settings: HardwareSettings, step: float) -> Hands
 
 
 def measured_positions(experiment: Experiment) -> tuple[float, ...]:
-    """The positions q that an experiment's hardware measures, in [rad] or [m].
+    """Return the positions q that an experiment's hardware measures, in [rad] or [m].
 
     Raises:
         HardwareError: The hardware does not answer.
@@ -181,7 +181,7 @@ def measured_positions(experiment: Experiment) -> tuple[float, ...]:
 
 
 def _header(robot: Robot, settings: HardwareSettings, link: HardwareLink) -> RecordingHeader:
-    """The header of a recording, from the handshake."""
+    """Return the header of a recording, from the handshake."""
     assert link.agreed is not None
     commands, states = hardware_signals(robot, settings)
     return RecordingHeader(

@@ -72,17 +72,17 @@ class MotorMap:
         tensions: FloatArray,
         h: float,
     ) -> FloatArray:
-        """The commands for the next step, shape (m,).
+        """Return the commands for the next step, shape (m,).
 
         Args:
             forces: Desired f, shape (m,), in [N].
             lengths: l, shape (m,), in [m].
             rates: l', shape (m,), in [m/s].
-            tensions: As measured, shape (m,), in [N]; shape (0,) where they are not.
+            tensions: As measured, shape (m,), in [N]; shape (0,) if they are not.
             h: Length of the step, in [s].
 
         Raises:
-            SimulationError: One is no number.
+            SimulationError: One is not a number.
         """
         if self._command == "force":
             return forces

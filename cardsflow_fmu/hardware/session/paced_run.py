@@ -29,7 +29,7 @@ class HardwarePace(Pace):
         self._by_the_clock = realtime or hardware.goes_by_clock
 
     def judged(self, recording: Recording) -> Recording:
-        """The recording, with a failure if the hardware was lost at the end.
+        """Return the recording, with a failure if the hardware was lost at the end.
 
         Without a state for longer than the device's watchdog, the last commands may be lost.
         """
@@ -42,7 +42,7 @@ class HardwarePace(Pace):
         return replace(recording, failure=HardwareError(what))
 
     def report(self, recording: Recording) -> dict[str, Any]:
-        """The part of the summary."""
+        """Return the part of the summary."""
         columns, lateness = recording.columns, np.array(recording.lateness)
         if self._hardware.goes_by_clock:
             lateness = columns.get("lateness", np.empty(0))[1:]
@@ -57,7 +57,7 @@ class HardwarePace(Pace):
 
 
 def _exchanges(columns: dict[str, FloatArray]) -> dict[str, Any]:
-    """Statistics of the hardware's diagnostics, where they are recorded."""
+    """Statistics of the hardware's diagnostics, if they are recorded."""
     missed, trips = columns.get("missed", np.empty(0))[1:], columns.get("round_trip_time")
     if trips is None or not missed.size:
         return {"missed": None, "round_trip": None, "oldest_state": None, "unit": "s"}

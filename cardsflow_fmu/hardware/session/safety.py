@@ -81,7 +81,7 @@ class Guard:
         self.forces = self.least.copy()
 
     def require_near(self, q: FloatArray, start: FloatArray) -> None:
-        """Refuse a robot that is far from its start.
+        """Reject a robot that is far from its start.
 
         Args:
             q: Measured positions, shape (n,), in [rad] or [m].
@@ -102,7 +102,7 @@ class Guard:
         )
 
     def limit(self, t: float, h: float, desired: FloatArray) -> FloatArray:
-        """The forces over the step from t to t + h.
+        """Return the forces over the step from t to t + h.
 
         Args:
             t: In [s].
@@ -141,7 +141,7 @@ class Guard:
 
         Args:
             q: Positions, shape (n,), in [rad] or [m].
-            tensions: Shape (m,), in [N], or (0,) where none are measured.
+            tensions: Shape (m,), in [N], or (0,) if none are measured.
 
         Raises:
             TripError: The message names joint or muscle, the value and the limit.
@@ -166,7 +166,7 @@ class Guard:
         )
 
     def _ramp(self, t: float) -> float:
-        """The factor s at time t."""
+        """Return the factor s at time t."""
         duration = self._settings.ramp_in
         return 1.0 if t - self._start >= duration else (t - self._start) / duration
 
@@ -179,5 +179,5 @@ def actuator_bounds(robot: Robot) -> tuple[FloatArray, FloatArray]:
 
 
 def _array(values: tuple[float, ...], count: int, default: float) -> FloatArray:
-    """The values; the default everywhere where there are none."""
+    """Return the values; the default everywhere if there are none."""
     return np.array(values) if values else np.full(count, default)

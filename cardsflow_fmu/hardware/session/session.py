@@ -49,10 +49,10 @@ class HardwareSession:
 
     Attributes:
         state: The newest state, shape (states,); what is measured is part of it.
-        q, qd: Shape (n,), in [rad] or [m], and per [s]; where they are not measured q is the pose
+        q, qd: Shape (n,), in [rad] or [m], and per [s]; if they are not measured q is the pose
             that fits the lengths best, and qd is 0.
-        lengths: l, shape (m,), in [m]; computed where they are not measured.
-        tensions: Shape (m,), in [N]; shape (0,) where they are not measured.
+        lengths: l, shape (m,), in [m]; computed if they are not measured.
+        tensions: Shape (m,), in [N]; shape (0,) if they are not measured.
         torques: Of motors at joints, in [N·m] or [N], likewise.
         age: Time since the newest state was received, in [s].
         missed: Number of exchanges that brought no new state.
@@ -109,7 +109,7 @@ class HardwareSession:
         """Connect to the hardware, and read its state.
 
         Raises:
-            HardwareError: It does not answer, or refuses.
+            HardwareError: It does not answer, or rejects.
             InputError: The recording cannot be written.
         """
         self._link.open(self._handshake)
@@ -120,7 +120,7 @@ class HardwareSession:
             self._recorder = self._make_recorder()
 
     def require_near(self, q: FloatArray) -> None:
-        """Refuse to start far from q, shape (n,); see `Guard.require_near`."""
+        """Reject to start far from q, shape (n,); see `Guard.require_near`."""
         self._guard.require_near(self.q, q)
         self._guard.check(self.q, self.tensions)
 
@@ -132,7 +132,7 @@ class HardwareSession:
             desired: Shape (a,), in [N] and, of motors behind the muscles, [N·m].
 
         Raises:
-            HardwareError: The run cannot go on; the hardware has been stopped.
+            HardwareError: The run cannot continue; the hardware has been stopped.
         """
         try:
             self._exchange(t, desired)
@@ -203,7 +203,7 @@ class HardwareSession:
         """Update the diagnostics after an exchange.
 
         Raises:
-            HardwareError: The run cannot go on.
+            HardwareError: The run cannot continue.
         """
         self.age = min(exchange.age, self._clock.monotonic() - self._opened)
         if not np.isnan(exchange.round_trip):
@@ -261,6 +261,6 @@ class HardwareSession:
             self.lengths[:] = self._paths.evaluate(self.q).lengths
 
     def _rates(self) -> FloatArray:
-        """The rates l' = L qd, shape (m,), in [m/s]."""
+        """Return the rates l' = L qd, shape (m,), in [m/s]."""
         rates: FloatArray = self._paths.evaluate(self.q).jacobian @ self.qd
         return rates

@@ -3,7 +3,7 @@
 A topic has no watchdog. So commands pass the checks of `TopicReader` and the limits of a session,
 and reach the device by our protocol. Where they stay away for the stated timeout, the session ends:
 forces are ramped down, and the device goes to its safe state. Whose commands have ended has to
-begin anew: with another publisher, as after a new start.
+begin again: with another publisher, as after a new start.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ def muscle_table(robot: Robot) -> MuscleTable:
 
 
 def _experiment(experiment: Experiment) -> bytes:
-    """The experiment with the written robot instead of changes to another."""
+    """Return the experiment with the written robot instead of changes to another."""
     robot = experiment.robot
     own = {"path": "sdf/model.sdf", "cable_set": robot.cable_set, "gravity": list(robot.gravity)}
     if robot.task_set:

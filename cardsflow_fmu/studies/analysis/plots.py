@@ -21,7 +21,7 @@ _TINY = 1e-100
 
 
 def histogram(name: str, unit: str, values: FloatArray) -> str:
-    """The distribution of a metric.
+    """Return the distribution of a metric.
 
     Args:
         name: Of the metric.
@@ -53,14 +53,14 @@ def heat_map(
     metric: tuple[str, str],
     values: FloatArray,
 ) -> str:
-    """A metric over two variations: cells where their values form a grid, dots otherwise.
+    """Return a metric over two variations: cells where their values form a grid, dots otherwise.
 
     Args:
         names: Of the variations along x and y.
         x: Values of the first, one a run, finite.
         y: Of the second.
         metric: Name and unit.
-        values: One a run; NaN where it failed, and small enough for the axes of a figure.
+        values: One a run; NaN if it failed, and small enough for the axes of a figure.
     """
     columns, rows = np.unique(x), np.unique(y)
     is_grid = len(columns) * len(rows) <= len(values)
@@ -103,7 +103,7 @@ def _ticks(values: FloatArray) -> tuple[list[int], list[str]]:
 
 
 def sensitivity_bars(metric: str, parts: Mapping[str, Mapping[str, float]]) -> str:
-    """The influence of each variation on a metric.
+    """Return the influence of each variation on a metric.
 
     Args:
         metric: Name of the metric.
@@ -126,7 +126,7 @@ def sensitivity_bars(metric: str, parts: Mapping[str, Mapping[str, float]]) -> s
 
 
 def search_history(objective: str, unit: str, best: Mapping[str, Sequence[float]]) -> str:
-    """The best value of an optimisation over its generations, a line a search.
+    """Return the best value of an optimisation over its generations, a line a search.
 
     Args:
         objective: Name of the metric.

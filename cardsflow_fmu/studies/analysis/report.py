@@ -28,7 +28,7 @@ def report_page(
     units: Mapping[str, str],
     history: Mapping[str, Sequence[float]] | None = None,
 ) -> str:
-    """The page, as HTML.
+    """Return the page, as HTML.
 
     Args:
         study: The study.
@@ -105,7 +105,7 @@ def _text(value: Any) -> str:
 
 
 def _heat_maps(study: Study, collected: Collected, units: Mapping[str, str]) -> Iterable[str]:
-    """Every metric over the two variations of a study that has two with numbers."""
+    """Return every metric over the two variations of a study that has two with numbers."""
     names = [v.name for v in study.variations if is_searched(v)]
     if len(names) != 2 or not all(np.isfinite(collected.inputs[name]).all() for name in names):
         return

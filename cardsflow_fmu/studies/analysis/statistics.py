@@ -46,7 +46,7 @@ class Collected:
 
 
 def collect(columns: Columns, rows: Iterable[tuple[Run, Outcome]]) -> Collected:
-    """The numbers of a study."""
+    """Return the numbers of a study."""
     collected = Collected()
     inputs: dict[str, list[float]] = {name: [] for name in columns.variations}
     metrics: dict[str, list[float]] = {name: [] for name in columns.metrics}
@@ -68,7 +68,7 @@ def collect(columns: Columns, rows: Iterable[tuple[Run, Outcome]]) -> Collected:
 
 
 def distributions(collected: Collected) -> dict[str, dict[str, float | int]]:
-    """The distribution of every metric over the runs that have it."""
+    """Return the distribution of every metric over the runs that have it."""
     found: dict[str, dict[str, float | int]] = {}
     with np.errstate(over="ignore"):  # squares of large values
         for name, values in collected.metrics.items():
@@ -95,12 +95,12 @@ def worst_runs(collected: Collected) -> dict[str, list[int]]:
 
 
 def best_runs(collected: Collected) -> dict[str, int]:
-    """The row of the best run by each metric; the metrics are those of `ranked`."""
+    """Return the row of the best run by each metric; the metrics are those of `ranked`."""
     return {name: rows[-1] for name, rows in ranked(collected).items()}
 
 
 def ranked(collected: Collected) -> dict[str, list[int]]:
-    """Rows of all runs by each metric that they have, the worst first.
+    """Return rows of all runs by each metric that they have, the worst first.
 
     Metrics that are equal in all runs are left out, and so are those of single muscles.
     """
@@ -115,7 +115,7 @@ def ranked(collected: Collected) -> dict[str, list[int]]:
 
 
 def sensitivities(study: Study, collected: Collected) -> dict[str, dict[str, Any]]:
-    """The influence of each variation on each metric.
+    """Return the influence of each variation on each metric.
 
     A study with the sampler `sensitivity` gives Sobol's indices: `first`, the part of the variance
     that a variation makes alone, and `total`, with all it makes together with others. The others
@@ -181,13 +181,13 @@ def _ranks(names: list[str], collected: Collected) -> dict[str, dict[str, Any]]:
 
 
 def variance_share(x: FloatArray, y: FloatArray) -> float:
-    """The part of the variance of y that its mean over groups of equal x makes, from 0 to 1.
+    """Return the part of the variance of y that its mean over groups of equal x makes, from 0 to 1.
 
     The correlation ratio, adjusted for what as many groups would make of noise; a first-order Sobol
     index from runs that were made for something else.
 
     Args:
-        x: A variation, shape (n,); in groups of its neighbours where it has many values.
+        x: A variation, shape (n,); in groups of its neighbours if it has many values.
         y: A metric, shape (n,).
     """
     n = len(x)

@@ -17,12 +17,12 @@ from .table import Rows
 
 
 def summary_text(summary: Mapping[str, Any]) -> str:
-    """The summary of a study as JSON, with null for what is not finite."""
+    """Return the summary of a study as JSON, with null for what is not finite."""
     return json_text(summary, indent=1) + "\n"
 
 
 def study_summary(study: Study, collected: Collected, rows: Rows) -> dict[str, Any]:
-    """The content of summary.json."""
+    """Return the content of summary.json."""
     worst = {} if study.optimise else worst_runs(collected)  # a search tries bad ones too
     best = {} if study.optimise else best_runs(collected)
     chosen = {row for rows_ in worst.values() for row in rows_} | set(best.values())

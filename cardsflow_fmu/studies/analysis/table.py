@@ -1,4 +1,4 @@
-"""The table of a study, a row a run, in their order."""
+"""The table of a study, one row per run, in their order."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Columns(NamedTuple):
 
 
 def columns_of(study: Study) -> Columns:
-    """The columns of a study's table."""
+    """Return the columns of a study's table."""
     return Columns(tuple(v.name for v in study.variations), study.metrics)
 
 
@@ -68,7 +68,7 @@ def write_tables(folder: Path, kinds: Iterable[TableKind], columns: Columns, row
 
 
 def row_values(columns: Columns, run: Run, outcome: Outcome) -> list[Any]:
-    """The values of a row: numbers, texts, and None where there is nothing."""
+    """Return the values of a row: numbers, texts, and None if there is nothing."""
     return [
         run.index,
         run.hash,
@@ -88,7 +88,7 @@ def _write_csv(file: Path, columns: Columns, rows: Iterator[tuple[Run, Outcome]]
 
 
 def _text(value: Any) -> str:
-    """A value such that numbers read back exactly; nothing for None."""
+    """Return a value such that numbers read back exactly; nothing for None."""
     if value is None:
         return ""
     if isinstance(value, str):
@@ -144,5 +144,5 @@ def _array(pa: Any, values: list[Any], kind: Any) -> Any:
 
 
 def units_text(columns: Columns, units: Mapping[str, str]) -> str:
-    """The units of the metrics, as JSON."""
+    """Return the units of the metrics, as JSON."""
     return json_text({name: units.get(name, "") for name in columns.metrics}, indent=1) + "\n"

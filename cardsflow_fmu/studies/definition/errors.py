@@ -6,4 +6,4 @@ from addin_sdfusion.robot import SimulationError
 
 
 class StudyError(SimulationError):
-    """A study that cannot go on for now: the disk is full, the workers are lost, Ctrl-C."""
+    """A study that cannot continue for now: the disk is full, the workers are lost, Ctrl-C."""

@@ -19,7 +19,7 @@ _SUFFIXES = (".xml", ".sdf", ".traj", ".config")
 
 
 def fingerprint(study: Study, experiment: str) -> str:
-    """The hash of everything but the variations.
+    """Return the hash of everything but the variations.
 
     Args:
         study: The study.
@@ -36,7 +36,7 @@ def fingerprint(study: Study, experiment: str) -> str:
 
 
 def experiment_digest(experiment: Experiment) -> str:
-    """The hash of an experiment with all files that it, or a variation of it, rests on.
+    """Return the hash of an experiment with all files that it, or a variation of it, rests on.
 
     The same on every machine: paths of files are left out.
 
@@ -60,7 +60,7 @@ def _own(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
 
 
 def _files(experiment: Experiment) -> Iterator[tuple[str, bytes]]:
-    """External FMUs, and the other files beside the robot's: cable sets, trajectories."""
+    """External FMUs, and the other files next to the robot's: cable sets, trajectories."""
     for role, fmu in sorted(experiment.fmus.items()):
         yield f"fmus/{role}", contents_of(Path(fmu.file))
         yield f"fmus/{role}.txt", repr(replace(fmu, file=Path())).encode()

@@ -28,7 +28,7 @@ class Metric:
     Attributes:
         unit: Its unit; empty for a number without one, None for that of the tracking.
         description: One line for people.
-        value: What a run gives; NaN where it has no such thing.
+        value: What a run gives; NaN if it has no such thing.
         is_per_muscle: Whether `name.<muscle>` is the same of one muscle.
         large_is_good: Whether small values are the bad ones.
     """
@@ -41,7 +41,7 @@ class Metric:
 
 
 def spelled_out(names: Iterable[str], robot: Robot) -> tuple[str, ...]:
-    """The names with every muscle's for `*`, each once.
+    """Return the names with every muscle's for `*`, each once.
 
     Args:
         names: Such as `tracking.rms`, `force.peak`, `force.peak.biceps` or `force.peak.*`.
@@ -72,7 +72,7 @@ def _per_muscle() -> list[str]:
 
 
 def parted(name: str) -> tuple[Metric, str | None]:
-    """The metric of a name, and its muscle where it is of one."""
+    """Return the metric of a name, and its muscle if it is of one."""
     if name in METRICS:
         return METRICS[name], None
     base = next(n for n in _per_muscle() if name.startswith(f"{n}."))
@@ -80,7 +80,7 @@ def parted(name: str) -> tuple[Metric, str | None]:
 
 
 def metric_values(names: Iterable[str], result: Result, box: Box | None) -> dict[str, Any]:
-    """The metrics of a run; None where it has no such thing.
+    """Return the metrics of a run; None if it has no such thing.
 
     Args:
         names: From `spelled_out`.
@@ -99,7 +99,7 @@ def metric_values(names: Iterable[str], result: Result, box: Box | None) -> dict
 
 
 def metric_units(names: Iterable[str], tracking: str) -> dict[str, str]:
-    """The unit of every metric.
+    """Return the unit of every metric.
 
     Args:
         names: From `spelled_out`.
@@ -128,7 +128,7 @@ def _of_forces(
 
 
 def _forces(result: Result, muscle: str | None) -> FloatArray:
-    """Forces over time, shape (rows, muscles); of one muscle if there is a name."""
+    """Return forces over time, shape (rows, muscles); of one muscle if there is a name."""
     robot = result.experiment.robot
     names = [m.name for m in robot.muscles]
     signals = muscle_signals("f", robot)
@@ -206,7 +206,7 @@ def _coordinate_columns(result: Result) -> list[str]:
 
 
 def _loop_margin(which: str) -> Callable[[Result, Box | None, str | None], float]:
-    """The smallest stability margin of the sampled loops."""
+    """Return the smallest stability margin of the sampled loops."""
 
     def value(result: Result, box: Box | None, muscle: str | None) -> float:
         from controllers.analysis.gains import margins
@@ -225,12 +225,12 @@ def _loop_margin(which: str) -> Callable[[Result, Box | None, str | None], float
 
 
 def _wrench_closure(result: Result, box: Box | None, muscle: str | None) -> float:
-    """The part of the workspace where unlimited muscles could make any torque."""
+    """Return the part of the workspace where unlimited muscles could make any torque."""
     return wrench_closure(result.experiment, box)
 
 
 def wrench_closure(experiment: Experiment, box: Box | None) -> float:
-    """The part of the workspace where unlimited muscles could make any torque, from 0 to 1.
+    """Return the part of the workspace where unlimited muscles could make any torque, from 0 to 1.
 
     Args:
         experiment: Whose robot.

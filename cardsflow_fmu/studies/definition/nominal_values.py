@@ -19,7 +19,7 @@ Nominal = float | tuple[float, ...]
 
 
 def nominal_value(experiment: Experiment, path: str) -> Nominal:
-    """The number or vector at a path.
+    """Return the number or vector at a path.
 
     Args:
         experiment: The experiment without variations.
@@ -51,7 +51,7 @@ def _is_real(value: Any) -> bool:
 
 
 def _tables(experiment: Experiment) -> dict[str, Any]:
-    """The experiment as tables, with its robot in it."""
+    """Return the experiment as tables, with its robot in it."""
     robot = experiment.robot
     parts = {kind: {item.name: item for item in getattr(robot, kind)} for kind in KINDS}
     data = experiment_data(experiment)
@@ -62,7 +62,7 @@ def _tables(experiment: Experiment) -> dict[str, Any]:
 
 
 def _inner(value: Any, part: str, experiment: Experiment) -> Any:
-    """What stands in a value under a part of a path; None where there is nothing."""
+    """What stands in a value under a part of a path; None if there is nothing."""
     name, index = indexed(part)
     found: Any
     if dataclasses.is_dataclass(value):

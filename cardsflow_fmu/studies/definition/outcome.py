@@ -15,7 +15,7 @@ class Outcome:
     """The outcome of a run.
 
     Attributes:
-        metrics: By name; None where a run has no such thing. Empty of a failed run.
+        metrics: By name; None if a run has no such thing. Empty of a failed run.
         error: Why it failed; None of a complete run.
         wall_time: Time of the simulation itself, in [s].
         overhead: Time for everything else: reading, building, looking at the results, in [s].

@@ -31,7 +31,7 @@ class PathCheck:
         return base
 
     def require(self, path: str, value: Any) -> None:
-        """Refuse a path that leads nowhere; a value that does not fit is the run's own trouble.
+        """Reject a path that leads nowhere; a value that does not fit is the run's own trouble.
 
         Args:
             path: The full key.
@@ -39,7 +39,7 @@ class PathCheck:
 
         Raises:
             UnknownNameError: A part of the path names nothing; the nearest is named.
-            PathError: The path leads through what is no table.
+            PathError: The path leads through what is not a table.
         """
         _ = self.base
         try:
@@ -55,7 +55,7 @@ class PathCheck:
 
 
 def require_simulated(experiment: Experiment) -> None:
-    """Refuse an experiment that drives a real robot, which must be supervised.
+    """Reject an experiment that drives a real robot, which must be supervised.
 
     Args:
         experiment: Of a study, or of one of its runs.
@@ -70,6 +70,6 @@ def require_simulated(experiment: Experiment) -> None:
 
 
 def _leads_through(path: str, key: str) -> bool:
-    """Whether an error about a key is about a part of the path; keys have no quotes."""
+    """Return whether an error about a key is about a part of the path; keys have no quotes."""
     plain = ".".join(split_path(path))
     return plain == key or plain.startswith((f"{key}.", f"{key}["))

@@ -94,7 +94,7 @@ def _leaves(path: list[str], value: Any) -> dict[str, Any]:
 
 
 def _can_search(variations: Sequence[Variation]) -> bool:
-    """Whether something is varied over a range, and nothing by seeds."""
+    """Return whether something is varied over a range, and nothing by seeds."""
     held = [v.is_listed and len(v.listed) == 1 for v in variations]
     return not all(held) and not any(v.is_seed for v in variations)
 
@@ -131,7 +131,7 @@ def _sampling(
 
 
 def _metrics(tables: StudyTables, base: Experiment, context: Context) -> tuple[str, ...]:
-    """The metrics that are asked for, and those that an optimisation needs."""
+    """Return the metrics that are asked for, and those that an optimisation needs."""
     names = list(DEFAULT_METRICS if tables.metrics is None else tables.metrics)
     if (search := tables.optimise) is not None:
         names += [search.objective, *(c.metric for c in search.constraints)]

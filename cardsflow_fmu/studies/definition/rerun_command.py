@@ -14,7 +14,7 @@ from .study import Study
 
 
 def rerun_command(study: Study, run: Run) -> str:
-    """A `cardsflow run` with every setting.
+    """Return a `cardsflow run` with every setting.
 
     Args:
         study: The study.
@@ -27,7 +27,7 @@ def rerun_command(study: Study, run: Run) -> str:
 
 
 def only_command(study: Study, run_hash: str) -> str:
-    """A `cardsflow study` that does one run of a sampling, and prints its metrics.
+    """Return a `cardsflow study` that does one run of a sampling, and prints its metrics.
 
     Args:
         study: The study.
@@ -37,7 +37,7 @@ def only_command(study: Study, run_hash: str) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """A value as TOML has it, in one line; numbers such that they read back exactly."""
+    """Return a value as TOML has it, in one line; numbers such that they read back exactly."""
     if isinstance(value, Mapping):
         pairs = (f"{_key(name)} = {toml_value(inner)}" for name, inner in value.items())
         return f"{{{', '.join(pairs)}}}"

@@ -49,7 +49,7 @@ def expand(study: Study, fingerprint: str) -> Iterator[Run]:
 
 
 def run_count(study: Study) -> int:
-    """How many runs a sampling has."""
+    """Return how many runs a sampling has."""
     sizes = [len(v.listed) for v in study.variations if v.is_listed]
     if study.sampler == "grid":
         return int(np.prod(sizes, dtype=np.int64))
@@ -62,7 +62,7 @@ def run_count(study: Study) -> int:
 
 
 def make_run(study: Study, fingerprint: str, index: int, values: Sequence[Any]) -> Run:
-    """A run with its settings and its hash.
+    """Return a run with its settings and its hash.
 
     Args:
         study: The study.
@@ -81,13 +81,13 @@ def make_run(study: Study, fingerprint: str, index: int, values: Sequence[Any]) 
 
 
 def run_seed(seed: int, index: int) -> int:
-    """The seed of one run: that of the index-th child that the study's sequence spawns."""
+    """Return the seed of one run: that of the index-th child that the study's sequence spawns."""
     sequence = np.random.SeedSequence(seed, spawn_key=(_RUNS, index))
     return int(sequence.generate_state(1)[0])
 
 
 def searched_values(variations: Sequence[Variation], u: Sequence[float]) -> list[Any]:
-    """The values at a point of the unit cube of the variations that have a range.
+    """Return the values at a point of the unit cube of the variations that have a range.
 
     Args:
         variations: All of the study.
@@ -98,12 +98,12 @@ def searched_values(variations: Sequence[Variation], u: Sequence[float]) -> list
 
 
 def is_searched(variation: Variation) -> bool:
-    """Whether a variation takes a dimension: it has more than one value, and is no seed."""
+    """Return whether a variation takes a dimension: it has more than one value, and is no seed."""
     return not variation.is_seed and not (variation.is_listed and len(variation.listed) == 1)
 
 
 def sample(sampler: str, dimensions: int, count: int, seed: int) -> FloatArray:
-    """Points in the unit cube, shape (count, dimensions).
+    """Return points in the unit cube, shape (count, dimensions).
 
     Args:
         sampler: `sobol`, `latin_hypercube` or `monte_carlo`.

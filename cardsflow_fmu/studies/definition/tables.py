@@ -49,7 +49,7 @@ def _one_metric(name: str) -> str:
 
 
 def _plain(values: Any) -> Any:
-    """Refuse what is no number, text, truth value, or list or table of such."""
+    """Reject what is not a number, text, truth value, or list or table of such."""
     for value in values.values() if isinstance(values, dict) else values:
         if isinstance(value, dict | list):
             _plain(value)

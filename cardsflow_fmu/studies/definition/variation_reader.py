@@ -24,7 +24,7 @@ from .variations import Relative, Variation
 def read_variations(
     tables: Sequence[VarySettings], check: PathCheck, context: Context
 ) -> list[Variation]:
-    """The variations of a study."""
+    """Return the variations of a study."""
     found: list[Variation] = []
     for k, table in enumerate(tables):
         with context.at(f"vary[{k}].path"):
@@ -41,7 +41,7 @@ def read_variations(
 def require_free_names(
     variations: Sequence[Variation], metrics: Sequence[str], context: Context
 ) -> None:
-    """Refuse variations that are called as another column of the table is."""
+    """Reject variations that are called as another column of the table is."""
     for variation in variations:
         if variation.name in (*LEADING_COLUMNS, *TRAILING_COLUMNS, *metrics):
             what = f"the table has another column {variation.name!r}; give the variation a name"
@@ -49,7 +49,7 @@ def require_free_names(
 
 
 def _require_order(paths: Sequence[str], context: Context) -> None:
-    """Refuse a path below which another before it has set something that it would undo."""
+    """Reject a path below which another before it has set something that it would undo."""
     before: set[str] = set()
     for path in paths:
         if path in before:
@@ -71,7 +71,7 @@ def _variations(table: VarySettings, check: PathCheck) -> Iterator[Variation]:
 
 
 def _related(variation: Variation, relative: Relative, check: PathCheck) -> Variation:
-    """The variation with what the experiment has at its paths."""
+    """Return the variation with what the experiment has at its paths."""
     nominal = tuple(nominal_value(check.base, path) for path in variation.paths)
     for path, value in zip(variation.paths, nominal, strict=True):
         if relative == "factor" and not np.any(value):
@@ -97,7 +97,7 @@ def _spelled_out(variation: Variation, together: bool, check: PathCheck) -> Iter
 
 
 def _names(path: str, value: Any, check: PathCheck) -> list[str]:
-    """A path, or those that it matches."""
+    """Return a path, or those that it matches."""
     parts = split_path(path)
     if EVERY_OTHER not in parts:
         check.require(path, value)

@@ -20,7 +20,7 @@ class Range(Protocol):
     """The values of a variation."""
 
     def at(self, u: float) -> Any:
-        """The value at the part u, from 0 to 1, of the range."""
+        """Return the value at the part u, from 0 to 1, of the range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Listed:
     values: tuple[Any, ...]
 
     def at(self, u: float) -> Any:
-        """The value whose equal share of [0, 1) holds u."""
+        """Return the value whose equal share of [0, 1) holds u."""
         return self.values[min(int(u * len(self.values)), len(self.values) - 1)]
 
 
@@ -42,7 +42,7 @@ class Uniform:
     upper: float
 
     def at(self, u: float) -> float:
-        """The quantile."""
+        """Return the quantile."""
         return self.lower + u * (self.upper - self.lower)
 
 
@@ -54,7 +54,7 @@ class LogUniform:
     upper: float
 
     def at(self, u: float) -> float:
-        """The quantile."""
+        """Return the quantile."""
         return math.exp(Uniform(math.log(self.lower), math.log(self.upper)).at(u))
 
 
@@ -66,7 +66,7 @@ class Normal:
     deviation: float
 
     def at(self, u: float) -> float:
-        """The quantile."""
+        """Return the quantile."""
         return self.mean + self.deviation * float(ndtri(min(max(u, _EDGE), 1.0 - _EDGE)))
 
 
@@ -87,7 +87,7 @@ class Variation:
         name: Its column in the table.
         paths: Full keys of the settings that take the value.
         range: Its values.
-        relative: Whether values are factors on what the experiment has, or added to it; None where
+        relative: Whether values are factors on what the experiment has, or added to it; None if
             they stand for themselves.
         nominal: What the experiment has at every path, where values are relative.
     """
@@ -99,7 +99,7 @@ class Variation:
     nominal: tuple[Nominal, ...] = ()
 
     def settings(self, value: Any) -> dict[str, Any]:
-        """The settings, by full key, that a value makes.
+        """Return the settings, by full key, that a value makes.
 
         Args:
             value: From the range, or the seed of a run.

@@ -86,7 +86,7 @@ def _drop_client(error: BaseException | None) -> None:
 
 
 def _require_answer(address: str) -> None:
-    """Refuse an address without listener: Dask's own client gives up late, and loudly."""
+    """Reject an address without listener: Dask's own client gives up late, and loudly."""
     _, _, location = address.rpartition("://")
     host, _, port = location.rstrip("/").rpartition(":")
     if not host or not re.fullmatch("[0-9]{1,5}", port) or not 0 < int(port) < 65536:

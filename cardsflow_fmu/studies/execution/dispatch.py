@@ -19,7 +19,7 @@ Keep = Callable[[Run, Outcome], None]
 
 
 def dispatch(runs: Iterable[Run], job: Job, executor: RunExecutor, keep: Keep) -> None:
-    """Do all runs; a run that kills its worker repeatedly fails, and the others go on.
+    """Do all runs; a run that kills its worker repeatedly fails, and the others continue.
 
     Args:
         runs: The runs, read as they are submitted.
@@ -28,7 +28,7 @@ def dispatch(runs: Iterable[Run], job: Job, executor: RunExecutor, keep: Keep) -
         keep: Called with every run and its outcome, in the order of completion.
 
     Raises:
-        StudyError: The runs cannot go on.
+        StudyError: The runs cannot continue.
     """
     _Dispatcher(iter(runs), job, executor, keep).go()
 

@@ -28,7 +28,7 @@ _kept: OrderedDict[str, Path] = OrderedDict()
 
 
 def prepared_fmus(base: Experiment, experiment: Experiment, shared: Path) -> dict[str, PreparedFmu]:
-    """The FMUs for a run.
+    """Return the FMUs for a run.
 
     Parameters are set at the start; a run that differs in anything else has FMUs of its own.
 
@@ -87,7 +87,7 @@ def with_parameters_of(base: Experiment, experiment: Experiment) -> Experiment:
 
 
 def _start_values(name: str, built: Experiment, experiment: Experiment) -> dict[str, float]:
-    """The parameters in which a run differs from what its FMU has."""
+    """Return the parameters in which a run differs from what its FMU has."""
     model = model_class(name)
     pairs = zip(model.table(built), model.table(experiment), strict=True)
     return {
@@ -98,7 +98,7 @@ def _start_values(name: str, built: Experiment, experiment: Experiment) -> dict[
 
 
 def _digest(experiment: Experiment) -> str:
-    """The hash of the resources of the FMUs, and of who computes."""
+    """Return the hash of the resources of the FMUs, and of who computes."""
     digest = hashlib.sha256(experiment.run.compute.encode())
     resources = experiment_resources(experiment, with_hardware=experiment.hardware.use)
     for name, source in sorted(resources.items()):
@@ -109,7 +109,7 @@ def _digest(experiment: Experiment) -> str:
 
 
 def _unpackable(experiment: Experiment, shared: Path, *, is_base: bool) -> Path:
-    """A folder of this process with the FMUs in it; instances unpack them into it once."""
+    """Return a folder of this process with the FMUs in it; instances unpack them into it once."""
     if shared.is_dir():
         folder = Path(tempfile.mkdtemp(dir=shared, prefix=UNPACKED))
     else:

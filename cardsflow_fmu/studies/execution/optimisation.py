@@ -80,7 +80,7 @@ def optimise(study: Study, fingerprint: str, run_generation: RunGeneration) -> S
 
 
 def cost(settings: Optimise, outcome: Outcome) -> float:
-    """The cost: the objective, or more than any objective where a constraint is missed."""
+    """Return the cost: the objective, or more than any objective where a constraint is missed."""
     names = [settings.objective, *(c.metric for c in settings.constraints)]
     values = [_finite(outcome.metrics.get(name)) for name in names]
     if not outcome.complete or any(math.isnan(value) for value in values):
@@ -93,10 +93,10 @@ def cost(settings: Optimise, outcome: Outcome) -> float:
 
 
 def _finite(value: Any) -> float:
-    """A number; NaN for anything else."""
+    """Return a number; NaN for anything else."""
     return float(value) if value is not None and math.isfinite(value) else math.nan
 
 
 def _objective(settings: Optimise, value: float) -> float:
-    """The cost of an objective, or the objective of a cost."""
+    """Return the cost of an objective, or the objective of a cost."""
     return -value if settings.maximise else value

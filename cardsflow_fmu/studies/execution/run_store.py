@@ -45,7 +45,7 @@ class RunStore:
             yield
 
     def hashes(self) -> set[str]:
-        """The hashes of the runs that have a file."""
+        """Return the hashes of the runs that have a file."""
         return {file.stem for file in self._runs.glob("*.json")}
 
     def write(self, run: Run, outcome: Outcome) -> None:
@@ -70,7 +70,7 @@ class RunStore:
             raise StudyError(f"{error}{room}") from None
 
     def read(self, run: Run) -> Outcome | None:
-        """The outcome of a run; None without a valid file."""
+        """Return the outcome of a run; None without a valid file."""
         content = self._content(self._runs / f"{run.hash}.json")
         if content is None or content["hash"] != run.hash:
             return None
@@ -79,7 +79,7 @@ class RunStore:
         )
 
     def settings(self, beginning: str) -> list[dict[str, Any]]:
-        """The settings of the runs whose hash has a prefix."""
+        """Return the settings of the runs whose hash has a prefix."""
         found = map(self._content, sorted(self._runs.glob(f"{beginning}*.json")))
         return [content["settings"] for content in found if content is not None]
 
@@ -93,7 +93,7 @@ class RunStore:
 
 
 def _is_run(content: dict[str, Any]) -> bool:
-    """Whether it has all that `write` writes, as it is: a sum can be made for anything."""
+    """Return whether it has all that `write` writes, as it is: a sum can be made for anything."""
     texts = isinstance(content["hash"], str) and isinstance(content["error"], str | None)
     tables = isinstance(content["settings"], dict) and isinstance(content["metrics"], dict)
     numbers = (content["wall_time"], content["overhead"], *content["metrics"].values())

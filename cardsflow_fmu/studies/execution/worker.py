@@ -33,7 +33,7 @@ class Job:
         settings: Common changes of its settings.
         metrics: Names of the metrics.
         box: The box of the workspace.
-        fmus: Folder with the built FMUs of the experiment; they are built again where it does not
+        fmus: Folder with the built FMUs of the experiment; they are built again if it does not
             exist.
     """
 
@@ -71,7 +71,7 @@ def do_run(job: Job, settings: Mapping[str, Any]) -> Outcome:
 
 
 def _base(job: Job) -> Experiment:
-    """The experiment without variations, read once in a process.
+    """Return the experiment without variations, read once in a process.
 
     Raises:
         StudyError: It differs from that of the study.

@@ -45,7 +45,7 @@ DUAL_NEWTON_API int computed_torque_needs_gravity(const computed_torque *s);
 DUAL_NEWTON_API size_t computed_torque_size(int coordinates, int muscles, int tasks);
 
 /* Make a handle in `memory`, 8-byte aligned and of computed_torque_size bytes, zeroed by this call. NULL if
-   the memory or a size is refused.                                                                    */
+   the memory or a size is rejected.                                                                    */
 DUAL_NEWTON_API computed_torque *computed_torque_open(int coordinates, int muscles, int tasks,
                                                       void *memory);
 
@@ -75,7 +75,7 @@ DUAL_NEWTON_API computed_torque *computed_torque_open(int coordinates, int muscl
      W                     weights of the tasks, k; infinite for one that is to be met exactly
      priority              rank of each task, k: a lower one is met first, whatever it costs those of higher rank
      posture_kp, posture_kd, q0           n
-     q_min, q_max          n; infinite where there is no limit
+     q_min, q_max          n; infinite if there is no limit
      limit_bandwidth       1; 0 to leave the limits to the robot
    Results:
      forces                m

@@ -4,7 +4,7 @@
 
 #include "torque_state.h"
 
-/* tau of the law, in s->tau; unchanged where it is given. */
+/* tau of the law, in s->tau; unchanged if it is given. */
 void joint_law_torque(computed_torque *s);
 
 #endif

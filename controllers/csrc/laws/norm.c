@@ -1,4 +1,4 @@
-/* min sum |H^1/2 (f - f_p)|^p by Newton's method: a program takes each step, which goes on to where the power is
+/* min sum |H^1/2 (f - f_p)|^p by Newton's method: a program takes each step, which continues to where the power is
    least on its way. The norms 1 and infinity are linear programs, see ../qp/linear.h.                  */
 #include "norm.h"
 

@@ -150,7 +150,7 @@ static int begin(computed_torque *s)
     return 0;
 }
 
-/* Take qdd and f of a priority, and go on to the next, or finish. */
+/* Take qdd and f of a priority, and continue to the next, or finish. */
 static int take(computed_torque *s, const real *x, int status)
 {
     const size_t n = s->n;
@@ -202,7 +202,7 @@ static int solve_near(dual_newton *program, real *start)
     return is_near && fits(program, program->x, NEAR) ? DUAL_NEWTON_SOLVED : status;
 }
 
-/* The program of the priority; where it has no solution the tasks give way, then the limits of the joints. */
+/* The program of the priority; if it has no solution the tasks give way, then the limits of the joints. */
 static int solve_priority(computed_torque *s)
 {
     real *hard = s->memory + s->m, *soft = hard + s->rows;

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-/* The law in operational space has the motion equation beside the tasks, and qdd beside f. */
+/* The law in operational space has the motion equation next to the tasks, and qdd beside f. */
 static int variables_of(int n, int m, int k)
 {
     return k ? n + m : m;

@@ -57,7 +57,7 @@ DUAL_NEWTON_API computed_torque *control_loop_law(control_loop *s);
 /* An array of the loop or of its law by name; NULL if neither has it. Those of the loop are
      ki               r
      gain             1, of the observer; 0 for none
-     delay, predict   1 each: ticks until forces take effect, 0 or 1; whether to make up for that
+     delay, predict   1 each: ticks until forces take effect, 0 or 1; whether to compensate for that
    Results:
      acting           m: the forces from this tick to the next
      disturbance      n: the observer's load

@@ -17,7 +17,7 @@ static void remaining(control_loop *s, const real *q, const real *qd, const real
         for (size_t j = 0; j < law->n; j++) law->error[j] = position[j] - q[j];
 }
 
-/* The law in C, with the torque of a custom one where there is one. */
+/* The law in C, with the torque of a custom one if there is one. */
 static int solve(control_loop *s, const real *q, const real *qd, const real *reference)
 {
     computed_torque *law = s->law;

@@ -38,7 +38,7 @@ enum dual_newton_status {
 DUAL_NEWTON_API size_t dual_newton_size(int variables, int rows);
 
 /* Make a handle in `memory`, 8-byte aligned and of dual_newton_size bytes, zeroed by this call. NULL if
-   the memory or a size is refused.                                                                    */
+   the memory or a size is rejected.                                                                    */
 DUAL_NEWTON_API dual_newton *dual_newton_open(int variables, int rows, void *memory);
 
 /* An array by name, and its number of elements; NULL if there is no such array.

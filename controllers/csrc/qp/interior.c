@@ -15,7 +15,7 @@ enum { MAX_STEPS = 60, REFINEMENTS = 1 };
 /* Of a row, relative to its terms; and at the end, where rounding errors leave no better one. */
 static const real TOLERANCE = PRECISE(1e-13, 1e-5), LAST_TOLERANCE = PRECISE(1e-7, 1e-4);
 
-/* What is left of the products at least, where it is stuck; a full step. */
+/* Remainder of the products at least, if it is stuck; a full step. */
 static const real STUCK_SHARE = 0.1, NEARLY_FULL = 0.9;
 
 /* A product that costs nothing, relative to the cost. */
@@ -101,7 +101,7 @@ static real mean_product(const dual_newton *s, real step)
     return count > 0 ? sum / count : 0;
 }
 
-/* What is left of the equations: r, and v = A'lam - g - x. The weights are dx/dv. */
+/* Remainder of the equations: r, and v = A'lam - g - x. The weights are dx/dv. */
 static void evaluate(dual_newton *s)
 {
     dual_rest(s, s->inner_x, s->lam, s->r, s->size);
@@ -202,7 +202,7 @@ static int is_found(dual_newton *s, real tolerance)
 }
 
 /* How much of the products a step is to leave: Mehrotra's cube of what the predictor leaves. Where a full step
-   does not shrink what is left of the rows, the products would vanish before it does; and where they do not
+   does not shrink what is left of the rows, the products would vanish before it does; and if they do not
    shrink, steps may go round in circles.                                                              */
 static real share(real left, int is_stuck)
 {

@@ -25,7 +25,7 @@ static int stays(const dual_newton *s)
     return 1;
 }
 
-/* The worst row's rest, relative to its terms; infinite where one is not a number. */
+/* The worst row's rest, relative to its terms; infinite if one is not a number. */
 static real relative_rest(const dual_newton *s)
 {
     real largest = 0, worst = 0;
@@ -72,7 +72,7 @@ static real refine(dual_newton *s)
     return relative_rest(s);
 }
 
-/* Largest violation of the dual conditions by end_x and lam, relative to the terms; infinite where one
+/* Largest violation of the dual conditions by end_x and lam, relative to the terms; infinite if one
    is not a number.                                                                                    */
 static real dual_violation(const dual_newton *s, const real *lam)
 {
@@ -143,7 +143,7 @@ int settle(dual_newton *s, real tolerance)
     if (is_left) memset(s->d, 0, s->m * sizeof(real));
     if (is_verified(s, refine(s), tolerance, DUAL_TOLERANCE)) return accept(s);
     /* Variables that touch their bounds, but do not lean on them, may be off in the equations, and so may be
-       all where the equations are ill-conditioned: the iterate itself may be better.                   */
+       all if the equations are ill-conditioned: the iterate itself may be better.                   */
     if (!is_left && !is_optimal(s, tolerance)) return 0;
     return iterate_is_verified(s, tolerance) && accept(s);
 }

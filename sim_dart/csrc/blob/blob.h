@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-/* 0, or a message in `message`: all of it is checked but for the tension laws' parameters, so that nothing
+/* 0, or a message in `message`: all of it is checked but for the muscle laws' parameters, so that nothing
    after it reads out of bounds. */
 CORE_INSIDE int blob_open(blob_view *view, const void *blob, size_t size, char *message, size_t capacity);
 

@@ -70,7 +70,7 @@
      limit_variable   that a force beyond a range acts on
      limit_numbers    low, high, stiffness below and above, damping, transition
      friction         Coulomb's, of a coordinate, by its index in q: largest force or torque
-     lower, upper     limits of a coordinate, by its index in q; infinite where there is none
+     lower, upper     limits of a coordinate, by its index in q; infinite if there is none
      gravity          in the world, in [m/s2]
      muscle_points    via points of a muscle, at least 2
      muscle_bends     bends of a muscle's cable with friction, see bends.h; 0 without. Its first via point is
@@ -88,7 +88,7 @@
      task_frame       frame that a task is fixed to, or -1
      task_position    of a point in that frame, in [m]
      task_rotation    of a link in that frame, row by row
-     law_kind         which tension law: the how many-th law of core_laws()
+     law_kind         which muscle law: the how many-th law of core_laws()
      law_parameter    of every muscle's law, muscle after muscle, in SI units
      surface_kind     enum surface
      surface_frame    frame that a surface is fixed to, or -1

@@ -17,7 +17,7 @@
     const size_t conditions = (size_t)n->conditions, moves = (size_t)n->moves;                         \
     const size_t closures = (size_t)n->closures, bends = (size_t)n->bends;                             \
     const size_t variables = (size_t)n->variables, terms = (size_t)n->terms;                           \
-    const size_t wide = variables > dofs ? variables : 0; /* none where all variables are q */
+    const size_t wide = variables > dofs ? variables : 0; /* none if all variables are q */
 
 /* ARRAY(name, number of doubles) in the working memory behind the handle.
    A rotation about a constant axis is R0 + sin(q) R1 + (1 - cos(q)) R2, with R1 = R0 [a], R2 = R0 [a][a]. */
@@ -135,7 +135,7 @@
     ARRAY(surface_place, 6 * surfaces) /* centre and axis in the world */                              \
     ARRAY(surface_across, 3 * surfaces) /* of an ellipsoid: its x axis in the world */                 \
     ARRAY(wrap_radius, wraps)          /* of the surface, in the order of the wraps; and what follows */ \
-    ARRAY(wrap_half, wraps)            /* infinite where there are no ends */                          \
+    ARRAY(wrap_half, wraps)            /* infinite if there are no ends */                          \
     ARRAY(wrap_has_axis, wraps)        /* 1 for a cylinder, 0 for a sphere */                          \
     ARRAY(wrap_sense, wraps)           /* its side */                                                  \
     ARRAY(wrap_is_special, wraps)      /* what wrap_simd.c is not for */                               \

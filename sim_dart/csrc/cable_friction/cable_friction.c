@@ -24,7 +24,7 @@
 
    has one solution, as F_k grows with x. Newton's rounds find it, F_k(x) by its tangent at x_k, which adds
    (h^2 / d) A_k' F_k' A_k to M. From x = 0 on the side where the solution is they come nearer from below, as
-   F_k is concave there where E <= 1; a round that changes sides begins there anew. After QUICK_ROUNDS a round goes
+   F_k is concave there where E <= 1; a round that changes sides begins there again. After QUICK_ROUNDS a round goes
    no further than to where the convex function that is sought the least of is least on its way: with P_k for
    the tangent's force, of which M v is made, its slope is sum d (F_k - P_k) dx_k. T is that of the step's
    beginning. Of cables that stretch all along, see cable_stretch.c.                                         */

@@ -88,7 +88,7 @@ static int32_t slide(core *c, real *corner)
 }
 
 /* By how much the impulse p of coordinate j is more than its corner gives (positive), or less. A limit
-   gives any that pushes back into the range; beside a corner friction gives what it does while sliding. */
+   gives any that pushes back into the range; next to a corner friction gives what it does while sliding. */
 static real impulse_excess(const core *c, int32_t j, real p)
 {
     const real at = c->target[j], grip = c->grip[j];

@@ -36,14 +36,14 @@ enum estimator_status {
 CORE_API size_t estimator_size(const core *c, int32_t imus);
 
 /* A handle in `memory`, 8-byte aligned and of estimator_size bytes, zeroed by this call; both must not be moved.
-   imu_frame says which frame of the blob each unit is on. NULL where a frame does not exist.               */
+   imu_frame says which frame of the blob each unit is on. NULL if a frame does not exist.               */
 CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_frame, void *memory);
 
 /* An array by name, and its number of elements; NULL if there is no such array. n coordinates, m muscles, i units.
-   Measurements, to be written before a tick; NaN where one is missing
+   Measurements, to be written before a tick; NaN if one is missing
      lengths             l_m, m, in [m]
      tensions            mean of the tick, m, in [N]
-     torques             of motors at joints, n; 0 where there is none
+     torques             of motors at joints, n; 0 if there is none
      encoders            n
      gyroscope, accelerometer   3 i, in [rad/s] and [m/s2]
    Settings, to be written before a reset. Standard deviations of one reading; 0 or infinite: not measured
@@ -79,7 +79,7 @@ CORE_API estimator *estimator_open(core *c, int32_t imus, const int32_t *imu_fra
      first_poses         of the search: the best pose, the second best; their sums of squares; 2 n + 2      */
 CORE_API real *estimator_array(estimator *e, const char *name, size_t *length);
 
-/* Forget all: the state is that of the start, which is valid where it is known well enough. */
+/* Forget all: the state is that of the start, which is valid if it is known well enough. */
 CORE_API void estimator_reset(estimator *e);
 
 /* Advance by steps of h with the tensions as they are, then take the measurements. An enum estimator_status. */
@@ -89,7 +89,7 @@ CORE_API int estimator_tick(estimator *e, real h, int32_t steps);
    becomes that, if it is observable. An enum estimator_status.                                                  */
 CORE_API int estimator_find(estimator *e);
 
-/* How q+ and qd+ change with q and qd in a core_step, 2 n x 2 n, row by row; 0, or nonzero where there is no
+/* How q+ and qd+ change with q and qd in a core_step, 2 n x 2 n, row by row; 0, or nonzero if there is no
    such step. `extra` as of core_step.                                                                      */
 typedef int estimator_transition(void *self, const real *q, const real *qd, const real *f, const real *extra, real h,
                                  real *A);

@@ -146,7 +146,7 @@ static void keep(estimator *e, const real *q, real cost)
     }
 }
 
-/* P of q is (J'J)^-1 at the best pose, and as wide as the range at most; 1 where that is singular. */
+/* P of q is (J'J)^-1 at the best pose, and as wide as the range at most; 1 if that is singular. */
 static int take_pose(estimator *e)
 {
     const size_t n = e->n, N = e->N;

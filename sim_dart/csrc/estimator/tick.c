@@ -32,7 +32,7 @@ static void take_encoders(estimator *e)
     }
 }
 
-/* Standard deviations; 0, or 1 where something is no number or a variance is not positive. */
+/* Standard deviations; 0, or 1 where something is not a number or a variance is not positive. */
 static int update_sd(estimator *e)
 {
     const size_t N = e->N;

@@ -1,7 +1,7 @@
 /* What the core and the control laws use of <math.h>, for machines without a C library.
 
    All of it is exact or, as the square root, rounded in one way by IEEE 754, so that nothing depends on
-   whose it is. `sqrt` is an instruction of the processor; where it has none, the compiler's own library
+   whose it is. `sqrt` is an instruction of the processor; if it has none, the compiler's own library
    must have it: compile with -fno-math-errno.                                                         */
 #ifndef CARDSFLOW_FREESTANDING_MATH_H
 #define CARDSFLOW_FREESTANDING_MATH_H

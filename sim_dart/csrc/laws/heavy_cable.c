@@ -58,7 +58,7 @@ static void heavy_place(real *k, const real chord[3], const real gravity[3])
     k[HEAVY_RISE] = b / l, k[HEAVY_RUN] = larger(sqrt(dot3(level, level)) / l, MIN_RUN);
 }
 
-/* A cable where it is: a / L, b / L, l, L, kappa, w; whether it weighs anything. */
+/* A cable if it is: a / L, b / L, l, L, kappa, w; whether it weighs anything. */
 typedef struct {
     real run, rise, l, rest, kappa, w;
     int is_heavy;
@@ -89,7 +89,7 @@ static real too_long(const void *data, real z, real *slope)
     return logarithm(square) / 2;
 }
 
-/* x; from a guess by the parabola's tension: where it is taut, where as long as its chord, where slack. */
+/* x; from a guess by the parabola's tension: if it is taut, where as long as its chord, where slack. */
 static real slack_of(const real *k, const hanging *at)
 {
     const real EA = k[HEAVY_STIFFNESS], W = at->w * at->rest, over = at->l / at->rest - 1;

@@ -1,4 +1,4 @@
-/* Tension laws: command u, path length l, its rate v and the law's own states x -> tension f and x'.
+/* Muscle laws: command u, path length l, its rate v and the law's own states x -> tension f and x'.
 
    A law is one file with pure functions, and an entry in the table addin_sdfusion/robot/model/laws, of which
    the build makes its struct of parameters and its law_entry. What it makes of its parameters once are its
@@ -42,8 +42,8 @@ typedef struct {
     void (*start)(const real *k, real l, real u, real *x);
     /* x after a time h, while l grows by v h. */
     void (*advance)(const real *k, real *x, real l, real v, real u, real h);
-    /* NULL but for a cable with weight, between two points: the constants that follow from where it is; what
-       pulls its two points down beside its tension, which is that along the chord.                     */
+    /* NULL but for a cable with weight, between two points: the constants that follow from if it is; what
+       pulls its two points down next to its tension, which is that along the chord.                     */
     void (*place)(real *k, const real chord[3], const real gravity[3]);
     void (*weigh)(const real *k, real l, real u, real down[2]);
     /* NULL but for what stretches all along its path; u as for its tension. */

@@ -1,4 +1,4 @@
-/* The tension laws of a robot: the calls that a step makes. */
+/* The muscle laws of a robot: the calls that a step makes. */
 #include "laws.h"
 
 #include "../blob/message.h"

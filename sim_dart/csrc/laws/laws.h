@@ -1,4 +1,4 @@
-/* The tension laws of a robot. */
+/* The muscle laws of a robot. */
 #ifndef CARDSFLOW_LAWS_H
 #define CARDSFLOW_LAWS_H
 

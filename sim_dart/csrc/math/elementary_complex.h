@@ -36,7 +36,7 @@ static inline real complex_cosine(real x)
     return c;
 }
 
-/* At the origin, where it has no derivative, that of the constant. */
+/* At the origin, if it has no derivative, that of the constant. */
 static inline real complex_arc_tangent(real y, real x)
 {
     const double rr = value_of(x) * value_of(x) + value_of(y) * value_of(y);

@@ -40,7 +40,7 @@ static inline real absolute(real x)
     return value_of(x) < 0 ? -x : x;
 }
 
-/* At zero, where it has no derivative, that of the constant. */
+/* At zero, if it has no derivative, that of the constant. */
 static inline real square_root(real x)
 {
     const double root = sqrt(value_of(x));

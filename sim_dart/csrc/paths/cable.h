@@ -26,7 +26,7 @@ typedef struct {
     int32_t side;      /* sense of turning about the axis; 0 for the shorter way, or WRAP_INSIDE; of an ellipsoid
                           the half that it touches, 1, 2, 3 for x, y, z, below 0 for the other one; 0 for any */
     int32_t turns;     /* whole turns besides */
-    int32_t is_counted; /* whether turns go on from move to move: of a cylinder only */
+    int32_t is_counted; /* whether turns continue from move to move: of a cylinder only */
     int32_t is_forced; /* that side in any case, whether or not the straight line is clear */
     real remembered; /* turning angle of the last move; NAN before the first */
     const struct contact *from; /* of an ellipsoid: a contact nearby, where the search begins; NULL for none */
@@ -40,7 +40,7 @@ typedef struct {
     real length;      /* from a to b */
     real entering[3]; /* -dl/da: a unit vector from a to the surface, but for the cases in wrap.c */
     real leaving[3];  /* dl/db */
-    real angle;       /* that it turns by in contact, in [rad]: above 0 where it touches; on an ellipsoid its way */
+    real angle;       /* that it turns by in contact, in [rad]: above 0 if it touches; on an ellipsoid its way */
     real turning;     /* from a to b about the axis, in [rad], with all turns; only if counted */
 } pull;
 

@@ -23,7 +23,7 @@ static inline void add_span(const core *c, const real u[3], const real A[3], int
     }
 }
 
-/* The same where it is not called so often that it is worth its size there. */
+/* The same if it is not called so often that it is worth its size there. */
 CORE_INSIDE void span_add(const core *c, const real u[3], const real A[3], int32_t a, const real B[3], int32_t b,
                           real *row);
 

@@ -6,7 +6,7 @@
    straight line once the surface is unrolled: l = sqrt(P^2 + h^2).
 
    A cable whose straight line clears the circle is straight, whatever its side; touching down and lifting
-   off is smooth. Otherwise the side decides, and the shorter way changes sides where both are equal. A
+   off is smooth. Otherwise the side decides, and the shorter way changes sides if both are equal. A
    cable that went the long way round a chosen side jumps where its straight line gets clear: there it slips
    off. Continuous, too, are
 
@@ -144,7 +144,7 @@ static real shorter_turn(const view *v)
     return arc_tangent(v->cross, dot3(v->a, v->b));
 }
 
-/* The course that a remembered turning angle goes on with: less than half a turn has been made since. */
+/* The course that a remembered turning angle continues with: less than half a turn has been made since. */
 static course go_on(const view *v, real remembered)
 {
     const real whole = round((remembered - shorter_turn(v)) / (2 * PI));
@@ -229,7 +229,7 @@ static inline void pull_along(const view *v, int sense, real ta, real tb, int en
     if (ends & LEAVING) direct(v, v->b, ib, sR, tb, climb, out->leaving);
 }
 
-/* The turning sense where the cable touches, 0 where it runs straight; `plain`, the pull without what a
+/* The turning sense where the cable touches, 0 if it runs straight; `plain`, the pull without what a
    changing radius adds, only if asked for. `v` is what wrap_is_clear looks at.                         */
 static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int is_clear, int ends,
                        pull *out, pull *plain)

@@ -4,7 +4,7 @@
 
 #include "cable.h"
 
-/* 1 and the pull where the cable touches the surface; 0 where it runs straight from a to b: then only the
+/* 1 and the pull where the cable touches the surface; 0 if it runs straight from a to b: then only the
    turning is set. Of `ends`, both directions or one; the other may be left as it is.                    */
 CORE_INSIDE int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3], int ends,
               pull *out);

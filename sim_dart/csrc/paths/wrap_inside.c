@@ -3,7 +3,7 @@
    Seen along the axis (of the plane through both ends and the centre, for a sphere) a straight line that
    passes through the circle, or ends in it, is free. Else the cable touches the circle from within at the
    point p where |a - p| + |p - b| is least: there both parts are at the same angle to the radius. With p
-   turned by the angle z from a towards b, which is G away, the difference of those angles is zero where
+   turned by the angle z from a towards b, which is G away, the difference of those angles is zero if
 
        sin(2 z - G) - R/|b| sin z + R/|a| sin(G - z) = 0,
 

@@ -1,6 +1,6 @@
 /* What sensors read of a robot: lengths at the motors, tensions, torques, encoders, inertial units.
 
-   A reading is  r round((x + offset + noise g)/r), with the resolution r where there is one and g of a normal
+   A reading is  r round((x + offset + noise g)/r), with the resolution r if there is one and g of a normal
    distribution, and comes whole readings late. g follows from the seed, the number of the reading and the
    channel alone, by the same bits everywhere; from the time `stuck` on a channel repeats itself.
 
@@ -16,11 +16,11 @@
 
 typedef struct sensors sensors;
 
-/* Bytes of working memory; 0 where there are too many. imus: inertial units; delay: in readings. */
+/* Bytes of working memory; 0 if there are too many. imus: inertial units; delay: in readings. */
 CORE_API size_t sensors_size(const core *c, int32_t imus, int32_t delay);
 
 /* A handle in `memory`, 8-byte aligned and of sensors_size bytes, zeroed by this call; both must not be moved.
-   imu_frame says which frame of the blob each unit is on. NULL where a frame does not exist.               */
+   imu_frame says which frame of the blob each unit is on. NULL if a frame does not exist.               */
 CORE_API sensors *sensors_open(core *c, int32_t imus, const int32_t *imu_frame, int32_t delay, void *memory);
 
 /* An array by name, and its number of elements; NULL if there is no such array. n coordinates, m muscles, i units;
@@ -45,7 +45,7 @@ CORE_API real *sensors_array(sensors *s, const char *name, size_t *length);
 /* Back to the first reading. */
 CORE_API void sensors_reset(sensors *s);
 
-/* Read, h after the last reading. 0, or 1 + the coordinate that is no number. */
+/* Read, h after the last reading. 0, or 1 + the coordinate that is not a number. */
 CORE_API int sensors_read(sensors *s, real h);
 
 #endif

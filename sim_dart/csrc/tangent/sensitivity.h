@@ -10,10 +10,10 @@ typedef struct core_sensitivity core_sensitivity;
 /* Real numbers of the robot's blob, in the order of its fields. */
 CORE_API size_t core_sensitivity_numbers(const core *plain);
 
-/* Bytes of memory for a robot; 0 where there are no derivatives: see support.h. */
+/* Bytes of memory for a robot; 0 if there are no derivatives: see support.h. */
 CORE_API size_t core_sensitivity_size(const core *plain);
 
-/* A handle in `memory`, 8-byte aligned; see core_tangent_open. NULL where there are no derivatives. */
+/* A handle in `memory`, 8-byte aligned; see core_tangent_open. NULL if there are no derivatives. */
 CORE_API core_sensitivity *core_sensitivity_open(const core *plain, void *memory);
 
 /* From q and qd through `rows` readings, with `steps` steps of h between one reading and the next, constant

@@ -190,8 +190,8 @@ size_t core_tangent_robot_numbers(const core *plain)
     return blob_length(&plain->blob);
 }
 
-/* The blob's numbers are ours (see copy), one field behind the other; what opening makes of them is made anew,
-   but the constants of tension laws. */
+/* The blob's numbers are ours (see copy), one field behind the other; what opening makes of them is made again,
+   but the constants of muscle laws. */
 void core_tangent_change_robot(core_tangent *t, const double *changes)
 {
     core *c = t->core;

@@ -1,7 +1,7 @@
 /* Steps of a robot with their tangent, how everything changes along one direction: exact derivatives.
 
    The core is compiled a second time for numbers x + i e dx (complex_step.h), so that every formula of it is
-   differentiated as it stands: wraps, pulleys, tension laws with their states, joint limits. A command at an
+   differentiated unchanged: wraps, pulleys, muscle laws with their states, joint limits. A command at an
    end of its law's range, as the force of an ideal cable at zero, has the derivative of the range's inside: a
    cable at zero is about to pull. At other kinks, as where a joint just meets its limit, the derivative is that
    of the side on which the step lies.

@@ -104,7 +104,7 @@ def test_the_task_point_of_one_place_is_shown_there(fusion: Any) -> None:
 def test_what_sdf_refuses_is_reported_before_the_export(
     fusion: Any, tmp_path: Path, name: str
 ) -> None:
-    """Check found nothing, and then Export refused."""
+    """Check found nothing, and then Export rejected."""
     build = Builder("reserved")
     paths = designs.chain(build, ("base", name))
     build.point(paths[0], (1.0, 0.0, 5.0), "EE_base")

@@ -105,7 +105,7 @@ def luminance(color: tuple[int, ...]) -> float:
 
 @pytest.mark.parametrize("toolbar", [(245, 245, 245), (34, 41, 51)], ids=["light", "dark"])
 def test_icons_are_seen_on_light_and_dark_toolbars(toolbar: tuple[int, ...]) -> None:
-    """Contrast of 3 to 1, as WCAG 2 asks of what is no text."""
+    """Contrast of 3 to 1, as WCAG 2 asks of what is not a text."""
     made = script("make_addin_icons")
     for color in (made.RED, made.BLUE, made.GREY):
         low, high = sorted((luminance(color), luminance(toolbar)))

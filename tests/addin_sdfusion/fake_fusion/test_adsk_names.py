@@ -1,6 +1,6 @@
 """Every name of Fusion's API that the fake has or the add-in uses exists in the reference.
 
-The reference is a list of all members beside the repository; where that is absent, the stubs on
+The reference is a list of all members next to the repository; if that is absent, the stubs on
 PyPI (package `adsk`, of January 2022) take its place as far as they go.
 """
 

@@ -1,4 +1,4 @@
-"""The fake refuses what Fusion refuses, and its matrices are right."""
+"""The fake rejects what Fusion rejects, and its matrices are right."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The fake refuses what Fusion refuses of commands, so that no test of one passes by a slip."""
+"""The fake rejects what Fusion rejects of commands, so that no test of one passes by a slip."""
 
 from __future__ import annotations
 

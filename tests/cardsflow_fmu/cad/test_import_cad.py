@@ -48,7 +48,7 @@ def test_both_commands_make_the_same_folder(
 
 
 def one_line(capsys: pytest.CaptureFixture[str], *words: Any) -> str:
-    """What a refused import says."""
+    """What a rejected import says."""
     assert main(["import-cad", *map(str, words)]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
@@ -174,7 +174,7 @@ def test_materials(tmp_path: Path) -> None:
 
 
 def test_the_schema_is_that_of_what_is_written(capsys: pytest.CaptureFixture[str]) -> None:
-    """Of random designs, of the example; and it refuses what the reader refuses."""
+    """Of random designs, of the example; and it rejects what the reader rejects."""
     assert main(["schema", "snapshot"]) == 0
     schema = json.loads(capsys.readouterr().out)
     validator = jsonschema.Draft202012Validator(schema)

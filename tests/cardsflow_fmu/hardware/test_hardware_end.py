@@ -41,7 +41,7 @@ in_both_hosts = pytest.mark.parametrize("bench", few(["in-process", "worker"]), 
 
 
 class Bench:
-    """A device, an instance of hardware.fmu beside it, and the commands that the robot got."""
+    """A device, an instance of hardware.fmu next to it, and the commands that the robot got."""
 
     def __init__(self, device: Device, host: Host, references: dict[str, int]) -> None:
         self.device, self.host, self._references = device, host, references
@@ -173,7 +173,7 @@ def test_a_reset_after_terminate_leads_to_a_new_run(bench: Bench) -> None:
 
 @in_both_hosts
 def test_terminate_after_a_failure_leads_to_the_safe_state(bench: Bench) -> None:
-    """A step that is none fails in C, and the model does not hear of it; terminate is refused."""
+    """A step that is none fails in C, and the model does not hear of it; terminate is rejected."""
     refused(lambda: bench.host.slave.doStep(7.0, H))
     assert bench.device.state == "running"
     refused(bench.host.slave.terminate)

@@ -1,4 +1,4 @@
-"""The hardware's model: the plant's ports, its trajectories in lock step, a safe end always."""
+"""The hardware's model: the plant's ports, its trajectories in lockstep, a safe end always."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs with hardware and by the clock: settings, files, summaries, keys, exit codes."""
+"""Runs with hardware and in real time: settings, files, summaries, keys, exit codes."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ SOFT_LYAPUNOV = {
 KEY = b"a pre-shared key of some length"
 TIMEOUT = 300
 
-pytestmark = pytest.mark.slow  # compiles core and laws anew
+pytestmark = pytest.mark.slow  # compiles core and laws again
 
 _spec = importlib.util.spec_from_file_location("make_controller", FOLDER / "make_controller.py")
 assert _spec is not None
@@ -71,7 +71,7 @@ def libraries(compiler: str, tmp_path_factory: pytest.TempPathFactory) -> list[s
 def compiled(
     compiler: str, libraries: list[str], experiment: Experiment, folder: Path, *more: str
 ) -> Path:
-    """The controller of an experiment; its reference lies beside it."""
+    """The controller of an experiment; its reference lies next to it."""
     make_controller.write_controller(experiment, folder)
     program = folder / "controller"
     command = [compiler, *STRICT, *COMMON, *more, f"-I{folder}", str(FOLDER / "controller.c")]
@@ -185,7 +185,7 @@ def driven(program: Path, port: str, *words: str) -> subprocess.CompletedProcess
 
 
 def rows(text: str) -> np.ndarray:
-    """Time, q and f, a row a tick."""
+    """Time, q and f, one row per tick."""
     return np.array([[float(word) for word in line.split(",")] for line in text.splitlines()])
 
 

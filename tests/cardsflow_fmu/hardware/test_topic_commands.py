@@ -135,7 +135,7 @@ def test_commands_are_followed_and_ramped_down_where_they_stay_away(bus: Bus) ->
         assert (steps <= 0.0).all()
         assert len(steps) > 10
         np.testing.assert_allclose(falls[-1], least)
-        # who was ended may command no more; another begins anew
+        # who was ended may command no more; another begins again
         commanding(node, lambda: served.commands.counters.get("ended", 0) > 3)
         assert len(served.robot.given) == given
         commanding(bus.node(), lambda: len(served.robot.given) > given)

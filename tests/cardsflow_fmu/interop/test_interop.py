@@ -210,7 +210,7 @@ def last(bare: BareEnvironment, file: Path, names: list[str]) -> list[float]:
 def test_checkers_find_nothing_in_native_fmus(
     example: str, version: FmiVersion, arrays: bool, tmp_path: Path
 ) -> None:
-    """`fmpy validate` and, where it is installed, `fmutool -check`."""
+    """`fmpy validate` and, if it is installed, `fmutool -check`."""
     files = build(
         Experiment.load(EXAMPLES / example, settings_of(NATIVE_STEP, NATIVE_STEPS)),
         tmp_path,

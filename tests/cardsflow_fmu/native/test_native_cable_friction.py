@@ -91,7 +91,7 @@ def test_the_bits_are_those_of_the_core_of_winches(tmp_path: Path) -> None:
 @pytest.mark.native
 @pytest.mark.parametrize("part", ["plant", "controller"])
 def test_states_are_whole(part: str, tmp_path: Path) -> None:
-    """What is gone back to goes on as before."""
+    """What is gone back to continues as before."""
     file = build(flower(tmp_path, 0.2, 0.3, **WINCHES), tmp_path / "fmus", compute="c")[part]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 
@@ -126,7 +126,7 @@ def test_the_fourth_order_rule_is_refused(tmp_path: Path) -> None:
 
 
 def test_friction_of_an_experiment_is_that_of_the_robot() -> None:
-    """By name or pattern, within its bounds, and where it does nothing a line says so."""
+    """By name or pattern, within its bounds, and if it does nothing a line reports it."""
     example, given = EXAMPLES / "roboy_left_arm", {"muscles.*.friction": 0.1}
     single = {"muscles.motor1.friction": 0.2, "muscles.motor1.presliding": 1e-3}
     muscles = Experiment.load(example, given | single).robot.muscles

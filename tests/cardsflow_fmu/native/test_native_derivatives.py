@@ -248,7 +248,7 @@ def test_at_the_start(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_instance_stays_as_it_is(tmp_path: Path) -> None:
-    """A run with questions in between is the same bit for bit; what is no known is refused."""
+    """A run with questions in between is the same bit for bit; what is no known is rejected."""
     experiment = Experiment.load(EXAMPLES / "roboy_left_arm")
     file = build(experiment, tmp_path, compute="c")["plant"]
     rows = []
@@ -275,7 +275,7 @@ def test_random_trees(seed: int, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_joint_that_has_left_its_limit(tmp_path: Path) -> None:
-    """No step remembers the stops of another: as from an instance that starts where it is."""
+    """No step remembers the stops of another: as from an instance that starts if it is."""
     robot = random_robot(7)
     n, m = len(robot.coordinates), len(robot.muscles)
     q, qd = np.full(n, 0.2), np.zeros(n)
@@ -326,7 +326,7 @@ def test_the_tension_of_an_ideal_cable(tmp_path: Path) -> None:
 )
 @LONG
 def test_a_compiler_without_complex_numbers(tmp_path: Path) -> None:
-    """Microsoft's has none: all is there but derivatives, and they are refused with a reason."""
+    """Microsoft's has none: all is there but derivatives, and they are rejected with a reason."""
     robot = random_robot(1)
     n, folder = len(robot.coordinates), tmp_path / "unpacked"
     fmpy.extract(str(plant_file(robot, tmp_path, np.zeros(n), np.zeros(n))), str(folder))

@@ -1,4 +1,4 @@
-"""Directional derivatives of native plants whose muscles bend, and of those with tension laws."""
+"""Directional derivatives of native plants whose muscles bend, and of those with muscle laws."""
 
 from __future__ import annotations
 

@@ -117,7 +117,7 @@ def test_the_summary_has_engine_master_and_speed(tmp_path: Path) -> None:
     ],
 )
 def test_what_it_lacks_is_said_by_name(settings: dict[str, Any], message: str) -> None:
-    """And refused by those who ask for the loop itself."""
+    """And rejected by those who ask for the loop itself."""
     experiment = load("planar_2r", settings | {"run.duration": 0.01})
     with pytest.raises(InputError, match=rf"experiment\.toml: .*{message}.*; run it with `compute"):
         NativeLoop(experiment)
@@ -160,7 +160,7 @@ def test_engines_give_the_same_run() -> None:
 
 
 def test_a_loop_runs_once() -> None:
-    """A second run would go on from where the first one ended; a closed loop has no models."""
+    """A second run would continue from where the first one ended; a closed loop has no models."""
     experiment = Experiment.load(EXAMPLES / "planar_2r", {"run.duration": 0.01})
     loop = NativeLoop(experiment)
     assert loop.run().failure is None

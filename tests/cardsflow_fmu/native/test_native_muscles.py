@@ -1,4 +1,4 @@
-"""Native FMUs of robots whose muscles have tension laws, against those with Python models."""
+"""Native FMUs of robots whose muscles have muscle laws, against those with Python models."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_variables_are_the_same(case: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("case", ["hill", "around"])
 @pytest.mark.native
 def test_states_repeat_bit_for_bit(case: str, model: str, tmp_path: Path) -> None:
-    """Go on, go back, go on; and in another instance from serialised bytes."""
+    """Go on, go back, continue; and in another instance from serialised bytes."""
     file = build(experiment_of(case), tmp_path, compute="c")[model]
     check_states_repeat(file, tmp_path / "unpacked", step=5e-3)
 

@@ -54,7 +54,7 @@ def run_words(out: Path, *words: object) -> list[str]:
 
 @contextmanager
 def started(command: list[str], ros: Environment) -> Iterator[subprocess.Popen[str]]:
-    """A program that goes on; killed where it has not ended."""
+    """A program that continues; killed if it has not ended."""
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     with subprocess.Popen(command, **pipes, text=True, env=ros) as process:  # type: ignore[call-overload]
         try:

@@ -35,7 +35,7 @@ def in_a_copy(action: Callable[[], object]) -> None:
 
 
 def check(host: Host, action: Callable[[], object]) -> None:
-    """The instance goes on as it would have, in the same process."""
+    """The instance continues as it would have, in the same process."""
     first, process = sums(host, 0, 3), host.value("process")
     in_a_copy(action)
     assert host.value("process") == process

@@ -186,7 +186,7 @@ def test_kinds_that_there_are_not(folder: Path) -> None:
 
 
 def test_what_the_standard_makes_optional(started: Instance) -> None:
-    """Each of the other functions refuses with a message and does no harm."""
+    """Each of the other functions rejects with a message and does no harm."""
     slave = started.slave
     csrc = Path(__file__).parents[3] / "cardsflow_fmu/runtime/csrc"
     source = (csrc / "fmi/fmi3_absent.c").read_text()

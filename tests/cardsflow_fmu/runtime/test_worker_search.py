@@ -1,4 +1,4 @@
-"""Search for the Python of a worker process, and the message where there is none."""
+"""Search for the Python of a worker process, and the message if there is none."""
 
 from __future__ import annotations
 

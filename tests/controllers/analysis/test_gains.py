@@ -151,7 +151,7 @@ def test_sampled_lqr_is_stable_where_the_continuous_one_may_not_be(
 
 
 def test_lqr_with_delay_acts_on_the_predicted_state() -> None:
-    """K = K0 [A B], which makes up for the delay: its poles are those without delay, and 0."""
+    """K = K0 [A B], which compensates for the delay: its poles are those without delay, and 0."""
     T = 0.01
     A, B = np.array([[1.0, T], [0.0, 1.0]]), np.array([[0.5 * T**2], [T]])
     K0 = np.array(gains.lqr(1.0, 1e-6, T)[:2])

@@ -105,7 +105,7 @@ def test_the_posture_moves_what_no_task_holds() -> None:
 
 
 def test_the_literal_form_leaves_the_rest_of_the_robot_alone() -> None:
-    """Eq. (4) as printed asks for the least acceleration: what moves goes on moving."""
+    """Eq. (4) as printed asks for the least acceleration: what moves continues moving."""
     controller = OperationalSpaceController(
         PointMass(), 100.0, 20.0, posture=None, force_weights=1e-9
     )

@@ -45,7 +45,7 @@ class Verdicts:
 
 
 def test_every_verdict_on_random_robots_is_verified() -> None:
-    """Rows hold, or a certificate does; a linear programme agrees where it can tell.
+    """Rows hold, or a certificate does; a linear programme agrees if it can tell.
 
     Very few problems at the edge, where a row is off by rounding errors alone, stay undecided.
     """

@@ -1,7 +1,7 @@
 /* Opens damaged robot blobs: fuzz_blobs FIRST COUNT BLOB...
 
-   Each is refused with a message, or is a robot that can be moved, evaluated and stepped. Prints how many
-   were refused. The sanitizers that this is compiled with end it at anything else.                      */
+   Each is rejected with a message, or is a robot that can be moved, evaluated and stepped. Prints how many
+   were rejected. The sanitizers that this is compiled with end it at anything else.                      */
 #include "mutate.h"
 #include "sim_dart/csrc/core.h"
 #include "sim_dart/csrc/tangent/tangent.h"

@@ -1,8 +1,8 @@
 /* Opens damaged files of native FMUs: fuzz_native FIRST COUNT SCRATCH RESOURCES...
 
-   SCRATCH is a folder to write in; RESOURCES are those of sound FMUs. Each damaged native.bin is refused
+   SCRATCH is a folder to write in; RESOURCES are those of sound FMUs. Each damaged native.bin is rejected
    with a message, or is a model that can be stepped, saved and restored; half of them have a checksum
-   that fits. Prints how many were refused.                                                              */
+   that fits. Prints how many were rejected.                                                              */
 #include "mutate.h"
 #include "cardsflow_fmu/runtime/csrc/native/open.h"
 
@@ -90,7 +90,7 @@ static void use(struct model *model, const struct port_table *ports, uint64_t *s
     }
 }
 
-/* Whether the native.bin in `scratch` is refused, beside the variables in `resources`; used if not. */
+/* Whether the native.bin in `scratch` is rejected, next to the variables in `resources`; used if not. */
 static int is_refused(const char *scratch, const char *resources, uint64_t *state)
 {
     struct port_table ports;

@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The contents of a file on the heap. Ends the program where it cannot be read. */
+/* The contents of a file on the heap. Ends the program if it cannot be read. */
 unsigned char *file_contents(const char *path, size_t *size);
 
 /* Steele, Lea and Flood's splitmix64. */

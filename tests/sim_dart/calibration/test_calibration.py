@@ -1,4 +1,4 @@
-"""Calibration: exact derivatives, physical inertias, hidden numbers found, what is refused."""
+"""Calibration: exact derivatives, physical inertias, hidden numbers found, what is rejected."""
 
 from __future__ import annotations
 

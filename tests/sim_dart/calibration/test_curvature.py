@@ -25,7 +25,7 @@ def problem_of(pieces: int) -> tuple[CalibrationProblem, list[Window]]:
 
 @pytest.mark.slow
 def test_second_derivatives_are_those_of_differences() -> None:
-    """Of windows whose starts are fitted anew at every point, by derivatives of differences."""
+    """Of windows whose starts are fitted again at every point, by derivatives of differences."""
     problem, cut = problem_of(6)
     P = len(problem.parameters)
     z, change = np.zeros(P), np.random.default_rng(1).normal(size=P)

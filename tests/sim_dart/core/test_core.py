@@ -1,4 +1,4 @@
-"""The C core trusts no blob: a damaged one is refused with a message, or is a valid robot."""
+"""The C core trusts no blob: a damaged one is rejected with a message, or is a valid robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scenes: what is refused, what bodies weigh, what collides with what."""
+"""Scenes: what is rejected, what bodies weigh, what collides with what."""
 
 from __future__ import annotations
 

@@ -274,12 +274,12 @@ def test_twenty_robots_in_a_world_move_as_each_alone() -> None:
     np.testing.assert_allclose(many.q, np.tile(alone.q, 20), rtol=0, atol=1e-9)
 
 
-# The guarantee of `speed_watch`: whatever is not refused does not pass.
+# The guarantee of `speed_watch`: whatever is not rejected does not pass.
 WALL = 0.01
 
 
 def shot(kind: str, wall: str, speed: float, turn: np.ndarray, folder: Path) -> bool:
-    """Whether a body that flies against a wall comes out behind it; SimulationError if refused."""
+    """Whether a body that flies against a wall comes out behind it; SimulationError if rejected."""
     form, _ = shape(kind, folder)
     walls = {
         "box": (Box((WALL, 1.0, 1.0)), Pose()),
@@ -304,7 +304,7 @@ def test_nothing_tunnels_below_the_speed_that_is_refused(
 ) -> None:
     """At 1 ms: 33 m/s for a body 0.1 m thick and a wall of 1 cm; 2.5 m/s if one is a cylinder.
 
-    A body that spins off the wall faster than that is refused, and has not passed either.
+    A body that spins off the wall faster than that is rejected, and has not passed either.
     """
     limit = 2.5 if "cylinder" in (kind, wall) else 33.0 * (0.97 if kind == "fine mesh" else 1.0)
     rng = np.random.default_rng(3)
@@ -403,7 +403,7 @@ def test_wrenches_reach_the_right_one_of_several_robots() -> None:
 
 @pytest.mark.slow
 def test_a_long_scene_keeps_its_height() -> None:
-    """Boxes on one another stay where they are."""
+    """Boxes on one another stay if they are."""
     tower = tuple(
         SceneObject(f"b{k}", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05 + 0.1 * k)), 0.2)
         for k in range(4)

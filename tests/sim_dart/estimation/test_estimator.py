@@ -1,4 +1,4 @@
-"""The estimator: consistency, exact derivatives, what it leaves out, and what it refuses."""
+"""The estimator: consistency, exact derivatives, what it leaves out, and what it rejects."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def test_an_estimate_without_any_reading_is_not_valid_for_long(arm: Robot) -> No
 
 
 def test_random_poses_are_found(arm: Robot) -> None:
-    """With the default starts, 95 % of 200; what is not, is refused."""
+    """With the default starts, 95 % of 200; what is not, is rejected."""
     low = np.array([c.lower for c in arm.coordinates])
     high = np.array([c.upper for c in arm.coordinates])
     random, said = np.random.default_rng(1), Counter[str]()
@@ -311,7 +311,7 @@ def test_what_does_not_fit_is_refused(arm: Robot) -> None:
 
 @pytest.mark.native
 def test_nothing_is_read_beyond_the_memory(arm: Robot) -> None:
-    """An array's end is the memory's end at most; unknown names are refused."""
+    """An array's end is the memory's end at most; unknown names are rejected."""
     estimator, _ = at_rest(arm, EstimatorSettings())
     length = ctypes.c_size_t()
     assert not estimator._c.estimator_array(estimator._handle, b"nothing", ctypes.byref(length))

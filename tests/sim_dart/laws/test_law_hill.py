@@ -244,7 +244,7 @@ def _error(bench: Bench, reference: FloatArray, excitation: float, end: float, h
 def test_transients_are_of_order_two(
     kind: str, parameters: dict[str, float], excitation: float
 ) -> None:
-    """Excited and let go on a moving path: 5e-4 at 1 ms, far less at a quarter of the step."""
+    """Excited and let continue a moving path: 5e-4 at 1 ms, far less at a quarter of the step."""
     bench, end = Bench((kind, parameters)), 0.2
     bench.start(_moved(0.0)[0], 0.1)
     start = bench.laws.states.copy()

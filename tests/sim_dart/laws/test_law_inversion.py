@@ -90,7 +90,7 @@ def test_reach_and_inversion_leave_the_states_alone() -> None:
 def test_commands_do_not_depend_on_what_was_in_reach_elsewhere(
     kind: str, parameters: dict[str, float]
 ) -> None:
-    """Bit for bit: at another length, speed, time and state, and where they are the same."""
+    """Bit for bit: at another length, speed, time and state, and if they are the same."""
     here = {"length": 0.3, "speed": 0.05, "state": 0.2, "h": 1e-3}
     others = [here, *(here | {key: 1.1 * value} for key, value in here.items())]
     found = []

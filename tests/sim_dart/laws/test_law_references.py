@@ -1,4 +1,4 @@
-"""Tension laws against numbers that OpenSim has computed."""
+"""Muscle laws against numbers that OpenSim has computed."""
 
 from __future__ import annotations
 

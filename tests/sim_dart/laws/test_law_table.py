@@ -1,4 +1,4 @@
-"""The table of tension laws and the C core say the same; the core trusts no parameter."""
+"""The table of muscle laws and the C core say the same; the core trusts no parameter."""
 
 from __future__ import annotations
 

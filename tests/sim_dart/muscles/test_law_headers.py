@@ -1,4 +1,4 @@
-"""What the build makes of the table of laws, and refuses to make."""
+"""What the build makes of the table of laws, and rejects to make."""
 
 from __future__ import annotations
 

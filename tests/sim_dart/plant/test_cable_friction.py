@@ -74,7 +74,7 @@ def round_an_egg(x: float, y: float, z: float) -> Case:
 
 
 def from_an_egg() -> Case:
-    """Over an ellipsoid up to a point of it where it is level, and on to the slider."""
+    """Over an ellipsoid up to a point of it if it is level, and on to the slider."""
     egg = WrapSurface("egg", WORLD, "ellipsoid", 0.4, Pose((0.0, -0.3, 0.0)), half_axes=(0.3, 0.6))
     points = ((-0.4, -0.6, 0.0), (0.0, 0.0, 0.0))
     return slider(*points, wraps=(Wrap("egg", 0),), surfaces=(egg,)), math.pi / 2
@@ -157,7 +157,7 @@ OWN = {
 
 @pytest.mark.parametrize("case", OWN)
 def test_points_and_surfaces_have_coefficients_of_their_own(case: str) -> None:
-    """F exp(+- sum mu_i theta_i); where none is given, the muscle's."""
+    """F exp(+- sum mu_i theta_i); if none is given, the muscle's."""
     make, grip = OWN[case]
     robot = make()
     for way in (1.0, -1.0):

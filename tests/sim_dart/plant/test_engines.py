@@ -137,7 +137,7 @@ def test_a_diverging_plant_names_time_and_coordinate(engine: Any, force: float, 
 @ENGINES_AND_RULES
 @pytest.mark.parametrize("push", ["loads", "wrenches"])
 def test_a_force_that_is_not_finite_ends_the_run(engine: Any, push: str, rule: Any) -> None:
-    """DART by itself takes an acceleration that is no number for none."""
+    """DART by itself takes an acceleration that is not a number for none."""
     plant = Plant(planar_2r(), integrator=rule, engine=engine, wrenched=["link_2"])
     size = 3 if push == "loads" else 6
     with pytest.raises(SimulationError, match=r"diverged at t = 0.001 s: .*joint_1"):

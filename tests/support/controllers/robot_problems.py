@@ -1,7 +1,7 @@
 """Force QPs of random robots of 6 to 20 coordinates, on both sides of where forces end to fit.
 
 Robots are put into random states. At each, some forces within their bounds make an acceleration;
-from there on, tasks or torque go off in a random direction, and the distance to where none fit is
+from there on, tasks or torque go off in a random direction, and the distance to if none fit is
 halved by the verdicts themselves: problems come ever nearer to the edge.
 """
 
@@ -134,7 +134,7 @@ def robot_problems(judge: Callable[[BoxProblem], bool], count: int = COUNT) -> I
 
 
 def row_error(problem: BoxProblem, x: FloatArray) -> float:
-    """The worst row's error, relative to its terms; infinite where x is outside of its bounds."""
+    """The worst row's error, relative to its terms; infinite if x is outside of its bounds."""
     if not ((x >= problem.lb) & (x <= problem.ub)).all():
         return np.inf
     long = np.longdouble

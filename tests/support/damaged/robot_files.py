@@ -65,7 +65,7 @@ def read_hull(folder: Path) -> None:
 
 
 def gltf(folder: Path) -> None:
-    """Two files: positions and indices are beside the scene."""
+    """Two files: positions and indices are next to the scene."""
     import trimesh
 
     mesh(".glb")(folder)

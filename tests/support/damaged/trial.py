@@ -35,7 +35,7 @@ def mutated(kind: Kind, rng: random.Random, folder: Path) -> None:
 
 
 def fault(kind: Kind, number: int, folder: Path) -> str | None:
-    """What a command does with the files in a folder that it must not; None where nothing is."""
+    """What a command does with the files in a folder that it must not; None if nothing is."""
     reader = kind.commands[number % len(kind.commands)]
     if callable(reader):
         try:

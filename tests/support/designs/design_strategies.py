@@ -150,7 +150,7 @@ def shuffled(snapshot: DesignSnapshot, seed: int) -> DesignSnapshot:
 class Draughtsman:
     """Draws random robots and their designs from one seed.
 
-    `links` are those beside the base; the design is away from its zero pose if `displaced`, the
+    `links` are those next to the base; the design is away from its zero pose if `displaced`, the
     frames of the robot are turned if `rotated`; `sign` is that of the products of inertia.
     """
 

@@ -1,6 +1,6 @@
 """A six-legged robot read in running Fusion, drawn in the fake from that data.
 
-The data lie beside the repository: poses of 97 occurrences, 18 as-built joints, 49 rigid groups.
+The data lie next to the repository: poses of 97 occurrences, 18 as-built joints, 49 rigid groups.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FOLDER = File(__file__).parents[3] / "../shared/fusion"
 
 
 def live_data(name: str) -> Any:
-    """The data of a file beside the repository."""
+    """The data of a file next to the repository."""
     file = FOLDER / name
     if not file.is_file():
         pytest.skip(f"{name} is not there")

@@ -51,7 +51,7 @@ Commands
 Once the add-in has added its commands, `fake.run_command(id)` presses the button and gives a
 `driver.Driver`: `pick(id, entity)`, `set(id, value)`, `press(id)`, `row(id, i)`, `ok()`,
 `cancel()`; `command[id]` is the API's input, `table(id)` what a table shows. What the user cannot
-do raises `driver.Refused`; what a handler raises reaches the test. Handlers that nobody keeps are
+do raises `driver.Rejected`; what a handler raises reaches the test. Handlers that nobody keeps are
 silent. `fake.world.folder_answers`, `file_answers`, `message_answers` answer dialogs, else they are
 cancelled (message boxes: OK or Yes); `cancel_progress_after` cancels progress dialogs.
 
@@ -66,7 +66,7 @@ Seen in running Fusion: the default, held by test_live_facts.py
 * Motion vectors are in the root frame. Angles of dragged joints are given on a grid of 0.1 degrees.
 * As-built joints and rigid groups have health in the timeline only. Stale groups raise on name and
   token and hold nothing.
-* A Point3D is refused in parametric designs but while a base feature is edited; in that edit the
+* A Point3D is rejected in parametric designs but while a base feature is edited; in that edit the
   design passes for direct, the timeline is hidden, and points cannot be named.
 * Adding a point moves back what was moved and not captured.
 * isGrounded and isGroundToParent are two flags; the first component of the root is grounded to its

@@ -106,7 +106,7 @@ class Application(Base):
 
     @property
     def activeProduct(self) -> Any:
-        """The design of the active document, or another product; None where none is open."""
+        """The design of the active document, or another product; None if none is open."""
         if world().active is not None and not world().in_design:
             return new(Product, data=world().active, path=())
         return wrap(world().active)

@@ -90,7 +90,7 @@ def stored(path: str, kind: str) -> property:
 
     Args:
         path: The field, without the underscore.
-        kind: The type of its values; others are refused.
+        kind: The type of its values; others are rejected.
     """
     *holders, name = f"_{path}".split(".")
 
@@ -133,7 +133,7 @@ def api(namespace: str) -> Callable[[type], type]:
 
 
 def _public_members(cls: type) -> dict[str, Any]:
-    """Public members of a class and of its bases that are no classes of the API themselves."""
+    """Public members of a class and of its bases that are not classes of the API themselves."""
     found: dict[str, Any] = {}
     for base in cls.__mro__:
         if base is Base or (base is not cls and "_namespace" in vars(base)):
@@ -152,7 +152,7 @@ def enumeration(namespace: str, name: str, values: dict[str, int]) -> type:
 
 
 def check_thread(what: str) -> None:
-    """Refuse a call from another thread than the main one: Fusion would crash or hang.
+    """Reject a call from another thread than the main one: Fusion would crash or hang.
 
     Raises:
         RuntimeError: It is another thread.

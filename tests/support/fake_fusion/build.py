@@ -373,7 +373,7 @@ class Builder:
             x: Its x axis there.
             T: Its pose there, instead of the three.
             values: Its values, one a freedom in the order of FREEDOMS.
-            limits: (lower, upper), None where not enabled, one a freedom.
+            limits: (lower, upper), None if not enabled, one a freedom.
             inside: Path of the occurrence whose component holds the joint.
             as_built: Whether it is an as-built joint.
             by_origins: Whether joint origins define it, in the components of `one` and `two`.

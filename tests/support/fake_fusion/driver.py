@@ -1,7 +1,7 @@
 """Plays the user of a command: presses its button, picks, types, presses OK or Cancel.
 
     command = fake.run_command("defineMuscles")
-    command.pick("points", vertex)          # refused as Fusion does where a filter says so
+    command.pick("points", vertex)          # rejected as Fusion does where a filter reports it
     command.set("muscle", "biceps")         # text, number, truth, item of a drop-down, items
     command.press("add")                    # a button
     command.row("table", 2)
@@ -44,7 +44,7 @@ from .ui.inputs import (
 
 
 class Refused(Exception):
-    """What the user cannot do: pick what a filter refuses, press a button that is grey."""
+    """What the user cannot do: pick what a filter rejects, press a button that is grey."""
 
 
 def start(definition: DefinitionData) -> Driver:
@@ -89,7 +89,7 @@ class Driver:
         """Click an entity while the selection input of that id has the focus.
 
         Raises:
-            Refused: Its filters refuse it, or it is invisible.
+            Rejected: Its filters reject it, or it is invisible.
         """
         data = self._input(id)
         self._must_be(data, SelectionCommandInput)
@@ -112,7 +112,7 @@ class Driver:
             value: A text, number or truth; name of the item; names of all ticked items.
 
         Raises:
-            Refused: The input is read-only, disabled, invisible, or has no such item.
+            Rejected: The input is read-only, disabled, invisible, or has no such item.
         """
         data = self._input(id)
         self._must_be_usable(data)
@@ -134,7 +134,7 @@ class Driver:
         self._changed(data)
 
     def row(self, id: str, row: int) -> None:
-        """Click a row of a table; -1 clicks beside it."""
+        """Click a row of a table; -1 clicks next to it."""
         self._input(id).view().selectedRow = row
 
     def tab(self, id: str) -> None:
@@ -148,7 +148,7 @@ class Driver:
         """Press OK.
 
         Raises:
-            Refused: It is disabled or not there.
+            Rejected: It is disabled or not there.
         """
         self._must_be_open()
         if not self.data.fields["isOKButtonVisible"]:
@@ -182,7 +182,7 @@ class Driver:
         return [item.name for item in self._input(id).fields["items"] if item.selected]
 
     def cell(self, id: str, row: int, column: int) -> Any:
-        """The API's input in a cell of a table; None where there is none."""
+        """The API's input in a cell of a table; None if there is none."""
         return self[id].getInputAtPosition(row, column)
 
     def table(self, id: str) -> list[list[Any]]:

@@ -67,7 +67,7 @@ class World:
         folder_dialogs: Title and first folder of every folder dialog shown.
         file_dialogs: Title and filter of every file dialog shown.
         progress: Progress dialogs that were shown.
-        in_design: Whether the user is in the Design workspace; else the product is no design.
+        in_design: Whether the user is in the Design workspace; else the product is not a design.
         modeling_orientation: The preference: 0 y up, 1 z up.
         cancel_progress_after: Number of updates after which a progress dialog is cancelled.
         do_events: How often adsk.doEvents was called.
@@ -119,7 +119,7 @@ class World:
     # Edits of the model ----------------------------------------------------------------------
 
     def require_edit(self, what: str) -> None:
-        """Refuse an edit where Fusion has no transaction open.
+        """Reject an edit where Fusion has no transaction open.
 
         Raises:
             RuntimeError: It is not within a command's execute or executePreview.

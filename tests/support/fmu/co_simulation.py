@@ -67,7 +67,7 @@ def assert_native_agrees(
     Args:
         experiment: The experiment.
         folder: For the FMUs.
-        python_of: That of the Python models, where it is another one.
+        python_of: That of the Python models, if it is another one.
         tolerances: Of `assert_rows_agree`.
     """
     python = co_simulate(python_of or experiment, folder / "python", compute="python")

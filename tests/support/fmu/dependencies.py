@@ -39,7 +39,7 @@ class RefusedError(Exception):
 
 
 class Probe:
-    """An instance that is begun anew for every question."""
+    """An instance that is begun again for every question."""
 
     def __init__(self, file: Path, folder: Path, base: Mapping[str, float]) -> None:
         fmpy.extract(str(file), str(folder))

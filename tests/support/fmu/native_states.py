@@ -31,7 +31,7 @@ def check_bits(experiment: Experiment, folder: Path) -> None:
 
 
 def check_states_repeat(file: Path, folder: Path, step: float) -> None:
-    """Go on, go back, go on; and in another instance from serialised bytes; for FMI 2.0."""
+    """Go on, go back, continue; and in another instance from serialised bytes; for FMI 2.0."""
     fmpy.extract(str(file), str(folder))
     host = load(folder)
     slave = host.slave

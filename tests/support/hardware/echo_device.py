@@ -1,6 +1,6 @@
 """A device whose robot does nothing, for measuring the way to it; prints its address.
 
-With the word "bare" it is no device: it answers any datagram with one as long as a state's.
+With the word "bare" it is not a device: it answers any datagram with one as long as a state's.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ class Machines:
 
 @contextmanager
 def two_machines() -> Iterator[Machines | None]:
-    """Two machines; None where that is not permitted."""
+    """Two machines; None if that is not permitted."""
     names = [f"cf{os.getpid()}{end}" for end in "ab"]
     if sys.platform != "linux" or not (shutil.which("ip") and shutil.which("unshare")):
         yield None

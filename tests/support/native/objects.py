@@ -29,7 +29,7 @@ def compile_objects(
     Args:
         command: Compiler and flags, without sources and output.
         sources: Paths of C files.
-        run: Runs a command; fails where it does.
+        run: Runs a command; fails if it does.
     """
     version = run([command[0], "--version"])
     folder = CACHE / hashlib.sha256(repr((command, version)).encode()).hexdigest()[:16]

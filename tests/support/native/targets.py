@@ -92,7 +92,7 @@ def environment() -> dict[str, str]:
 
 
 def find_runner(name: str) -> str | None:
-    """The path of an emulator; Debian has wine's beside its libraries."""
+    """The path of an emulator; Debian has wine's next to its libraries."""
     return shutil.which(name) or shutil.which(name, path="/usr/lib/wine")
 
 

@@ -16,7 +16,7 @@ from sim_dart.core.arrays import FloatArray
 
 
 class DrakeRobot:
-    """Dynamics of a written robot by Drake, which refuses what libsdformat only warns of."""
+    """Dynamics of a written robot by Drake, which rejects what libsdformat only warns of."""
 
     def __init__(self, robot: Robot, file: Path) -> None:
         self.plant: Any = MultibodyPlant(0.0)

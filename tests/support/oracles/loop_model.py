@@ -56,7 +56,7 @@ def link_poses(robot: Robot, q: NDArray[np.complex128]) -> dict[str, NDArray[np.
 
 
 def residual(loop: LoopJoint, T: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """What is zero where it is closed, with many rows more than there need be.
+    """What is zero if it is closed, with many rows more than there need be.
 
     Args:
         loop: The joint.

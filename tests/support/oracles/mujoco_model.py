@@ -26,7 +26,7 @@ def dense_tendon_jacobian(model: Any, data: Any) -> FloatArray:
 class MujocoRobot:
     """Muscle paths and dynamics of a robot by MuJoCo, with steps in [s] for `run`.
 
-    Without `inertias` the links have others: MuJoCo refuses zero moments.
+    Without `inertias` the links have others: MuJoCo rejects zero moments.
     """
 
     def __init__(self, robot: Robot, *, inertias: bool = True, step: float = 1e-3) -> None:

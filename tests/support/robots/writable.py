@@ -9,7 +9,7 @@ from addin_sdfusion.robot.formats.writing.xml_text import written
 
 
 def writable(value: Any) -> Any:
-    """The same with zeros where numbers are so small that files have zeros for them."""
+    """The same with zeros if numbers are so small that files have zeros for them."""
     if isinstance(value, float):
         return written(value)
     if isinstance(value, tuple):

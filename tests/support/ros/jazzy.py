@@ -1,8 +1,8 @@
-"""A ROS 2 for tests: that of this Python where one is sourced, else wheels of Jazzy in a cache.
+"""A ROS 2 for tests: that of this Python if one is sourced, else wheels of Jazzy in a cache.
 
     python jazzy.py
 
-installs the wheels. They lie beside the environment of the tests, as a distribution of ROS does:
+installs the wheels. They lie next to the environment of the tests, as a distribution of ROS does:
 the paths of the environment variables lead to them.
 """
 

@@ -1,1 +1,1 @@
-"""cardsflow.xml: muscles and points beside a robot's file."""
+"""cardsflow.xml: muscles and points next to a robot's file."""

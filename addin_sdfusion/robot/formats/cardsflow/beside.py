@@ -18,12 +18,12 @@ DEFAULT_SET = "cardsflow"
 
 
 def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: str | None) -> Robot:
-    """The same robot with its cable sets, task sets, link ends and gravity.
+    """Return the same robot with its cable sets, task sets, link ends and gravity.
 
     Args:
         robot: The robot without them.
         model: The element of the robot.
-        plugins: The elements that hold them; the cardsflow.xml beside the file is read where they
+        plugins: The elements that hold them; the cardsflow.xml next to the file is read where they
             lack some.
         cable_set: The cable set to make active; the file's own choice if None.
 
@@ -60,12 +60,12 @@ def _children(nodes: Sequence[Node], tag: str) -> list[Node]:
 
 
 def _are_beside(plugins: Sequence[Node], model: Node) -> bool:
-    """Whether they come from the cardsflow.xml beside the file."""
+    """Return whether they come from the cardsflow.xml next to the file."""
     return any(plugin.file != model.file for plugin in plugins)
 
 
 def cardsflow_xml(model: Node) -> list[Node]:
-    """The root of the cardsflow.xml beside a robot's file; nothing if there is none."""
+    """Return the root of the cardsflow.xml next to a robot's file; nothing if there is none."""
     file = model.file.with_name("cardsflow.xml")
     if not file.exists():
         return []
@@ -89,7 +89,7 @@ def _with_ends(robot: Robot, plugins: Sequence[Node]) -> Robot:
 
 
 def _with_mesh_names(robot: Robot, plugins: Sequence[Node]) -> Robot:
-    """The robot with the names of meshes that SDF could not hold."""
+    """Return the robot with the names of meshes that SDF could not hold."""
     names = {
         (node.attribute("link"), node.attribute("role"), node.attribute("as")): node.text
         for node in _children(plugins, "mesh_name")
@@ -114,7 +114,7 @@ def _with_named_cable_sets(
 
 
 def _with_muscles(robot: Robot, sources: Sequence[Node], muscles: MuscleReader) -> Robot:
-    """Muscles from the first source that has any."""
+    """Return muscles from the first source that has any."""
     node = _first_with(sources, "myoMuscle")
     if node is None:
         return robot
@@ -148,7 +148,7 @@ def _with_points(robot: Robot, sources: Sequence[Node]) -> Robot:
 
 
 def _first_with(sources: Sequence[Node], tag: str) -> Node | None:
-    """The first source with such elements; those of another are left out with a warning."""
+    """Return the first source with such elements; those of another are left out with a warning."""
     found = [node for node in sources if node.all(tag)]
     for node in found[1:]:
         problem = f"<{tag}> of {found[0].file.name} line {found[0].line} is used, not these"
@@ -157,7 +157,7 @@ def _first_with(sources: Sequence[Node], tag: str) -> Node | None:
 
 
 def _active(nodes: Sequence[Node]) -> str:
-    """The name of the set that is marked as active; empty if none is."""
+    """Return the name of the set that is marked as active; empty if none is."""
     active = [node for node in nodes if node.attribute("active", "false") in ("true", "1")]
     for node in active[1:]:
         node.error("two-active-sets", f"{active[0].subject.name!r} is active already")

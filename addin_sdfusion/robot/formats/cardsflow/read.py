@@ -69,7 +69,7 @@ class MuscleReader:
             self._names.setdefault(_nameless(surface), []).append(surface.name)
 
     def cable_set(self, parent: Node, name: str, active: str) -> CableSet:
-        """The `<myoMuscle>` children of an element as a cable set."""
+        """Return the `<myoMuscle>` children of an element as a cable set."""
         muscles = []
         nodes = distinct(parent.all("myoMuscle"), partial(member, "muscle", of=name, active=active))
         for node in nodes:
@@ -141,7 +141,7 @@ class MuscleReader:
             yield Wrap(surface, max(passed, 0), side, turns, inside, friction=friction)
 
     def _surface(self, step: _Step, shape: WrapShape) -> str:
-        """The name of the surface at a via point; points at the same place share one."""
+        """Return the name of the surface at a via point; points at the same place share one."""
         node = step.node
         radius = node.number_attribute("radius")
         length = node.number_attribute("length", math.inf, infinite=True)
@@ -156,7 +156,7 @@ class MuscleReader:
         return names[-1]
 
     def _free_name(self, base: str) -> str:
-        """The base name, or the base with the first number that makes it another."""
+        """Return the base name, or the base with the first number that makes it another."""
         name = base
         while name in self._taken:
             self._made[base] += 1
@@ -165,7 +165,7 @@ class MuscleReader:
 
 
 def read_surface(node: Node) -> WrapSurface:
-    """A `<wrap_surface>` of the plugin."""
+    """Return a `<wrap_surface>` of the plugin."""
     shape = node.attribute("shape")
     if node.has("shape") and shape not in get_args(WrapShape):
         known = ", ".join(get_args(WrapShape))
@@ -189,7 +189,7 @@ def _pair(values: Sequence[float]) -> tuple[float, float]:
 
 
 def read_task_set(parent: Node, name: str, active: str, tag: str = "endEffector") -> TaskSet:
-    """The `<endEffector>` or `<marker>` children of an element as a task set."""
+    """Return the `<endEffector>` or `<marker>` children of an element as a task set."""
     frames = []
     nodes = distinct(parent.all(tag), partial(member, "task_frame", of=name, active=active))
     for i, node in enumerate(nodes):
@@ -207,7 +207,7 @@ def _task_frame(node: Node, name: str) -> TaskFrame:
 
 
 def _nameless(surface: WrapSurface) -> WrapSurface:
-    """The surface without its name and, for a sphere, without its turn."""
+    """Return the surface without its name and, for a sphere, without its turn."""
     pose = Pose(surface.pose.position) if surface.shape == "sphere" else surface.pose
     return replace(surface, name="", pose=pose)
 
@@ -258,7 +258,7 @@ def _own_friction(node: Node) -> float | None:
 
 
 def _one_of(node: Node, name: str, known: tuple[str, ...]) -> str:
-    """A word in an attribute; the first of those known if it is not given."""
+    """Return a word in an attribute; the first of those known if it is not given."""
     word = node.attribute(name, known[0])
     if word not in known:
         node.error("bad-word", f"{name} {shortened(word)} is none of {', '.join(known)}")

@@ -4,16 +4,16 @@ A muscle names its links in order, each with the via points on it, in the frame 
 the original format has no word for is in attributes and elements that its readers pass over:
 
     myoMuscle    f_min f_max       force limits, in [N]
-                 friction          of the cable on its guides, where there is some
-                 presliding        way over which it turns round, in [m], where it is not 0.2 mm
+                 friction          of the cable on its guides, if there is some
+                 presliding        way over which it turns round, in [m], if it is not 0.2 mm
     cable_model  kind              how the cable behaves; parameter elements by name
     base_pulley  kind              a swivelling pulley at the first point; parameters likewise
     viaPoint     coordinate low high smoothing
                                    when a muscle passes through it
-    viaPoint, wrap  friction       of the cable there, where it is not that of the muscle
+    viaPoint, wrap  friction       of the cable there, if it is not that of the muscle
     move         axis coordinate low high and a function
                                    in a viaPoint: how it moves on its link
-    branch       point divisor     the path begins anew at a via point, counted from 0
+    branch       point divisor     the path begins again at a via point, counted from 0
     term         coordinate factor a part of the length, in proportion to a coordinate
     endEffector  axes              which coordinates count: letters, or alpha, beta, gamma
 
@@ -47,7 +47,7 @@ INSIDE = "inside"
 
 
 def write_cardsflow_xml(robot: Robot, folder: str | Path) -> list[Path]:
-    """Write cardsflow.xml alone, beside a model.sdf; returns and raises as `write_document`."""
+    """Write cardsflow.xml alone, next to a model.sdf; returns and raises as `write_document`."""
     return write_document(robot, folder, "cardsflow", "xml", cardsflow_xml)
 
 
@@ -89,7 +89,7 @@ def end_effector_element(parent: ElementTree.Element, frame: TaskFrame) -> None:
 
 
 def cardsflow_xml(robot: Robot) -> str:
-    """The text of a cardsflow.xml: the active muscles and task frames of a robot."""
+    """Return the text of a cardsflow.xml: the active muscles and task frames of a robot."""
     root = element(None, "cardsflow")
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for muscle in robot.muscles:
@@ -106,7 +106,7 @@ def cardsflow_xml(robot: Robot) -> str:
 
 
 class _Step:
-    """A via point element to be: where it is, and its attributes."""
+    """A via point element to be: if it is, and its attributes."""
 
     def __init__(self, point: ViaPoint, **attributes: str) -> None:
         self.point = point

@@ -1,4 +1,4 @@
-"""What CASPR's files hold: refused is what would be another robot, the rest is left out."""
+"""What CASPR's files hold: rejected is what would be another robot, the rest is left out."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def caspr_losses(robot: Robot, trajectories: Sequence[Trajectory] = ()) -> list[
 
 
 def _renamed(robot: Robot) -> Words:
-    """The names of joints and coordinates, each with the one that it is read back under."""
+    """Return the names of joints and coordinates, each with the one that it is read back under."""
     names = {
         f"{name!r} becomes {given}": None
         for i, joint in enumerate(robot.joints, start=1)

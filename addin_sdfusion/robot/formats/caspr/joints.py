@@ -29,7 +29,7 @@ def _joint(translations: str, rotations: str, order: str | None = None) -> Caspr
     Args:
         translations: Axes of the translations.
         rotations: Axes of the rotations, from the parent to the child.
-        order: The rotations in the order of q, where that is another.
+        order: The rotations in the order of q, if that is another.
     """
     names = order or rotations
     motions = [Motion("translation", AXES[axis], k) for k, axis in enumerate(translations)]

@@ -23,7 +23,7 @@ BODIES = "_bodies.xml"
 
 
 def read_caspr(bodies: Path, cable_set: str | None, notes: Notes) -> Robot | None:
-    """The robot in a `<name>_bodies.xml` and the files beside it.
+    """Return the robot in a `<name>_bodies.xml` and the files next to it.
 
     Joints and coordinates are called `joint_1`, `joint_2`, ... by the number of their link, for
     CASPR has no names for them. Link frames are joint frames.
@@ -61,7 +61,7 @@ def _with_cables(robot: Robot, file: Path, cable_set: str | None, notes: Notes) 
 
 
 def _with_tasks(robot: Robot, old: Node | None, file: Path, notes: Notes) -> Robot:
-    """The robot with its operational spaces."""
+    """Return the robot with its operational spaces."""
     if file.exists():
         if old is not None:
             problem = f"left out, for {file.name} is beside the file; remove this block"
@@ -78,7 +78,7 @@ def _with_tasks(robot: Robot, old: Node | None, file: Path, notes: Notes) -> Rob
 
 
 def _links_group(root: Node) -> Node | None:
-    """The element that holds the links: in older files the root."""
+    """Return the element that holds the links: in older files the root."""
     if root.tag == "links":
         problem = "read, but CASPR expects it in <bodies_system>; put it there"
         root.warning("old-bodies", f"<links> as the root, as in older files: {problem}")
@@ -131,7 +131,7 @@ def _inertia(physical: Node, mass: float, com: Vector3) -> Inertia:
 
 
 def _joint(link: Node, number: int, links: list[Link]) -> Joint:
-    """The joint that carries the last one of the links so far."""
+    """Return the joint that carries the last one of the links so far."""
     name = f"joint_{number}"
     parent, location = _parent(link, number, links)
     T_parent_joint = Pose(location)
@@ -160,7 +160,7 @@ def _motions(node: Node) -> CasprJoint:
 def _coordinates(
     node: Node, joint: str, motions: tuple[Motion, ...], suffixes: tuple[str, ...]
 ) -> tuple[Coordinate, ...]:
-    """The joint's coordinates, in the order of CASPR's q."""
+    """Return the joint's coordinates, in the order of CASPR's q."""
     actuated = node.attribute("actuated", "false").lower() == "true"
     units = [motion.unit for motion in sorted(motions, key=lambda motion: motion.coordinate)]
     start = node.numbers_attribute("q_initial", len(units), infinite=True)
@@ -174,7 +174,7 @@ def _coordinates(
 
 
 def _limits(node: Node, size: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The joint's lower and upper limits, which older files have not."""
+    """Return the joint's lower and upper limits, which older files have not."""
     missing = [word for word in ("q_min", "q_max") if not node.has(word)]
     if missing:
         problem = "read as unlimited, as in older files; CASPR expects both"

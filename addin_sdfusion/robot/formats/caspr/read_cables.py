@@ -21,7 +21,7 @@ FORCES = ("force_min", "force_max")
 def read_cables(
     root: Node, links: Sequence[Link], chosen: str | None
 ) -> tuple[tuple[CableSet, ...], str]:
-    """The cable sets of a file and the name of the active one.
+    """Return the cable sets of a file and the name of the active one.
 
     A set that holds an unknown kind of cable or attachment is left out with a warning; if it is
     the active one, that is an error.
@@ -76,7 +76,7 @@ def _active(root: Node, names: list[str], chosen: str | None) -> str:
 
 
 def _unsupported(cable_set: Node) -> Node | None:
-    """The first cable or attachment of an unknown kind; it speaks for the set."""
+    """Return the first cable or attachment of an unknown kind; it speaks for the set."""
     for cable in cable_set.all():
         if cable.tag not in CASPR_CABLES:
             return cable
@@ -111,7 +111,7 @@ def _muscle(node: Node, links: Sequence[Link]) -> Muscle:
 
 
 def _model(tag: str, properties: Node) -> CableModel:
-    """What the cable's properties say beside the force limits."""
+    """What the cable's properties say next to the force limits."""
     cable = CASPR_CABLES[tag]
     forces = () if cable.kind == "passive_spring" else FORCES
     known = [*forces, *(item.tag for item in cable.properties)]
@@ -128,7 +128,7 @@ def _model(tag: str, properties: Node) -> CableModel:
 
 
 def _values(parent: Node, item: Property) -> tuple[float, ...]:
-    """The numbers of a property; none if it is not there."""
+    """Return the numbers of a property; none if it is not there."""
     node = parent.required(item.tag) if item.required else parent.optional(item.tag)
     if node is None:
         return ()
@@ -136,7 +136,7 @@ def _values(parent: Node, item: Property) -> tuple[float, ...]:
 
 
 def _way(cable: Node, links: Sequence[Link]) -> tuple[tuple[ViaPoint, ...], BasePulley | None]:
-    """The via points of a cable and the pulley at the first of them."""
+    """Return the via points of a cable and the pulley at the first of them."""
     reference = cable.attribute("attachment_reference")
     if cable.has("attachment_reference") and reference not in ("com", "joint"):
         problem = f"attachment_reference {shortened(reference)} is neither 'com' nor 'joint'"

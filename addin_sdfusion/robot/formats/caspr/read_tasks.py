@@ -15,7 +15,7 @@ from .read_links import link_by_number
 
 
 def read_operational_spaces(root: Node, links: Sequence[Link]) -> tuple[tuple[TaskSet, ...], str]:
-    """The task sets of a file and the name of the active one.
+    """Return the task sets of a file and the name of the active one.
 
     An orientation is meant as a task frame defines it. CASPR's own meaning is not consistent: its
     Jacobian gives the angular velocity where its y holds angles, and a pose takes its angles in
@@ -69,7 +69,7 @@ def _task_set(node: Node, links: Sequence[Link], active: str) -> TaskSet:
 
 
 def _task_frames(node: Node, links: Sequence[Link]) -> list[TaskFrame]:
-    """The frame of an item; a pose has one for its position and one for its orientation."""
+    """Return the frame of an item; a pose has one for its position and one for its orientation."""
     name = node.attribute("name")
     number = link_by_number(node, links)
     link = WORLD if number is None else number.name

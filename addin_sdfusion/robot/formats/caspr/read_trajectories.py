@@ -1,4 +1,4 @@
-"""Reader of CASPR's `<name>_trajectories.xml` and the .traj files beside it."""
+"""Reader of CASPR's `<name>_trajectories.xml` and the .traj files next to it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LETTERS: dict[Space, str] = {"joint": "q", "operational": "y"}
 
 
 def trajectories_file(bodies: Path) -> Path | None:
-    """CASPR's trajectories beside a robot's `<name>_bodies.xml`; None where there are none.
+    """CASPR's trajectories next to a robot's `<name>_bodies.xml`; None if there are none.
 
     Raises:
         InputError: They are a link that leads out of the folder.
@@ -43,7 +43,7 @@ def trajectories_file(bodies: Path) -> Path | None:
 
 
 def trajectory_names(file: str | Path, space: Space = "joint") -> tuple[str, ...]:
-    """The names of the trajectories in a file, of whatever kind, in order.
+    """Return the names of the trajectories in a file, of whatever kind, in order.
 
     Raises:
         InputError: The file is not a readable trajectory file.
@@ -67,7 +67,7 @@ def read_trajectory(file: str | Path, name: str, space: Space = "joint") -> Traj
 
 
 def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding]]:
-    """Read all trajectories beside a robot.
+    """Read all trajectories next to a robot.
 
     Args:
         robot: Its main file; those of other formats than CASPR's have none.
@@ -105,7 +105,7 @@ def read_trajectories(robot: str | Path) -> tuple[list[Trajectory], list[Finding
 
 
 def _left_out(name: str, error: InputError) -> Finding:
-    """The finding that a trajectory, or the file of all, is not read."""
+    """Return the finding that a trajectory, or the file of all, is not read."""
     subject = Subject("trajectory", name)
     what = error.what.removeprefix(f"{label(subject)}: ")
     message = (
@@ -115,7 +115,7 @@ def _left_out(name: str, error: InputError) -> Finding:
 
 
 def _sound(node: Node, space: Space, notes: Notes) -> Trajectory:
-    """The trajectory of an element; InputError with the first thing that is wrong."""
+    """Return the trajectory of an element; InputError with the first thing that is wrong."""
     trajectory = _trajectory(node.about(Subject("trajectory", node.attribute("id", ""))), space)
     for finding in notes.findings:
         raise InputError(finding.message, file=finding.file, line=finding.line)
@@ -134,7 +134,7 @@ def _nodes(file: Path, notes: Notes) -> dict[Space, list[Node]]:
 
 
 def _found(groups: dict[Space, list[Node]], name: str, space: Space, file: Path) -> Node:
-    """The one element of that name and space."""
+    """Return the one element of that name and space."""
     found = {
         key: [node for node in nodes if node.attribute("id", "") == name]
         for key, nodes in groups.items()
@@ -212,7 +212,7 @@ def _points(node: Node, spline: Spline, letter: str) -> tuple[TrajectoryPoint, .
 
 
 def _with_means(points: list[TrajectoryPoint]) -> tuple[TrajectoryPoint, ...]:
-    """The points, with the mean slopes as velocities of the inner ones."""
+    """Return the points, with the mean slopes as velocities of the inner ones."""
     segments = list(pairwise(points))
     if any(end.time <= start.time or len(end.q) != len(start.q) for start, end in segments):
         return tuple(points)  # an error was added already
@@ -230,7 +230,7 @@ def _with_means(points: list[TrajectoryPoint]) -> tuple[TrajectoryPoint, ...]:
 def _with_blends(
     node: Node, items: list[Node], points: list[TrajectoryPoint]
 ) -> tuple[TrajectoryPoint, ...]:
-    """The points, with the blend times of the segments before them."""
+    """Return the points, with the blend times of the segments before them."""
     if items[0].has("blend_time"):
         items[0].error(
             "bad-time", "the first point has a blend_time and no segment before it; remove it"
@@ -258,7 +258,7 @@ def _vector(point: Node, tag: str, size: int) -> tuple[float, ...]:
 
 
 def _time(point: Node, before: float | None, definition: str) -> float:
-    """The absolute time of a point; whatever the file says, the first is at 0."""
+    """Return the absolute time of a point; whatever the file says, the first is at 0."""
     if before is None:
         return 0.0
     time = point.number_attribute("time") + (before if definition == "relative" else 0.0)

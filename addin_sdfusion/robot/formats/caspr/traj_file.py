@@ -18,7 +18,7 @@ WORDS = ("t", "p", "v", "a")
 
 
 def read_samples(file: Path) -> tuple[float, tuple[TrajectoryPoint, ...]]:
-    """The time step of a .traj file, in [s], and its samples.
+    """Return the time step of a .traj file, in [s], and its samples.
 
     Raises:
         InputError: It cannot be read, or is not what CASPR would read.

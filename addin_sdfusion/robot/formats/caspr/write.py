@@ -44,7 +44,7 @@ def write_caspr(
     """Write `<name>_bodies.xml`, `_cables.xml`, `_operational_spaces.xml` and `_trajectories.xml`.
 
     Sampled trajectories are in `<name>_<number>.traj` files of their own. What CASPR cannot hold
-    is left out where that does little harm; `caspr_losses` lists it all.
+    is left out if that does little harm; `caspr_losses` lists it all.
 
     Args:
         robot: What to write.
@@ -75,7 +75,7 @@ def write_caspr(
 
 
 def models_list_row(robot: Robot, name: str | None = None) -> str:
-    """The line that makes a robot known in CASPR's `models_list.csv`.
+    """Return the line that makes a robot known in CASPR's `models_list.csv`.
 
     The folder it names, `/CARDSFlow/<name>/`, lies as deep as the written DOCTYPE lines need it.
 

@@ -46,7 +46,7 @@ def task_items(frames: Sequence[TaskFrame]) -> Iterator[TaskItem]:
 
 
 def _make_a_pose(first: TaskFrame, second: TaskFrame) -> bool:
-    """Whether a position and the frame behind it are one pose."""
+    """Return whether a position and the frame behind it are one pose."""
     same = first.link == second.link and second.name == first.name + ORIENTATION
     return same and second.is_orientation
 

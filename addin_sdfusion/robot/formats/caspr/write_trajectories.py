@@ -53,12 +53,12 @@ def _times(trajectory: Trajectory) -> tuple[str, list[float]]:
 
 
 def traj_file(name: str, number: int) -> str:
-    """The name of the file that holds the samples of one of a robot's trajectories."""
+    """Return the name of the file that holds the samples of one of a robot's trajectories."""
     return f"{name}_{number}.traj"
 
 
 def traj_text(trajectory: Trajectory) -> str:
-    """The text of a .traj file: the time step, then one line a sample, no end to the last."""
+    """The text of a .traj file: the time step, then one line per sample, no end to the last."""
     lines = [f"time_step,{trajectory.time_step!r}"]
     for point in trajectory.points:
         rows = (("t", (point.time,)), ("p", point.q), ("v", point.qd), ("a", point.qdd))

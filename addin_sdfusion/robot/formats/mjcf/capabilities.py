@@ -1,4 +1,4 @@
-"""What MJCF holds: refused is what MuJoCo does not load."""
+"""What MJCF holds: rejected is what MuJoCo does not load."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MeshFiles = Mapping[str, str | Path]
 
 
 def mjcf_losses(robot: Robot, meshes: MeshFiles | None = None) -> list[Finding]:
-    """What MJCF cannot hold of a valid robot; errors where MuJoCo refuses it.
+    """What MJCF cannot hold of a valid robot; errors where MuJoCo rejects it.
 
     Args:
         robot: A valid robot.
@@ -95,7 +95,7 @@ def _as_joints(robot: Robot) -> Iterator[Found]:
 
 
 def _followers(robot: Robot) -> Iterator[tuple[str, list[Mover]]]:
-    """The motions of each joint that follow one of its coordinates, where there are any."""
+    """The motions of each joint that follow one of its coordinates, if there are any."""
     for joint, made in movers(robot).items():
         followers = [mover for mover in made if mover.name and not mover.is_home]
         if followers:

@@ -76,7 +76,7 @@ class Compiled:
 
 
 def compile_document(document: Document) -> Compiled | None:
-    """The compiled model; None, with an error noted, where MuJoCo refuses it.
+    """Return the compiled model; None, with an error noted, where MuJoCo rejects it.
 
     Raises:
         InputError: MuJoCo is not installed, or crashes on the file.
@@ -102,7 +102,7 @@ def compile_document(document: Document) -> Compiled | None:
 
 
 def run_compiler(request: Mapping[str, Any], file: Path) -> dict[str, Any]:
-    """The answer of MuJoCo's compiler to a request; see `compiler.answer`.
+    """Return the answer of MuJoCo's compiler to a request; see `compiler.answer`.
 
     Raises:
         InputError: It crashes, takes too long or too much memory.
@@ -137,7 +137,7 @@ def _crash(code: int, said: str) -> str:
 
 
 def _refuse(document: Document, error: str) -> None:
-    """Note what MuJoCo refuses, at the element that it names by a line of the text."""
+    """Note what MuJoCo rejects, at the element that it names by a line of the text."""
     line = _LINE.search(error)
     problem = document.with_files(_ELEMENT.sub("", error).removeprefix("XML "))
     problem = problem.removeprefix("Error: ").removeprefix("Error: ")  # it may be said twice
@@ -152,7 +152,7 @@ def _in_one_line(text: str) -> str:
 
 
 def transform(row: Row) -> Transform:
-    """The place of an element."""
+    """Return the place of an element."""
     return Transform(rotation_of(row["quat"]), vector(row["pos"]))
 
 
@@ -163,7 +163,7 @@ def vector(values: list[float]) -> Vector3:
 
 
 def rotation_of(q: list[float]) -> Matrix3:
-    """The rotation of a unit quaternion w, x, y, z."""
+    """Return the rotation of a unit quaternion w, x, y, z."""
     w, x, y, z = q
     if (x, y, z) == (0.0, 0.0, 0.0):
         return IDENTITY.R

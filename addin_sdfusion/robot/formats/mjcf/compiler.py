@@ -93,7 +93,7 @@ def _limit(kind: int, value: int, grace: int = 0) -> None:
 
 
 def answer(request: Request, opened: Callable[[], None] = lambda: None) -> Answer:
-    """The compiled model, or what MuJoCo refuses.
+    """Return the compiled model, or what MuJoCo rejects.
 
     Args:
         request: `xml`, the model in one text; `meshes`, the path of each mesh file named in it;
@@ -179,7 +179,7 @@ def _replaced_geoms(spec: Any, files: Mapping[str, str]) -> list[Replaced]:
 
 
 def _moves(body: Any) -> bool:
-    """Whether a body moves; MuJoCo refuses it without mass."""
+    """Return whether a body moves; MuJoCo rejects it without mass."""
     while body is not None and body.name != "world":
         if body.joints:
             return True
@@ -188,7 +188,7 @@ def _moves(body: Any) -> bool:
 
 
 def _counts(spec: Any, geom: Any) -> bool:
-    """Whether a body has mass of a geom."""
+    """Return whether a body has mass of a geom."""
     first, last = spec.compiler.inertiagrouprange
     from_geoms, body = spec.compiler.inertiafromgeom, geom.parent
     if from_geoms == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO:
@@ -200,7 +200,7 @@ def _counts(spec: Any, geom: Any) -> bool:
 
 
 def _elements(spec: Any) -> Iterator[Sequence[Any]]:
-    """The elements of each kind in `FIELDS`, in the order of mjModel; none where they have none."""
+    """The elements of each kind in `FIELDS`, in the order of mjModel; none if they have none."""
     kinds = (spec.bodies, spec.joints, (), spec.geoms, spec.sites, spec.meshes, spec.tendons, (),
              spec.equalities, spec.actuators)  # fmt: skip
     for elements in kinds:
@@ -208,7 +208,7 @@ def _elements(spec: Any) -> Iterator[Sequence[Any]]:
 
 
 def _table(model: Any, kind: str, fields: Sequence[str], elements: Sequence[Any]) -> list[Answer]:
-    """A row for each element: its fields, and its name and line where it has them."""
+    """Return a row for each element: its fields, and its name and line if it has them."""
     columns = {}
     for field in fields:
         name = f"{kind}_{field}"
@@ -230,7 +230,7 @@ def _word(name: str) -> str:
 
 
 def _line(info: str) -> int:
-    """The line of an element in the request's text; 0 where there is none."""
+    """Return the line of an element in the request's text; 0 if there is none."""
     number = info.rpartition("line ")[2]
     return int(number) if number.isdigit() else 0
 
@@ -252,7 +252,7 @@ def _option(option: Any) -> Answer:
 
 
 def _found_lengths(model: Any, places: int) -> list[list[float] | None]:
-    """The least and the largest length of each muscle without a range, in [m] or [rad].
+    """Return the least and the largest length of each muscle without a range, in [m] or [rad].
 
     None for all others, and where joints without ranges or too many placements are in the way.
     """
@@ -278,12 +278,12 @@ class _LengthSearch:
         self._followers = self._coupled()
 
     def placements(self, actuator: int) -> int:
-        """How many bodies `range_of` places."""
+        """Return how many bodies `range_of` places."""
         count = max(len(self._movers(actuator)), 1)
         return int(2 * 2 * SWEEPS * count * GRID * self._model.nbody)
 
     def range_of(self, actuator: int) -> list[float] | None:
-        """The least and the largest length; None where a joint that changes it has no range."""
+        """The least and the largest length; None if a joint that changes it has no range."""
         movers = self._movers(actuator)
         on_path = self._is_spatial(actuator)
         ranges = [self._ends(joint, on_path) for joint in movers]
@@ -325,7 +325,7 @@ class _LengthSearch:
         return float(self._data.actuator_length[actuator] / self._model.actuator_gear[actuator][0])
 
     def _movers(self, actuator: int) -> list[int]:
-        """The free hinges and slides that change the length of an actuator's target."""
+        """Return the free hinges and slides that change the length of an actuator's target."""
         model, target = self._model, self._model.actuator_trnid[actuator][0]
         if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON:
             start = model.ten_J_rowadr[target]
@@ -345,7 +345,7 @@ class _LengthSearch:
         return sorted(free)
 
     def _ends(self, joint: int, on_path: bool) -> tuple[float, float]:
-        """The range of a joint; a hinge without one goes round once where lengths repeat."""
+        """Return the range of a joint; a hinge without one goes round once where lengths repeat."""
         model = self._model
         low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-math.inf, math.inf)
         is_open, kind = math.isinf(low) and math.isinf(high), mujoco.mjtJoint(model.jnt_type[joint])

@@ -68,23 +68,23 @@ class Document:
         self._lines = self._numbered_lines()
 
     def node(self, element: etree._Element) -> Node:
-        """An element with its file."""
+        """Return an element with its file."""
         return Node(element, self._files[element], self.root.subject, self.root.notes)
 
     def node_at(self, line: int) -> Node:
-        """The element at a line of `text`, the root where there is none."""
+        """Return the element at a line of `text`, the root if there is none."""
         return self.node(self._lines[line]) if 0 < line < len(self._lines) else self.root
 
     def first(self, tag: str) -> Node:
-        """The first element of a kind, the root where there is none."""
+        """Return the first element of a kind, the root if there is none."""
         return next(iter(self._all(tag)), self.root)
 
     def text(self) -> str:
-        """The text for MuJoCo: each element begins a line."""
+        """Return the text for MuJoCo: each element begins a line."""
         return etree.tostring(self.root.element, encoding="unicode")
 
     def with_files(self, text: str) -> str:
-        """A message of MuJoCo with the files of meshes in place of their keys."""
+        """Return a message of MuJoCo with the files of meshes in place of their keys."""
         for key, node in self._meshes.items():
             text = text.replace(key, self.uris[node.attribute("name")])
         return text
@@ -127,7 +127,7 @@ class Document:
                 above[at : at + 1] = children
 
     def _included_file(self, include: Node) -> Path:
-        """From beside the model or, as in MuJoCo, beside the file that includes it."""
+        """From next to the model or, as in MuJoCo, next to the file that includes it."""
         name = include.attribute("file")
         note_absolute(include, name)
         beside = [self.root.file.parent / name, include.file.parent / name]
@@ -162,7 +162,7 @@ class Document:
                 self.mesh_files[key] = file
 
     def _refuse_copies(self) -> None:
-        """Refuse `<replicate>` where it makes too many elements."""
+        """Reject `<replicate>` where it makes too many elements."""
         made, inside = 0.0, [(self.root, 1.0)]
         for event, element in etree.iterwalk(self.root.element, events=("start", "end")):
             if element.tag != "replicate":
@@ -221,7 +221,7 @@ class Document:
                     node.error("bad-number", problem)
 
     def _numbered_lines(self) -> list[etree._Element]:
-        """The element on each line of `text`, counted from 1."""
+        """Return the element on each line of `text`, counted from 1."""
         lines = [self.root.element]
         for event, element in etree.iterwalk(self.root.element, events=("start", "end")):
             element.tail = "\n"
@@ -263,7 +263,7 @@ def _parent(node: Node) -> str:
 
 
 def _may_be_read(file: Path) -> bool:
-    """Whether a mesh is there, is a file, and is not too large."""
+    """Return whether a mesh is there, is a file, and is not too large."""
     try:
         opened_file(file, MESH).close()
     except InputError:

@@ -50,7 +50,7 @@ ACTING = ("constraint", "equality", "frictionloss", "limit", "spring", "damper",
 
 
 def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
-    """The robot in an MJCF file, with all files that it includes; None where MuJoCo refuses it.
+    """The robot in an MJCF file, with all files that it includes; None if MuJoCo rejects it.
 
     Args:
         file: The file.
@@ -144,7 +144,7 @@ def _meshes(document: Document, compiled: Compiled, row: Row) -> Iterator[Mesh]:
 
 
 def _is_shape(row: Row) -> bool:
-    """Whether a geom is what our own files say a link collides with."""
+    """Return whether a geom is what our own files say a link collides with."""
     return row["group"] == COLLISION_GROUP and row["type"] in SHAPE_SIZES
 
 
@@ -176,7 +176,7 @@ def _gravity(document: Document, compiled: Compiled) -> Vector3:
 
 
 def _started(robot: Robot, document: Document, compiled: Compiled) -> Robot:
-    """The robot with the initial values of our own files' keyframe."""
+    """Return the robot with the initial values of our own files' keyframe."""
     values, names = compiled.initial, [c.name for c in robot.all_coordinates]
     if values is None:
         return robot
@@ -189,7 +189,7 @@ def _started(robot: Robot, document: Document, compiled: Compiled) -> Robot:
 
 
 def _with_followers(robot: Robot) -> Robot:
-    """The robot with coordinates that follow others where these have them."""
+    """Return the robot with coordinates that follow others where these have them."""
     coupled = [c.name for c in robot.all_coordinates if c.coupling]
     if not coupled or any(finding.is_error for finding in check(robot)):
         return robot
@@ -223,7 +223,7 @@ def _markers(compiled: Compiled, on_tendons: set[int]) -> Iterator[TaskSet]:
 
 
 def _note_missing_masses(document: Document, compiled: Compiled, joints: Sequence[Joint]) -> None:
-    """Bodies whose mass would come from meshes that are not there: refused where they move."""
+    """Bodies whose mass would come from meshes that are not there: rejected where they move."""
     moving = {WORLD: False}
     for joint in joints:
         moving[joint.child] = bool(joint.motions) or moving[joint.parent]

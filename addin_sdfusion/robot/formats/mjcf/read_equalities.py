@@ -27,7 +27,7 @@ CONNECT, WELD = "connect", "weld"
 
 
 def with_couplings(joints: Sequence[Joint], document: Document, compiled: Compiled) -> list[Joint]:
-    """The joints with the coordinates that equalities make follow others, or hold."""
+    """Return the joints with the coordinates that equalities make follow others, or hold."""
     known = {c.name: c for joint in joints for c in joint.coordinates}
     coupled: list[Node] = []
     for row in compiled.equalities:
@@ -74,7 +74,7 @@ def _couple(row: Row, node: Node, compiled: Compiled, known: dict[str, Coordinat
 
 
 def with_loops(robot: Robot, document: Document, compiled: Compiled) -> Robot:
-    """The robot with the loop joints of equalities, which hold exactly here."""
+    """Return the robot with the loop joints of equalities, which hold exactly here."""
     bodies, names = rigid_bodies(robot.joints), Names(joint.name for joint in robot.joints)
     loops, nodes = [], []
     for row in compiled.equalities:

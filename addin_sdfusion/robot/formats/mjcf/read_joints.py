@@ -23,7 +23,7 @@ ANGLES = {"ball": 3, "free": 6}
 
 
 def read_joints(document: Document, compiled: Compiled) -> list[Joint]:
-    """The joint that carries each body but the world; a fixed one where it has none."""
+    """Return the joint that carries each body but the world; a fixed one if it has none."""
     names = Names()
     return [
         _joint(document, compiled, body, number, names)
@@ -66,7 +66,7 @@ def _joint(document: Document, compiled: Compiled, body: Row, number: int, names
 def _motions(
     document: Document, compiled: Compiled, row: Row, start: int
 ) -> tuple[list[Motion], list[Coordinate]]:
-    """The motions of one of MuJoCo's joints; its coordinates are numbered from a start."""
+    """Return the motions of one of MuJoCo's joints; its coordinates are numbered from a start."""
     node = document.node_at(row["line"])
     if row["type"] in ANGLES:
         return _several(compiled, row, node, start)
@@ -111,19 +111,19 @@ def _note_polynomial(node: Node, what: str, first: float, others: Sequence[float
 
 
 def _next_place(behind: Sequence[Row]) -> Vector3:
-    """The place of the first hinge behind a slide, whose own place counts for nothing."""
+    """Return the place of the first hinge behind a slide, whose own place counts for nothing."""
     turning = (vector(row["pos"]) for row in behind if row["type"] in ("hinge", "ball"))
     return next(turning, ZERO)
 
 
 def _shift(by: Vector3) -> list[Motion]:
-    """A translation that stands still, between hinges at different places."""
+    """Return a translation that stands still, between hinges at different places."""
     length = math.hypot(*by)
     return [Motion("translation", normalized(by), 0, constant(length))] if length else []
 
 
 def _turned_back(motion: Motion) -> tuple[Transform, list[Motion]]:
-    """A first motion that counts from another zero, as one that does not, and a place."""
+    """Return a first motion that counts from another zero, as one that does not, and a place."""
     way = motion.way(0.0)
     if motion.kind == "rotation":
         T = Transform(axis_rotation(motion.axis, way), ZERO)
@@ -136,7 +136,7 @@ def _turned_back(motion: Motion) -> tuple[Transform, list[Motion]]:
 def _several(
     compiled: Compiled, row: Row, node: Node, start: int
 ) -> tuple[list[Motion], list[Coordinate]]:
-    """A ball turns by three angles, a free joint moves along three axes before."""
+    """Return a ball turns by three angles, a free joint moves along three axes before."""
     name, count = row["name"], ANGLES[row["type"]]
     words = ("x", "y", "z", "alpha", "beta", "gamma")[-count:]
     motions, coordinates = [], []

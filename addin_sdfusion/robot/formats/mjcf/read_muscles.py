@@ -169,7 +169,7 @@ class MuscleReader:
         return ViaPoint(self._compiled.bodies[row["bodyid"]]["name"], vector(row["pos"]))
 
     def _surface(self, row: Row) -> str:
-        """The name of a geom's surface; cylinders have no ends in MuJoCo."""
+        """Return the name of a geom's surface; cylinders have no ends in MuJoCo."""
         name, link = row["name"], self._compiled.bodies[row["bodyid"]]["name"]
         shape, radius = row["type"], row["size"][0]
         pose = transform(row).pose()
@@ -178,7 +178,7 @@ class MuscleReader:
 
 
 def is_muscle(row: Row) -> bool:
-    """Whether an actuator is MuJoCo's muscle."""
+    """Return whether an actuator is MuJoCo's muscle."""
     return (row["gaintype"], row["biastype"], row["dyntype"]) == ("muscle",) * 3
 
 
@@ -224,7 +224,7 @@ def _law(row: Row, node: Node) -> CableModel:
 
 
 def _lengths(row: Row, node: Node, gear: float) -> tuple[float, float]:
-    """The range of the tendon's length: as given, or found over the joints' ranges."""
+    """Return the range of the tendon's length: as given, or found over the joints' ranges."""
     low, high = row["lengthrange"]
     if low < high:
         return low / gear, high / gear
@@ -256,7 +256,7 @@ def _passive_part(gain: Sequence[float], bias: Sequence[float], node: Node) -> f
 
 
 def _forces(row: Row, node: Node, sign: float) -> tuple[float, float]:
-    """The least and the largest force of an actuator on its target."""
+    """Return the least and the largest force of an actuator on its target."""
     gain, bias, dynamics = row["gaintype"], row["biastype"], row["dyntype"]
     if (gain, dynamics) != ("fixed", "none"):
         problem = f"its {gain} gain and {dynamics} dynamics are left out"

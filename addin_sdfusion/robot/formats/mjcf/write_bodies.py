@@ -58,7 +58,7 @@ class Mover:
     """A motion, and MuJoCo's joint that makes it.
 
     Attributes:
-        name: Of MuJoCo's joint; empty where the motion stands still.
+        name: Of MuJoCo's joint; empty if the motion stands still.
         motion: The motion.
         coordinate: What drives it.
         is_home: Whether MuJoCo's joint is that coordinate; else it follows it.
@@ -143,7 +143,7 @@ def _add_motion(body: ElementTree.Element, mover: Mover, T_child_motion: Pose) -
 
 
 def _resisting(c: Coordinate) -> dict[str, str]:
-    """The attributes of a spring, an armature and friction, where there are any."""
+    """Return the attributes of a spring, an armature and friction, if there are any."""
     given = {}
     if c.stiffness:
         given = {"stiffness": numbers([c.stiffness]), "springref": numbers([c.rest])}

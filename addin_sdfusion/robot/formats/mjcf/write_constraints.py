@@ -58,7 +58,7 @@ def add_constraints(robot: Robot, root: ElementTree.Element) -> None:
 
 
 def is_held(function: Function) -> bool:
-    """Whether MuJoCo couples a joint to another by such a function."""
+    """Return whether MuJoCo couples a joint to another by such a function."""
     return isinstance(function, Polynomial) and len(function.coefficients) <= 5
 
 
@@ -81,7 +81,7 @@ def _follow(
 
 
 def has_friction(robot: Robot) -> bool:
-    """Whether a coordinate of q has Coulomb friction."""
+    """Return whether a coordinate of q has Coulomb friction."""
     return any(c.friction for c in robot.coordinates)
 
 

@@ -10,17 +10,17 @@ from ...model.robot import Inertia, Link, Robot
 from ...model.rotations import Matrix3, cross, dot
 
 MIN_INERTIA = 1e-14
-"""In [kg·m²]: a safe distance from the 1e-15 below which MuJoCo refuses a moment."""
+"""In [kg·m²]: a safe distance from the 1e-15 below which MuJoCo rejects a moment."""
 MIN_SHARE = 1e-12
 """The same as a share of the largest entry, a safe distance from rounding."""
 MIN_MASS = 1e-12
-"""In [kg]; MuJoCo refuses moving bodies below 1e-15."""
+"""In [kg]; MuJoCo rejects moving bodies below 1e-15."""
 STEPS = (0.0, 1.0, 10.0, 100.0, 1e3, 1e4)
 """What may be added to the moments of inertia, as multiples of the least."""
 
 
 def mjcf_inertia(link: Link, *, moving: bool) -> Inertia | None:
-    """The inertia to write, with what little MuJoCo needs; None where nothing is to be written.
+    """The inertia to write, with what little MuJoCo needs; None if nothing is to be written.
 
     Args:
         link: A link of which nothing is `missing` that cannot be added.

@@ -20,7 +20,7 @@ _MAX_FACETS = 200_000
 
 
 def opens_mesh(suffix: str, data: bytes) -> bool:
-    """Whether MuJoCo opens a mesh: .obj, or .stl in binary with not too many facets."""
+    """Return whether MuJoCo opens a mesh: .obj, or .stl in binary with not too many facets."""
     if suffix != ".stl":
         return suffix == ".obj"
     facets = int.from_bytes(data[_STL_HEAD - 4 : _STL_HEAD], "little")
@@ -41,7 +41,7 @@ def add_meshes(
                 continue
             name = names.give(mesh.name or f"{link.name} {mesh.role}")
             file, scale = str(files[mesh.uri]), numbers(mesh.scale)
-            # masses are those of the links; MuJoCo refuses open meshes unless they are shells
+            # masses are those of the links; MuJoCo rejects open meshes unless they are shells
             element(assets, "mesh", name=name, file=file, scale=scale, inertia="shell")
             shape = {"type": "mesh", "mesh": name, "group": GROUPS[mesh.role]}
             if mesh.color is not None:

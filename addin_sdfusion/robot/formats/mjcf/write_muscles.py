@@ -1,4 +1,4 @@
-"""Tension laws in MJCF: MuJoCo's muscle, and springs of tendons."""
+"""Muscle laws in MJCF: MuJoCo's muscle, and springs of tendons."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def muscle_words(muscle: Muscle) -> dict[str, str]:
 
 
 def spring_words(muscle: Muscle) -> dict[str, str]:
-    """The attributes of a tendon that is a spring."""
+    """Return the attributes of a tendon that is a spring."""
     p = law_parameters(muscle.model)
     return {
         "stiffness": numbers([p["stiffness"]]),

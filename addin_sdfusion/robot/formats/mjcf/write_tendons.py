@@ -83,7 +83,7 @@ def _written_wraps(robot: Robot, muscle: Muscle) -> dict[int, Wrap]:
 
 
 def first_wraps(muscle: Muscle) -> dict[int, Wrap]:
-    """The wrap of each segment that has one, by the index of the via point before it."""
+    """Return the wrap of each segment that has one, by the index of the via point before it."""
     return {wrap.segment: wrap for wrap in reversed(muscle.wraps)}
 
 

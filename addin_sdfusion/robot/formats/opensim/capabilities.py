@@ -34,7 +34,7 @@ HELD = ("conditions", "moves")
 
 
 def osim_losses(robot: Robot) -> list[Finding]:
-    """What OpenSim cannot hold of a valid robot; errors where it is not written."""
+    """What OpenSim cannot hold of a valid robot; errors if it is not written."""
     return OPENSIM.losses(with_markers(robot))
 
 
@@ -46,7 +46,7 @@ def _light_links(robot: Robot) -> Iterator[Found]:
 
 
 def _other_names(robot: Robot) -> list[str]:
-    """The names of joints that become others'."""
+    """Return the names of joints that become others'."""
     return [
         joint.name
         for joint in robot.joints

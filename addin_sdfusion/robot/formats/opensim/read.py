@@ -45,7 +45,7 @@ LEFT_OUT = {
 
 
 def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
-    """The robot in an .osim file.
+    """Return the robot in an .osim file.
 
     Args:
         file: The file.

@@ -47,7 +47,7 @@ def write_osim(
         robot: What to write.
         folder: Where to; made if it does not exist.
         name: How the file is called; the robot's name if None.
-        meshes: The file of each mesh by its uri; the uri itself where there is none.
+        meshes: The file of each mesh by its uri; the uri itself if there is none.
     """
 
     def text(valid: Robot) -> str:

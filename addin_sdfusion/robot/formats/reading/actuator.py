@@ -25,7 +25,7 @@ ACTUATOR: dict[str, dict[str, str]] = {
 
 
 def read_actuator(muscle: Node) -> CableModel | None:
-    """The motor behind a muscle, None if the file does not speak of one.
+    """Return the motor behind a muscle, None if the file does not speak of one.
 
     The original plug-in demands these elements, but then overwrites what they say; a finding says
     that here they count, and which numbers they replace.

@@ -35,7 +35,7 @@ class _Word:
     others: dict[str, Any]
 
     def applied(self, coordinate: Coordinate) -> Coordinate:
-        """The coordinate of the joint element, as the plugin says it is."""
+        """Return the coordinate of the joint element, as the plugin says it is."""
         initial = coordinate.initial if self.initial is None else self.initial
         named = replace(
             coordinate, name=self.name, actuated=self.actuated, initial=initial, **self.others
@@ -46,7 +46,7 @@ class _Word:
 
 
 def join_chains(joints: Sequence[Joint], plugins: Sequence[Node]) -> tuple[list[Joint], set[str]]:
-    """The joints with the coordinates that the plugin gives them.
+    """Return the joints with the coordinates that the plugin gives them.
 
     Returns:
         The joints, each in the place of its first part, and the links that are in none of them.
@@ -103,7 +103,7 @@ def _others(node: Node) -> dict[str, Any]:
 
 
 def _parts(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]:
-    """The joints that make up one, from the parent to the child; none if they do not."""
+    """Return the joints that make up one, from the parent to the child; none if they do not."""
     words, driven = sorted(_words(node), key=lambda word: word.motion), node.all("motion")
     movers = [child.attribute("joint") for child in driven] or [word.joint for word in words]
     names = list(dict.fromkeys(movers))

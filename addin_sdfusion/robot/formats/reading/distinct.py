@@ -13,9 +13,9 @@ Named = Callable[[str], Subject]
 
 
 def distinct(nodes: Sequence[Node], subject: Named) -> list[Node]:
-    """The elements, those with a name that an earlier one has called `_2`, `_3` and so on.
+    """Return the elements, those with a name that an earlier one has called `_2`, `_3` and so on.
 
-    What refers to the name goes on to mean the first one.
+    What refers to the name continues to mean the first one.
 
     Args:
         nodes: Elements of one kind.

@@ -8,7 +8,7 @@ from .xml import Node, shortened
 
 
 def read_function(node: Node) -> Function:
-    """The function that an element holds; the coordinate itself where it says none."""
+    """Return the function that an element holds; the coordinate itself where it says none."""
     kind = node.attribute("kind", "")
     if not kind:
         return ITSELF

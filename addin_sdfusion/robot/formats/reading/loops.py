@@ -18,7 +18,7 @@ def hold_together(
     node: Node, name: str, type_: Literal["ball", "fixed"], ends: tuple[End, End],
     bodies: Mapping[str, str],
 ) -> LoopJoint | None:  # fmt: skip
-    """The loop joint of a constraint; None, with a finding, where its links are one body.
+    """Return the loop joint of a constraint; None, with a finding, where its links are one body.
 
     Args:
         node: Its element.

@@ -12,7 +12,7 @@ from .xml import Node
 
 
 def parents_first(joints: Sequence[Joint]) -> list[Joint]:
-    """The joints in an order with parents first that moves as few as possible.
+    """Return the joints in an order with parents first that moves as few as possible.
 
     Those that come after a loop are last, where the check finds them.
     """

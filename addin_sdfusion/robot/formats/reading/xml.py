@@ -28,12 +28,12 @@ INTEGER = re.compile(r"\d{1,9}", re.ASCII)
 TRUE = ("true", "1")
 
 ABSOLUTE = "absolute-path"
-"""Code of findings of what experiments refuse: their robots are in FMUs and results."""
+"""Code of findings of what experiments reject: their robots are in FMUs and results."""
 
 
 @dataclass
 class Notes:
-    """What a reader remembers beside the robot.
+    """What a reader remembers next to the robot.
 
     Attributes:
         findings: What is wrong with the files.
@@ -53,7 +53,7 @@ class Node:
     """An element with its file, the object it describes, and what is wrong with it.
 
     Where a value is missing or unreadable the error is noted and a harmless default is returned,
-    so that a reader goes on to find everything else.
+    so that a reader continues to find everything else.
 
     Attributes:
         element: The element.
@@ -83,7 +83,7 @@ class Node:
         return _line(self.element)
 
     def about(self, subject: Subject) -> Node:
-        """The same element as the description of an object, whose place is noted."""
+        """Return the same element as the description of an object, whose place is noted."""
         self.notes.locations[subject] = (self.file, self.line)
         return replace(self, subject=subject)
 
@@ -96,30 +96,30 @@ class Node:
         self._note("warning", code, problem)
 
     def all(self, *tags: str) -> list[Node]:
-        """The child elements with these tags, in order; every child if none is given."""
+        """Return the child elements with these tags, in order; every child if none is given."""
         found = self.element.iterchildren(*tags) if tags else self.element.iterchildren()
         return [replace(self, element=child) for child in found]
 
     def optional(self, tag: str) -> Node | None:
-        """The child of that tag, None if there is none."""
+        """Return the child of that tag, None if there is none."""
         found = self.all(tag)
         if len(found) > 1:
             found[1].error("repeated-element", f"a second <{tag}>; remove it")
         return found[0] if found else None
 
     def required(self, tag: str) -> Node | None:
-        """The child of that tag; if there is none, an error is noted."""
+        """Return the child of that tag; if there is none, an error is noted."""
         found = self.optional(tag)
         if found is None:
             self.error("missing-element", f"<{self.tag}> has no <{tag}>")
         return found
 
     def has(self, name: str) -> bool:
-        """Whether the element has that attribute."""
+        """Return whether the element has that attribute."""
         return name in self.element.attrib
 
     def attribute(self, name: str, default: str | None = None) -> str:
-        """The value of an attribute, which must be there unless there is a default."""
+        """Return the value of an attribute, which must be there unless there is a default."""
         value = self.element.get(name, default)
         if value is None:
             self.error("missing-attribute", f"<{self.tag}> has no {name!r}")
@@ -129,7 +129,7 @@ class Node:
     def number_attribute(
         self, name: str, default: float | None = None, *, infinite: bool = False
     ) -> float:
-        """A number in an attribute."""
+        """Return a number in an attribute."""
         if default is not None and not self.has(name):
             return default
         text = self.attribute(name)
@@ -143,24 +143,24 @@ class Node:
         return self._numbers(text, name, size, infinite) if self.has(name) else (0.0,) * size
 
     def number(self, tag: str, default: float | None = None, *, infinite: bool = False) -> float:
-        """A number in a child element, which must be there unless there is a default."""
+        """Return a number in a child element, which must be there unless there is a default."""
         child = self.required(tag) if default is None else self.optional(tag)
         if child is None:
             return 0.0 if default is None else default
         return child._number(child.text, f"<{tag}>", infinite)
 
     def vector(self, tag: str) -> Vector3:
-        """The three numbers in a child element, which must be there."""
+        """Return the three numbers in a child element, which must be there."""
         child = self.required(tag)
         return ZERO if child is None else child.vector3()
 
     def vector_attribute(self, name: str) -> Vector3:
-        """The three numbers in an attribute, which must be there."""
+        """Return the three numbers in an attribute, which must be there."""
         text = self.attribute(name)
         return self._vector(text, name) if self.has(name) else ZERO
 
     def vector3(self) -> Vector3:
-        """The three numbers in the element's text."""
+        """Return the three numbers in the element's text."""
         return self._vector(self.text, f"<{self.tag}>")
 
     def numbers(self, size: int, *, infinite: bool = False) -> tuple[float, ...]:
@@ -168,7 +168,7 @@ class Node:
         return self._numbers(self.text, f"<{self.tag}>", size, infinite)
 
     def integer(self, tag: str) -> int | None:
-        """A counting number in a child element; None if there is none."""
+        """Return a counting number in a child element; None if there is none."""
         child = self.required(tag)
         if child is None:
             return None
@@ -224,7 +224,7 @@ def _plain(text: str) -> str:
 def parse(
     file: Path, subject: Subject, notes: Notes, mend: Callable[[bytes], bytes] | None = None
 ) -> Node:
-    """The root element of a file.
+    """Return the root element of a file.
 
     Nothing outside the file is read, and no entity is expanded.
 
@@ -270,7 +270,7 @@ def parse(
 
 
 def _bytes(file: Path) -> bytes:
-    """The content of a file that exists, is a file and is not too large."""
+    """Return the content of a file that exists, is a file and is not too large."""
     data = read_file(file, XML)
     if not data.strip():
         raise InputError("is empty", file=file)
@@ -278,7 +278,7 @@ def _bytes(file: Path) -> bytes:
 
 
 def _declared_entity(data: bytes) -> int | None:
-    """The line of an entity's declaration; a parser must not even see one.
+    """Return the line of an entity's declaration; a parser must not even see one.
 
     Without its zero bytes a document in UTF-16 or UTF-32 shows its markup as plain text.
     """

@@ -1,4 +1,4 @@
-"""What SDF with its plugin and cardsflow.xml holds: refused is what libsdformat would refuse."""
+"""What SDF with its plugin and cardsflow.xml holds: rejected is what libsdformat would reject."""
 
 from __future__ import annotations
 

@@ -15,12 +15,12 @@ NO_LIMIT = 1e16
 
 
 def joint_frame_name(joint: str, child: str) -> str:
-    """The name of the frame that keeps a rotated T_child_joint exactly."""
+    """Return the name of the frame that keeps a rotated T_child_joint exactly."""
     return f"{joint}_in_{child}"
 
 
 def needs_frame(T_child_joint: Pose) -> bool:
-    """Whether the inverse of T_child_joint does not give it back bit by bit."""
+    """Return whether the inverse of T_child_joint does not give it back bit by bit."""
     (x, y, z), (roll, pitch, yaw) = (
         map(written, part) for part in (inverse(T_child_joint).position, inverse(T_child_joint).rpy)
     )
@@ -44,7 +44,7 @@ def mesh_names(link: Link) -> list[str]:
 
 
 def shape_names(link: Link) -> list[str]:
-    """A name for each shape that no collision mesh has."""
+    """Return a name for each shape that no collision mesh has."""
     taken = {n for m, n in zip(link.meshes, mesh_names(link), strict=True) if m.role == "collision"}
     free = (name for k in count(1) if (name := f"{link.name}_shape_{k}") not in taken)
     return list(islice(free, len(link.shapes)))

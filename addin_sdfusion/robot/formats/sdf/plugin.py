@@ -7,10 +7,10 @@ joint name: its coordinates in the order of q, as coordinate elements, and where
     couplings or locks drive its motions, all of these in their order as motion elements.
 coordinate name joint motion actuated torques initial spring armature unit locked: the joint element
     that moves it, its place among the motions from the parent to the child, counted from 0, whether
-    it has a motor, the bounds of its torque where they are not those of the joint's effort, its
-    initial value where that is not 0 (SDF's <initial_position> is gone from its newest version),
-    in a cardsflow.xml beside a URDF its spring's stiffness and rest, its armature where there is
-    one, its unit where it is not the motion's, and whether it is held. Inside: its coupling as term
+    it has a motor, the bounds of its torque if they are not those of the joint's effort, its
+    initial value if that is not 0 (SDF's <initial_position> is gone from its newest version),
+    in a cardsflow.xml next to a URDF its spring's stiffness and rest, its armature if there is
+    one, its unit if it is not the motion's, and whether it is held. Inside: its coupling as term
     elements; limit_force low high stiffness_low stiffness_high damping transition.
 motion joint coordinate, term coordinate: with a function, see `functions`.
 wrap_surface name link shape radius length half_axes: what muscles wrap over; its pose in the

@@ -1,4 +1,4 @@
-"""Reader of an SDF model and the cardsflow.xml beside it."""
+"""Reader of an SDF model and the cardsflow.xml next to it."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ VERSIONS = tuple(f"1.{minor}" for minor in range(4, 13))
 def read_sdf(
     file: Path, cable_set: str | None, notes: Notes, *, repair: bool = False
 ) -> Robot | None:
-    """The robot in an SDF file with one model.
+    """Return the robot in an SDF file with one model.
 
-    Muscles come from the cable sets of the plugin, or of the cardsflow.xml beside the file, as
+    Muscles come from the cable sets of the plugin, or of the cardsflow.xml next to the file, as
     `write_sdf` makes them; without those, from muscles in these directly.
 
     Args:
@@ -84,7 +84,7 @@ def _about(node: Node, kind: str) -> Node:
 
 
 def _model(root: Node) -> Node | None:
-    """The one model of a file, directly or in a world."""
+    """Return the one model of a file, directly or in a world."""
     if root.tag != "sdf":
         root.error("not-sdf", f"<{root.tag}> is not <sdf>")
         return None

@@ -42,7 +42,7 @@ class Frames:
         self._links: dict[str, str] = {}
 
     def in_model(self, key: Key) -> Pose:
-        """The pose T_model_x of a link, joint or frame; identity if there is none."""
+        """Return the pose T_model_x of a link, joint or frame; identity if there is none."""
         path: dict[Key, None] = {}
         start = key
         while key not in self._in_model:
@@ -58,7 +58,7 @@ class Frames:
         return self._in_model[start]
 
     def in_link(self, node: Node, link: str) -> Pose:
-        """The pose in an element of a link, such as its inertial or a visual."""
+        """Return the pose in an element of a link, such as its inertial or a visual."""
         pose = node.optional("pose")
         if pose is None:
             return IDENTITY
@@ -76,7 +76,7 @@ class Frames:
         return next((key for key in keys if key in self._nodes), None)
 
     def link_of(self, name: str) -> str:
-        """The link that a joint's parent or child of that name means; itself if none."""
+        """Return the link that a joint's parent or child of that name means; itself if none."""
         met: dict[str, None] = {}
         while name not in met and name not in self._links and ("link", name) not in self._nodes:
             met[name] = None

@@ -45,7 +45,7 @@ class Model:
 
 
 def read_joint(node: Node, model: Model) -> Joint:
-    """A joint, with coordinates that are called as it or, where there are several, after it."""
+    """A joint, with coordinates that are called as it or, if there are several, after it."""
     name, type_ = node.subject.name, node.attribute("type")
     parent = _link_named(node, "parent", model.frames)
     child = _link_named(node, "child", model.frames)
@@ -146,7 +146,7 @@ def _note_not_simulated(axis: Node, limit: Node | None) -> None:
 
 
 def _effort(limit: Node | None) -> float:
-    """The largest torque or force of a motor; SDF's is negative where there is no bound."""
+    """Return the largest torque or force of a motor; SDF's is negative if there is no bound."""
     effort = -1.0 if limit is None else limit.number("effort", -1.0, infinite=True)
     return effort if 0.0 <= effort < NO_LIMIT else math.inf
 
@@ -157,7 +157,7 @@ def _limit(limit: Node | None, tag: str, default: float) -> float:
 
 
 def _axis_in_joint(axis: Node | None, joint: str, model: Model) -> Vector3:
-    """The unit axis in the joint frame, from whatever frame the file gives it in."""
+    """Return the unit axis in the joint frame, from whatever frame the file gives it in."""
     xyz = None if axis is None else axis.required("xyz")
     if axis is None or xyz is None:
         return Z

@@ -13,7 +13,7 @@ from .read_frames import Frames
 
 
 def read_link(node: Node, frames: Frames) -> Link:
-    """A link; what a description cannot hold is noted."""
+    """Return a link; what a description cannot hold is noted."""
     name = node.subject.name
     gravity = node.optional("gravity")
     if gravity is not None and gravity.text in ("false", "0"):
@@ -97,7 +97,7 @@ def _mesh(node: Node, shape: Node, frames: Frames) -> Mesh:
 
 
 def _color(visual: Node) -> Rgba | None:
-    """The diffuse colour; SDF's opacity is 1 where it is left out."""
+    """Return the diffuse colour; SDF's opacity is 1 if it is left out."""
     material = visual.optional("material") if visual.tag == "visual" else None
     diffuse = None if material is None else material.optional("diffuse")
     if diffuse is None:

@@ -12,10 +12,10 @@ from .read_joints import Model, read_joint
 
 
 def split_loops(nodes: Sequence[Node], model: Model) -> tuple[list[Joint], list[LoopJoint]]:
-    """The joints of the tree and those that close loops.
+    """Return the joints of the tree and those that close loops.
 
     Of several joints with the same child, the first in the file carries it, but one whose range is
-    0 only where there is no other. A loop joint with such a range is fixed.
+    0 only if there is no other. A loop joint with such a range is fixed.
 
     Args:
         nodes: The joint elements.
@@ -36,7 +36,7 @@ def split_loops(nodes: Sequence[Node], model: Model) -> tuple[list[Joint], list[
 
 
 def _is_held(joint: Joint) -> bool:
-    """Whether it has a range, of a single value: 0."""
+    """Return whether it has a range, of a single value: 0."""
     return bool(joint.motions) and all(c.lower == c.upper == 0.0 for c in joint.coordinates)
 
 

@@ -153,7 +153,7 @@ def _included(node: Node, depth: int) -> Node | None:
 
 
 def _changed(model: Node, include: Node) -> Node:
-    """An included model with the name and the pose that the element gives it."""
+    """Return an included model with the name and the pose that the element gives it."""
     name, pose = include.optional("name"), include.optional("pose")
     if name is not None:
         model.element.set("name", name.text)
@@ -169,7 +169,7 @@ def _changed(model: Node, include: Node) -> Node:
 
 
 def _file(uri: str, folder: Path) -> Path | None:
-    """The model's file that a URI means: in the robot's folder, or in one beside it."""
+    """Return the model's file that a URI means: in the robot's folder, or in one next to it."""
     for place in _places(uri, folder):
         if is_file(place):
             return place

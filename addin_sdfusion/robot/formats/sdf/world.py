@@ -28,8 +28,8 @@ class StaticObject:
         sizes: The radius; the edges x, y, z; the radius and length; or a mesh's scale x, y, z.
         pose: In the world.
         file: Of a mesh.
-        friction: Coefficient of Coulomb friction; None where the file is silent.
-        restitution: None where the file is silent.
+        friction: Coefficient of Coulomb friction; None if the file is silent.
+        restitution: None if the file is silent.
     """
 
     name: str
@@ -57,7 +57,7 @@ class SdfWorld:
 
 
 def read_sdf_world(file: Path) -> SdfWorld:
-    """The static models of an SDF world. Models that move, lights and plugins are left out.
+    """Return the static models of an SDF world. Models that move, lights and plugins are left out.
 
     Raises:
         InputError: It is not readable XML.

@@ -1,6 +1,6 @@
 """Joints in SDF: single ones, universal ones, and chains of single ones.
 
-SDF has no joint for three motions in coordinates of one's own (its ball has no coordinates at all).
+SDF has no joint for three motions in custom coordinates (its ball has no coordinates at all).
 Such a joint is written as a chain of single ones through links without mass, and the plugin says
 which of them belong together, so that it reads back as the one joint that it is.
 """
@@ -51,7 +51,7 @@ def sdf_joints(robot: Robot) -> dict[str, list[SdfJoint]]:
 
 
 def sdf_loops(robot: Robot) -> list[SdfJoint]:
-    """The loop joints that SDF has a type for."""
+    """Return the loop joints that SDF has a type for."""
     return [
         SdfJoint(
             loop.name,
@@ -70,12 +70,12 @@ def sdf_loops(robot: Robot) -> list[SdfJoint]:
 
 
 def is_chained(joint: Joint) -> bool:
-    """Whether a joint is written as a chain."""
+    """Return whether a joint is written as a chain."""
     return len(joint.motions) > 1 and joint.type != "universal"
 
 
 def needs_words(joint: Joint) -> bool:
-    """Whether the plugin says something about a joint that SDF's axes have no word for."""
+    """Return whether the plugin says something about a joint that SDF's axes have no word for."""
     return (
         not joint.is_plain
         or len(joint.motions) > 1
@@ -117,7 +117,7 @@ def _type(motions: tuple[Motion, ...]) -> str:
 
 
 def _shown(joint: Joint, place: int) -> Coordinate:
-    """The coordinate in the axis of a motion; an empty one where it is in another axis."""
+    """Return the coordinate in the axis of a motion; an empty one if it is in another axis."""
     own = joint.motions[place].coordinate
     is_here = not joint.motions[place].is_fixed and joint.home(own) == place
     return joint.coordinates[own] if is_here else Coordinate("")

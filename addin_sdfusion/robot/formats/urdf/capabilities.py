@@ -1,4 +1,4 @@
-"""What URDF with the cardsflow.xml beside it holds: to CARDSFlow all but loops and link frames."""
+"""What URDF with the cardsflow.xml next to it holds: to CARDSFlow all but loops and link frames."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def urdf_losses(robot: Robot) -> list[Finding]:
 
 
 def followed(single: SingleJoint) -> tuple[str, Function | None]:
-    """The joint that a single one follows, and how; None where it follows none."""
+    """Return the joint that a single one follows, and how; None if it follows none."""
     c, motion = single.coordinate, single.motion
     if c is None or motion is None:
         return "", None
@@ -52,7 +52,7 @@ def _is_limited_once(c: Coordinate) -> bool:
 
 
 def _of_singles(has: Callable[[SingleJoint, Coordinate], bool]) -> Finder:
-    """The coordinates of single joints that have something; `{joint}` is the joint."""
+    """Return the coordinates of single joints that have something; `{joint}` is the joint."""
 
     def find(robot: Robot) -> Iterator[Found]:
         for single in single_joints(robot, whole=True):

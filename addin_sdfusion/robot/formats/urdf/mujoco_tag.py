@@ -9,7 +9,7 @@ from ..reading.xml import Node
 
 
 def read_mujoco_tag(robot: Robot, node: Node) -> Robot:
-    """The robot with the gravity of `<mujoco><option>`; the rest is noted as left out."""
+    """Return the robot with the gravity of `<mujoco><option>`; the rest is noted as left out."""
     for mujoco in node.all("mujoco"):
         for child in mujoco.all():
             words = set(map(str, child.element.attrib))

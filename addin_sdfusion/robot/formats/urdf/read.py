@@ -1,4 +1,4 @@
-"""Reader of URDF, and of the cardsflow.xml beside it.
+"""Reader of URDF, and of the cardsflow.xml next to it.
 
 URDF has links, joints, limits, motors and meshes. What it has no words for, muscles above all,
 comes from a cardsflow.xml in the same folder, as `write_urdf` makes it.
@@ -36,7 +36,7 @@ KNOWN = {"link", "joint", "transmission", "ros2_control", "material", "mujoco"}
 
 
 def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
-    """The robot in a URDF file.
+    """Return the robot in a URDF file.
 
     Args:
         file: The URDF file.

@@ -28,7 +28,7 @@ LIMITED = ("revolute", "prismatic")
 
 
 def read_joint(node: Node, motors: Container[str]) -> Joint:
-    """A joint; its coordinate is called as it, those of a floating or planar one after it.
+    """Return a joint; its coordinate is called as it, those of a floating or planar one after it.
 
     Args:
         node: Its element.
@@ -53,7 +53,7 @@ def _link(node: Node, tag: str) -> str:
 def _moved(
     node: Node, type_: str, actuated: bool
 ) -> tuple[tuple[Motion, ...], tuple[Coordinate, ...]]:
-    """The motions of a joint and what drives them."""
+    """Return the motions of a joint and what drives them."""
     name = node.subject.name
     if type_ == "fixed":
         return (), ()
@@ -122,7 +122,7 @@ def _mimicked(node: Node) -> Term:
 
 
 def _number(node: Node | None, name: str, default: float) -> float:
-    """A number of an attribute; one of `NO_LIMIT` or more is infinite."""
+    """Return a number of an attribute; one of `NO_LIMIT` or more is infinite."""
     value = default if node is None else node.number_attribute(name, default, infinite=True)
     return math.copysign(math.inf, value) if abs(value) >= NO_LIMIT else value
 

@@ -15,7 +15,7 @@ SEEN = ("visual", "collision")
 
 
 def read_link(node: Node, colors: Mapping[str, Rgba]) -> Link:
-    """A link; one without inertial has no mass."""
+    """Return a link; one without inertial has no mass."""
     inertial = node.optional("inertial")
     inertia = Inertia(0.0) if inertial is None else _inertia(inertial)
     meshes, shapes = tuple(_meshes(node, colors)), tuple(_shapes(node))
@@ -41,7 +41,7 @@ def note_shapes(robot: Node) -> None:
 
 
 def read_origin(parent: Node) -> Pose:
-    """The `<origin>` of an element; the identity where there is none."""
+    """Return the `<origin>` of an element; the identity if there is none."""
     node = parent.optional("origin")
     if node is None:
         return IDENTITY
@@ -98,7 +98,7 @@ def material_colors(robot: Node) -> dict[str, Rgba]:
 
 
 def _color(visual: Node, colors: Mapping[str, Rgba]) -> Rgba | None:
-    """The colour of a material of its own, or of one of the robot's by its name."""
+    """Return the colour of a material of its own, or of one of the robot's by its name."""
     material = visual.optional("material") if visual.tag == "visual" else None
     if material is None:
         return None

@@ -9,7 +9,7 @@ DRIVING = ("effort", "velocity", "position")
 
 
 def motor_joints(robot: Node) -> set[str]:
-    """The names of the joints with a motor; those that are not there are noted."""
+    """Return the names of the joints with a motor; those that are not there are noted."""
     known = {joint.attribute("name", "") for joint in robot.all("joint")}
     named = [*_of_transmissions(robot), *_of_ros2(robot)]
     for node in named:

@@ -35,7 +35,7 @@ from .capabilities import BESIDE, NO_LIMIT, followed
 
 
 def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> list[Path]:
-    """Write `<name>.urdf`, and a cardsflow.xml where there is something for it.
+    """Write `<name>.urdf`, and a cardsflow.xml if there is something for it.
 
     Raises as `write_document`; the URDF is the first file returned.
     """
@@ -48,12 +48,12 @@ def write_urdf(robot: Robot, folder: str | Path, name: str | None = None) -> lis
 
 
 def urdf_text(robot: Robot) -> str:
-    """A valid robot as URDF, without what is in the cardsflow.xml."""
+    """Return a valid robot as URDF, without what is in the cardsflow.xml."""
     return _urdf(joint_frames(robot))
 
 
 def _needs_more(robot: Robot) -> bool:
-    """Whether there is something that URDF has no words for."""
+    """Return whether there is something that URDF has no words for."""
     beyond = any(True for feature in BESIDE for _ in feature.find(robot))
     return beyond or any(
         needs_words(joint) or any(c.rest for c in joint.coordinates) for joint in robot.joints
@@ -61,7 +61,7 @@ def _needs_more(robot: Robot) -> bool:
 
 
 def _beside(robot: Robot) -> str:
-    """The text of the cardsflow.xml."""
+    """Return the text of the cardsflow.xml."""
     root = element(None, "cardsflow")
     singles = iter(single_joints(robot, whole=True))
     movers = {
@@ -175,7 +175,7 @@ def _type(single: SingleJoint) -> str:
 
 
 def _shown(name: str, c: Coordinate) -> Coordinate:
-    """The coordinate in a joint element; an empty one in a joint that follows it."""
+    """Return the coordinate in a joint element; an empty one in a joint that follows it."""
     if name != c.name:
         return Coordinate(name)
     return replace(c, lower=c.initial, upper=c.initial) if c.locked else c

@@ -46,7 +46,7 @@ def file_name(stem: str, suffix: str) -> str:
 
 
 def file_stem(stem: str) -> str:
-    """A name as the part of a file's name before the point.
+    """Return a name as the part of a file's name before the point.
 
     Raises:
         InputError: It is empty, part of a path, or too long.
@@ -58,7 +58,7 @@ def file_stem(stem: str) -> str:
 
 
 def stem_fault(stem: str) -> str | None:
-    """Why no file can be called so; None where one can."""
+    """Why no file can be called so; None if one can."""
     if not stem or any(sign in stem for sign in "/\\\0"):
         return "cannot be part of a file name"
     if len(stem.encode("utf-8", "replace")) > _MAX_BYTES:

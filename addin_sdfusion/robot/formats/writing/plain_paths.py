@@ -10,7 +10,7 @@ from ...model.robot import MARKERS, Robot
 
 
 def with_plain_paths(robot: Robot, held: Container[str] = ()) -> Robot:
-    """The robot with paths as a format has them, and no point twice in a row.
+    """Return the robot with paths as a format has them, and no point twice in a row.
 
     Two via points at one place may differ in their conditions, in how they move, or in the branch
     that they belong to; where a format has none of that the second one is in the way.
@@ -56,6 +56,6 @@ def _point(point: ViaPoint, held: Container[str]) -> ViaPoint:
 
 
 def with_markers(robot: Robot) -> Robot:
-    """The robot with its markers as the points that are written, where it has no others."""
+    """Return the robot with its markers as the points that are written, if it has no others."""
     found = [group.name for group in robot.task_sets if group.name == MARKERS]
     return replace(robot, task_set=MARKERS) if found and not robot.task_set else robot

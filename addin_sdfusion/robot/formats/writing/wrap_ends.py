@@ -21,7 +21,7 @@ from ..capability import Found, Row, changed
 from .wrap_side import ends_on
 
 POSES = 40
-"""How many are looked at beside the initial one."""
+"""How many are looked at next to the initial one."""
 MIN_SIZE = 1e-9
 """In [m]: less is no difference."""
 WIDE = {"rad": math.pi / 2.0, "m": 0.2}
@@ -89,7 +89,7 @@ def _differences(robot: Robot) -> Iterator[tuple[Muscle, Wrap, list[float]]]:
 
 
 def _is_smooth(robot: Robot, wrap: Wrap) -> bool:
-    """Whether an end inside makes the surface shrink."""
+    """Return whether an end inside makes the surface shrink."""
     surface = robot.wrap_surface(wrap.surface)
     return wrap.rule == "taut" and not wrap.inside and surface.shape != "ellipsoid"
 
@@ -118,7 +118,7 @@ def _difference(surface: WrapSurface, wrap: Wrap, A: Vector3, B: Vector3) -> flo
         B: The end behind it, likewise.
 
     Returns:
-        0 where no end is inside, and where the straight line clears what is left of the surface.
+        0 if no end is inside, and where the straight line clears what is left of the surface.
     """
     h = 0.0
     if surface.shape == "cylinder":
@@ -144,7 +144,7 @@ def _difference(surface: WrapSurface, wrap: Wrap, A: Vector3, B: Vector3) -> flo
 
 
 def _radius_at(surface: WrapSurface, z: float) -> float:
-    """The radius at a height: a cylinder is tapered beyond its ends."""
+    """Return the radius at a height: a cylinder is tapered beyond its ends."""
     beyond = abs(z) - surface.length / 2.0
     if surface.shape == "sphere" or beyond <= 0.0:
         return surface.radius
@@ -154,7 +154,7 @@ def _radius_at(surface: WrapSurface, z: float) -> float:
 
 
 def _moving(robot: Robot, muscle: Muscle, wrap: Wrap) -> list[Coordinate]:
-    """The coordinates of q that move an end against the surface."""
+    """Return the coordinates of q that move an end against the surface."""
     above: dict[str, frozenset[str]] = {WORLD: frozenset()}
     for joint in robot.joints:
         above[joint.child] = above[joint.parent] | {joint.name}

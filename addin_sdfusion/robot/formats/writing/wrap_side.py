@@ -50,7 +50,7 @@ def _ends(robot: Robot, muscle: Muscle, wrap: Wrap) -> tuple[Vector3, Vector3]:
 def ends_on(
     robot: Robot, muscle: Muscle, wrap: Wrap, poses: Mapping[str, Pose]
 ) -> tuple[Vector3, Vector3]:
-    """The via points before and after a wrap, in the surface's frame.
+    """Return the via points before and after a wrap, in the surface's frame.
 
     Args:
         robot: The robot.

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 
 def written(value: float) -> float:
-    """A value as it is written: 0 for those below 2.2e-308, which readers in C++ refuse."""
+    """Return a value as it is written: 0 for those below 2.2e-308, which readers in C++ reject."""
     return 0.0 if 0.0 < abs(value) < sys.float_info.min else float(value)
 
 
@@ -20,7 +20,7 @@ def numbers(values: Iterable[float]) -> str:
 def element(
     parent: ElementTree.Element | None, tag: str, text: str | float | None = None, **attributes: str
 ) -> ElementTree.Element:
-    """A new element, put at the end of its parent."""
+    """Return a new element, put at the end of its parent."""
     new = ElementTree.Element(tag, attributes)
     if text is not None:
         new.text = text if isinstance(text, str) else numbers([text])
@@ -30,7 +30,7 @@ def element(
 
 
 def document(root: ElementTree.Element, doctype: str = "") -> str:
-    """The text of a whole XML file."""
+    """Return the text of a whole XML file."""
     ElementTree.indent(root)
     head = '<?xml version="1.0" encoding="utf-8"?>\n'
     if doctype:

@@ -1,4 +1,4 @@
-"""The tension laws of muscles: THE table, a module with `LAWS` for each law or family of laws.
+"""The muscle laws of muscles: THE table, a module with `LAWS` for each law or family of laws.
 
 The equations are in the C core, `sim_dart/csrc/laws/<law>.c`, which takes the parameters in the
 order given here. hatch_build.py makes of the table what C has to know of it: structs of

@@ -1,4 +1,4 @@
-"""What describes a tension law: parameters, rules between them, command, states, dependencies.
+"""What describes a muscle law: parameters, rules between them, command, states, dependencies.
 
 Standard library only: hatch_build.py reads the laws when the package is built.
 """
@@ -17,12 +17,12 @@ MAX_VALUE = 1e9
 
 
 class Parameter(NamedTuple):
-    """A number of a tension law.
+    """A number of a muscle law.
 
     Attributes:
         name: Its name in files.
         unit: Its unit, as FMI writes units.
-        default: What holds where it is not given; None if it must be.
+        default: What holds if it is not given; None if it must be.
         low: Smallest value.
         high: Largest value.
         meaning: What it is.
@@ -46,7 +46,7 @@ class Parameter(NamedTuple):
         return least if math.isinf(self.high) else f"{least}, and {self.high:g} at most"
 
     def allows(self, value: float) -> bool:
-        """Whether a value is finite and within the bounds."""
+        """Return whether a value is finite and within the bounds."""
         above = self.low < value if self.open_low else self.low <= value
         return math.isfinite(value) and above and value <= self.high
 
@@ -109,7 +109,7 @@ class Rule(NamedTuple):
 
     @property
     def text(self) -> str:
-        """What a muscle that breaks it is refused with."""
+        """What a muscle that breaks it is rejected with."""
         return f"{self.condition} must hold" + (f": {self.why}" if self.why else "")
 
 
@@ -184,7 +184,7 @@ class TensionLaw(NamedTuple):
 
 
 def evaluated(formula: str, values: Mapping[str, float]) -> float:
-    """The value of a formula of a law, or whether a condition holds."""
+    """Return the value of a formula of a law, or whether a condition holds."""
     value: float = eval(_compiled(formula), dict(_FUNCTIONS), dict(values))
     return value
 
@@ -198,7 +198,7 @@ def _compiled(formula: str) -> CodeType:
 
 
 def names_in(formula: str) -> list[str]:
-    """The parameters and terms in a formula, in order."""
+    """Return the parameters and terms in a formula, in order."""
     nodes = [
         node for node in ast.walk(ast.parse(formula, mode="eval")) if isinstance(node, ast.Name)
     ]

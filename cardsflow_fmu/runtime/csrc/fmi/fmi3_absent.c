@@ -1,4 +1,4 @@
-/* FMI 3.0: what this FMU does not have. Each function refuses; the instance stays as it is. */
+/* FMI 3.0: what this FMU does not have. Each function rejects; the instance stays as it is. */
 #include "fmi3_types.h"
 
 #include "fmi3_component.h"

@@ -151,7 +151,7 @@ enum status instance_exit_initialization_mode(struct instance *instance)
     return STATUS_OK;
 }
 
-/* The rounding of hosts that keep their own time; a hair beside the step. */
+/* The rounding of hosts that keep their own time; a hair next to the step. */
 static double time_tolerance(double time, double step)
 {
     return 1e-6 * step + 16 * DBL_EPSILON * fabs(time);

@@ -19,7 +19,7 @@ enum status saved_state_take(struct instance *instance, struct saved_state **sav
 /* Leads the instance to a state that was taken from it or from another instance of the same FMU. */
 enum status saved_state_restore(struct instance *instance, const struct saved_state *saved);
 
-/* A copy of serialized bytes, on the heap, in `saved`; refuses what is no state of this FMU. */
+/* A copy of serialized bytes, on the heap, in `saved`; rejects what is not a state of this FMU. */
 enum status saved_state_read(struct instance *instance, const void *bytes, size_t size,
                              struct saved_state **saved);
 

@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-/* States are saved_states behind void pointers. A null pointer is refused, and the instance stays as
+/* States are saved_states behind void pointers. A null pointer is rejected, and the instance stays as
  * it is; it may itself be NULL. A state that *state holds already is replaced. */
 enum status state_get(struct instance *instance, void **state);
 enum status state_set(struct instance *instance, const void *state);

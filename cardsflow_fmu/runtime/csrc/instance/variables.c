@@ -81,7 +81,7 @@ static int has_room(struct instance *instance, const char *call, const struct po
     return 0;
 }
 
-/* What is left of the host's values once every variable has had its own must be nothing. */
+/* Remainder of the host's values once every variable has had its own must be nothing. */
 static enum status check_left(struct instance *instance, const char *call, size_t left)
 {
     if (left == 0)

@@ -5,8 +5,8 @@
 #include "model.h"
 #include "port_table.h"
 
-/* Opens the model whose files are in the folder `resources`: a native one, where there is a native.bin,
- * without any Python; else in this process where that is a Python
+/* Opens the model whose files are in the folder `resources`: a native one, if there is a native.bin,
+ * without any Python; else in this process if that is a Python
  * with the package in the right version, else in a worker process. The environment variable
  * CARDSFLOW_FMU_HOST forces the one, `in-process`, or the other, `worker`. 0, or nonzero with a
  * message; the model needs no close then. */

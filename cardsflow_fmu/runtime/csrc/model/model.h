@@ -23,7 +23,7 @@ struct derivative {
 struct model_functions {
     /* Takes over the parameters, goes to the start state and computes the outputs there. */
     int (*initialize)(struct model *model);
-    /* Advances from clock[0] by clock[1] with the inputs as they stand. */
+    /* Advances from clock[0] by clock[1] with the inputs unchanged. */
     int (*step)(struct model *model);
     /* Back to the start values; also the way out after a failure. */
     int (*reset)(struct model *model);

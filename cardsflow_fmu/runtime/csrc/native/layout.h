@@ -1,4 +1,4 @@
-/* What native.bin says of a model beside its robot: groups of variables, counts, and fields.
+/* What native.bin says of a model next to its robot: groups of variables, counts, and fields.
  *
  * This is the only place that states their order. Python asks the library for it as text (native_layout), so
  * that both ends agree by construction; the hash of that text is in every file.
@@ -26,7 +26,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     rubbing           muscle of each tension at the far end
  *     state_order       which of all muscles' states each state is
  *     external_frame    frame of each point of external wrenches, those of loads first; -1 for the world
- *     external_point    where it is in that frame, in [m]
+ *     external_point    if it is in that frame, in [m]
  *     substeps          of the integrator, in a step of the plant
  *     integrator        0 semi-implicit Euler, 1 Runge and Kutta
  *     fixed_energy      potential energy of what does not move, in [J] */

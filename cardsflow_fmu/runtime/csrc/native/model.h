@@ -13,14 +13,14 @@ struct native_model {
     const struct port_table *ports;
     double clock[2];
     double *values;     /* in the order of the ports */
-    double *own_values; /* where they are, or NULL where they are in the caller's memory */
+    double *own_values; /* if they are, or NULL if they are in the caller's memory */
     void *own;      /* the model's own memory */
 };
 
 /* Frees what native_open made; `own` has been freed. */
 void native_close(struct native_model *native);
 
-/* The values of a group of variables; NULL, with a message, where there are not so many of them, or where the
+/* The values of a group of variables; NULL, with a message, if there are not so many of them, or where the
  * FMU has not so many variables. */
 #define ANY ((size_t)-1)
 double *native_values(const struct native_model *native, struct native_group group, const char *name,
@@ -29,7 +29,7 @@ double *native_values(const struct native_model *native, struct native_group gro
 /* The start values of the ports. */
 int native_reset(struct model *model);
 
-/* How many periods a time is; 0 with a message in `error` where it is no whole number of them, or too many. */
+/* How many periods a time is; 0 with a message in `error` if it is not a whole number of them, or too many. */
 size_t native_whole_steps(double time, double step, const char *what, struct text *error);
 
 /* A copy on the heap of numbers that a model remembers. 0, or nonzero with a message. */

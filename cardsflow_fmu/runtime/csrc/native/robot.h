@@ -13,7 +13,7 @@ struct native_robot {
     size_t n, m, s, tasks, far, bends;
     double *q, *qd, *lengths, *jacobian, *task_values, *task_jacobian, *task_bias;
     double *mass_matrix, *bias, *gravity;
-    double *tensions, *states; /* m, s: of muscles with tension laws */
+    double *tensions, *states; /* m, s: of muscles with muscle laws */
     double *force_low, *force_high, *commands; /* m */
     double *far_tensions; /* far: m where cables have friction, else none */
     double *pull_jacobian, *slips; /* m x n there; bends, the last ones of the states */

@@ -66,7 +66,7 @@ static void drop_slash_before_drive(char *path)
 }
 #endif
 
-/* What follows the scheme and the local host; NULL for what is no file of this machine. */
+/* What follows the scheme and the local host; NULL for what is not a file of this machine. */
 static const char *path_part(const char *uri)
 {
     if (!starts_with(uri, "file:/"))

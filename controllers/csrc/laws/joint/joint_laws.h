@@ -1,4 +1,4 @@
-/* The laws in joint space. A law is one file beside this, <name>.c, with the function <name>_torque, and an entry
+/* The laws in joint space. A law is one file next to this, <name>.c, with the function <name>_torque, and an entry
    of the table controllers/laws/joint_laws.py.                                                         */
 #ifndef CARDSFLOW_JOINT_LAWS_H
 #define CARDSFLOW_JOINT_LAWS_H

@@ -1,4 +1,4 @@
-/* What of a blob muscle paths need beside the via points: surfaces, wraps and pulleys. */
+/* What of a blob muscle paths need next to the via points: surfaces, wraps and pulleys. */
 #ifndef CARDSFLOW_CHECK_PATHS_H
 #define CARDSFLOW_CHECK_PATHS_H
 

@@ -31,7 +31,7 @@ static int check_coordinates(const blob_view *b, char *message, size_t capacity)
     return 0;
 }
 
-/* Inertias that are no bodies' make a mass matrix that is not positive definite: the caller's check. */
+/* Inertias that are not bodies' make a mass matrix that is not positive definite: the caller's check. */
 static int check_masses(const blob_view *b, char *message, size_t capacity)
 {
     for (int i = 0; i < b->counts.frames; i++) {

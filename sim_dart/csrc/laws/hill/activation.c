@@ -127,7 +127,7 @@ static void step_all(activations *s)
         s->a[i] += s->step[i] / 6 * (one[i] + 2 * two[i] + 2 * three[i] + four[i]);
 }
 
-/* One step, or two halves of it; where that is too long, by itself. */
+/* One step, or two halves of it; if that is too long, by itself. */
 void activations_finish(activations *s, real h)
 {
     int is_any_halved = 0;

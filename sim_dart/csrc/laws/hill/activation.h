@@ -38,7 +38,7 @@ typedef struct {
     real decay[ACTIVATIONS], step[ACTIVATIONS];
 } activations;
 
-/* Have *a go on by h, by the next `finish` at the latest. */
+/* Have *a continue by h, by the next `finish` at the latest. */
 CORE_INSIDE void activations_add(activations *s, const real *k, real *a, real u, real h);
 CORE_INSIDE void activations_finish(activations *s, real h);
 

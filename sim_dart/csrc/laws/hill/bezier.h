@@ -3,7 +3,7 @@
    Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135, appendix: the second and third control points
    lie on the tangent of one end, the fourth and fifth on that of the other, towards the corner in which
    the tangents meet; the curviness says how far. So the second derivative is zero at both ends, and
-   pieces with the same slope join smoothly. Outside of its pieces a curve goes on as a line.          */
+   pieces with the same slope join smoothly. Outside of its pieces a curve continues as a line.          */
 #ifndef CARDSFLOW_BEZIER_H
 #define CARDSFLOW_BEZIER_H
 

@@ -12,7 +12,7 @@
 
 #include <math.h>
 
-/* Beyond this normalised length or velocity curves go on as constants: nothing overflows. */
+/* Beyond this normalised length or velocity curves continue as constants: nothing overflows. */
 #define HILL_FARTHEST 1e6
 
 /* y(x) and, unless `slope` is NULL, dy/dx. */
@@ -22,7 +22,7 @@ typedef struct {
     hill_curve *active, *velocity, *passive, *tendon;
     /* By activation, what the largest contraction velocity is multiplied with; NULL for 1. */
     real (*speed)(real a);
-    /* fL(z) fV(w), and fPE(z), at once, where that is quicker; NULL where it is not. */
+    /* fL(z) fV(w), and fPE(z), at once, if that is quicker; NULL if it is not. */
     real (*product)(const real *k, real z, real w, real *passive);
 } hill_curves;
 

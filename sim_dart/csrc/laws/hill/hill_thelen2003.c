@@ -44,7 +44,7 @@ static real thelen_hyperbola(const real *k, real w, real *slope)
     return top / under;
 }
 
-/* Beyond where the hyperbola ends, and near to its upper asymptote, it goes on as a line. */
+/* Beyond where the hyperbola ends, and near to its upper asymptote, it continues as a line. */
 static real thelen_velocity(const real *k, real w, real *slope)
 {
     real own;

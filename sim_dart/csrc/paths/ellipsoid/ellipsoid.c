@@ -1,14 +1,14 @@
 /* A cable over one ellipsoid: two tangents and a geodesic between them, found by shooting.
 
    The tangents from the end a touch on an ellipse, at the angle alpha say (see fan.h); so do those from b, at
-   beta. The geodesic that goes on from the one at alpha comes, after the way s, to a point Q with the direction
+   beta. The geodesic that continues from the one at alpha comes, after the way s, to a point Q with the direction
    T; the tangent to b begins at P with the direction t. With m across t on the surface the cable is taut where
 
        (Q - P).t = 0,    (Q - P).m = 0,    T.m = 0.
 
    Newton's rule solves this for s, alpha and beta; the derivative of Q and T by alpha is a Jacobi field, which
    is integrated with the geodesic. It begins at the shortest ways in planes (fan.c), at each one that is shorter
-   than those beside it, and the shortest that is found counts: the length depends on the ends alone, not on
+   than those next to it, and the shortest that is found counts: the length depends on the ends alone, not on
    earlier moves. Its gradient is that of the straight parts (envelope theorem).
 
    An end inside has the ellipsoid shrink in proportion to pass through it, as a sphere does. The length is then

@@ -25,7 +25,7 @@ typedef struct {
 /* The cones of both ends, scaled, none of them inside. */
 CORE_INSIDE void fan_cones(const real a[3], const real b[3], tangent_cone cones[2]);
 
-/* Starts for ways that are shorter than those beside them among some planes, one of the two numbers above, the
+/* Starts for ways that are shorter than those next to them among some planes, one of the two numbers above, the
    shortest first; returns how many.                                                                      */
 CORE_INSIDE int fan_starts(const real half_axes[3], const tangent_cone cones[2], int planes,
                            way_over starts[MAX_STARTS]);

@@ -3,7 +3,7 @@
    On x'Ax = 1, A = diag(1/r^2), the acceleration is normal to the surface, along Ax, and as large as keeps x
    on it. With g = |Ax|^2 the number D = (v'Av) g stays what it is along a geodesic (Joachimsthal), and the
    curvature of the surface is K = det(A) / g^2. So the geodesic by its length s, and the distance j of one
-   beside it (Jacobi's equation, j'' = -K j), follow
+   next to it (Jacobi's equation, j'' = -K j), follow
 
        x'' = -D w A x,     j'' = -det(A) w j,     w = g^-2.
 

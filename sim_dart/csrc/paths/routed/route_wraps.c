@@ -2,7 +2,7 @@
 
    OpenSim looks at one wrap after the other, each on the path over the others; of the segments in its range, and
    of the straight parts between the others there, the first that meets its surface has it, else the one that
-   becomes longer by the least. This goes on until nothing changes. The way over all that are found is then the
+   becomes longer by the least. This continues until nothing changes. The way over all that are found is then the
    taut one, where OpenSim's own is an approximation.                                                      */
 #include "route_wraps.h"
 

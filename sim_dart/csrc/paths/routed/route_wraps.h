@@ -18,7 +18,7 @@ typedef struct {
     real length, entering[3], leaving[3];
 } way_between;
 
-/* Between which points each wrap is: wrap_before, the one before it, or -1 where it is in no use. */
+/* Between which points each wrap is: wrap_before, the one before it, or -1 if it is in no use. */
 CORE_INSIDE void route_wraps_choose(core *c, route *r);
 
 /* The way from point i to j over the wraps between them, with the row's part but for what the points' own

@@ -1,4 +1,4 @@
-"""Tension laws in the checks and in the files."""
+"""Muscle laws in the checks and in the files."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_numbers_that_do_not_go_together_are_reported(kind, parameters, what):
 @pytest.mark.native
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_the_check_lets_pass_the_core_takes(kind):
-    """Random numbers near the defaults and at the bounds; both refuse some of them."""
+    """Random numbers near the defaults and at the bounds; both reject some of them."""
     rng = np.random.default_rng(len(kind))
     passed = 0
     parameters = TENSION_LAWS[kind].parameters

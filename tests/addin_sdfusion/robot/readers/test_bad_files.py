@@ -27,7 +27,7 @@ def sdf(tmp_path):
 
 
 def refusal(path):
-    """The one line that refuses a robot's files."""
+    """The one line that rejects a robot's files."""
     with pytest.raises(InputError) as caught:
         read_robot(path)
     assert "\n" not in str(caught.value)

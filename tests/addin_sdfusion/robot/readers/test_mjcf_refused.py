@@ -1,4 +1,4 @@
-"""MJCF that is refused, and what MuJoCo's compiler gets to see of a stranger's files."""
+"""MJCF that is rejected, and what MuJoCo's compiler gets to see of a stranger's files."""
 
 from __future__ import annotations
 
@@ -223,7 +223,7 @@ def test_without_mujoco_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.M
 def test_nothing_is_written_beside_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """MuJoCo writes a log where it is started unless it is kept from that."""
+    """MuJoCo writes a log if it is started unless it is kept from that."""
     monkeypatch.chdir(tmp_path)
     errors(written(tmp_path, '<body pos="inf 0 0"><joint/><geom size=".1"/></body>'))
     assert [file.name for file in tmp_path.iterdir()] == ["m.xml"]

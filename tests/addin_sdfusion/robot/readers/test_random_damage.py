@@ -1,4 +1,4 @@
-"""Broken files, made at random: read or refused in one line and in time, never a traceback.
+"""Broken files, made at random: read or rejected in one line and in time, never a traceback.
 
 A mutation's number and kind alone decide it. CARDSFLOW_MUTATIONS says how many are tried, 500
 if it is not set; a failure names its number.

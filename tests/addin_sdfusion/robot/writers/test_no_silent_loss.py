@@ -89,7 +89,7 @@ NAMED = {"links-merged", "names-left-out", "cable-sets-left-out", "task-sets-lef
 
 
 class Written(NamedTuple):
-    """What a format makes of a robot; no files where it refuses it."""
+    """What a format makes of a robot; no files where it rejects it."""
 
     files: dict[str, bytes]
     findings: list[Finding]
@@ -174,7 +174,7 @@ CASES = [
         pytest.param(seed, 3, format_, marks=[pytest.mark.slow, *[LONG] * (seed == 5)])
         for seed in (4, 5)
         for format_ in FORMATS
-        if seed % 2 or format_ != "caspr"  # which refuses joints of turned frames
+        if seed % 2 or format_ != "caspr"  # which rejects joints of turned frames
     ),
 ]
 

@@ -54,7 +54,7 @@ def undeclared(element, description):
 
 
 def test_nothing_is_written_that_the_newest_sdf_does_not_have(tmp_path):
-    """Readers pass from version to version, and Drake refuses what is unknown in the last one."""
+    """Readers pass from version to version, and Drake rejects what is unknown in the last one."""
     write_sdf(every_joint(), tmp_path)
     newest = etree.parse(DESCRIPTIONS[-1] / "root.sdf").getroot()
     assert not list(undeclared(etree.parse(tmp_path / "model.sdf").getroot(), newest))

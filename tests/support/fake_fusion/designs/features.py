@@ -76,7 +76,7 @@ def closed_loop() -> Any:
 
 
 def assembly_constraints() -> Any:
-    """The root has an assembly constraint beside its joints: allJoints fails."""
+    """The root has an assembly constraint next to its joints: allJoints fails."""
     build = Builder("constraints")
     chain(build)
     build.constraint()
@@ -290,7 +290,7 @@ def l_shape() -> Any:
 
 
 def surface_and_mesh_bodies() -> Any:
-    """`upper` has a surface and a mesh body beside its solid, `lower` nothing but a mesh body."""
+    """`upper` has a surface and a mesh body next to its solid, `lower` nothing but a mesh body."""
     build = Builder("surfaces")
     paths = chain(build)
     T = translation((0.0, 0.0, 5.0))
@@ -371,7 +371,7 @@ def case_differences() -> Any:
 
 
 def unexported_link() -> Any:
-    """A via point names `?`, which is no link: issue 5 of the original."""
+    """A via point names `?`, which is not a link: issue 5 of the original."""
     build = Builder("unexported")
     paths = chain(build)
     muscle(build, 0, [("base", paths[0]), ("?", paths[1])])

@@ -55,7 +55,7 @@ def chain(
     Args:
         build: The design to draw in.
         names: Of components and links; the first is grounded.
-        joints: Names of the joints; `<link>_joint` where there is none.
+        joints: Names of the joints; `<link>_joint` if there is none.
         groups: Whether the links are rigid groups.
         length: Of a link, in [cm]; its component's origin is at its lower end.
         limits: Of the joints, in [rad].

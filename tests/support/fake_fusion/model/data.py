@@ -198,7 +198,7 @@ class MotionLinkData(Named):
     """A motion link.
 
     Attributes:
-        joint_one, joint_two: What it links; `joint_two` is None where both motions are of one.
+        joint_one, joint_two: What it links; `joint_two` is None if both motions are of one.
         motions: JointMotionTypes values.
         values: By how much each moves while the other does, in [rad] or [cm].
         reversed: Whether the second moves the other way.

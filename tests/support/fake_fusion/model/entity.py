@@ -48,7 +48,7 @@ def occurrence(path: Path) -> Any:
 
 
 def refuse_reference(component: ComponentData, what: str) -> None:
-    """Refuse an edit of a component that lives in another document.
+    """Reject an edit of a component that lives in another document.
 
     Raises:
         RuntimeError: It does.

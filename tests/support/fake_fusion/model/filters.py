@@ -88,5 +88,5 @@ FILTERS: dict[str, Callable[[Any], bool]] = {
 
 
 def passes(entity: Any, filters: Sequence[str]) -> bool:
-    """Whether an entity may be selected; everything may where there is no filter."""
+    """Whether an entity may be selected; everything may if there is no filter."""
     return not filters or any(FILTERS[name](entity._data) for name in filters)

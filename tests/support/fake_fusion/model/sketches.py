@@ -31,7 +31,7 @@ class Sketch(Placed, WithName, WithVisibility, Deletable):
 @api("adsk.fusion")
 @named
 class Sketches(Items):
-    """`add` is refused: the add-in must not make sketches."""
+    """`add` is rejected: the add-in must not make sketches."""
 
     def _all(self) -> list[Any]:
         return [wrap(s) for s in self._component.sketches]

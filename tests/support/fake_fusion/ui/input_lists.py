@@ -73,7 +73,7 @@ class _List(CommandInput):
 
     @property
     def selectedItem(self) -> Any:
-        """None where nothing is selected."""
+        """None if nothing is selected."""
         items = [i for i in self._data.fields["items"] if i.selected]
         return new(ListItem, data=self._data, item=items[0]) if items else None
 

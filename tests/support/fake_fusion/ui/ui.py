@@ -42,7 +42,7 @@ class UserInterface(Base):
 
     @property
     def activeCommand(self) -> str:
-        """Id of the running command; that of selecting where none is."""
+        """Id of the running command; that of selecting if none is."""
         running = world().running
         return "SelectCommand" if running is None else running.data.definition.id
 

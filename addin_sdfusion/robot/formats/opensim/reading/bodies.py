@@ -16,7 +16,7 @@ GEOMETRY = "Geometry"
 
 
 def read_body(node: Node, frames: Frames) -> Link:
-    """A link; what is seen of it hangs on the body and on frames offset from it."""
+    """Return a link; what is seen of it hangs on the body and on frames offset from it."""
     name = node.subject.name
     meshes = list(_meshes(node, IDENTITY))
     for path, frame in frames.offsets(name):
@@ -43,7 +43,7 @@ def _meshes(node: Node, pose: Pose) -> Iterator[Mesh]:
 
 
 def note_shapes(model: Node) -> None:
-    """Shapes that are no meshes, in one warning."""
+    """Shapes that are not meshes, in one warning."""
     bodies = [*model.all("Ground"), *objects(model, "BodySet")]
     shapes = [
         shape

@@ -20,7 +20,7 @@ EVERYWHERE = (-math.inf, math.inf)
 
 
 def read_coordinate(node: Node, unit: str) -> Coordinate:
-    """A coordinate; its range is one of hard stops if it is clamped."""
+    """Return a coordinate; its range is one of hard stops if it is clamped."""
     node = node.about(Subject("coordinate", node.attribute("name")))
     lower, upper = -math.inf, math.inf
     child = node.optional("range")
@@ -42,7 +42,7 @@ def read_coordinate(node: Node, unit: str) -> Coordinate:
 
 
 def coordinate_ranges(nodes: Sequence[Node]) -> dict[str, tuple[float, float]]:
-    """The ranges that coordinates have by name, clamped or not, in [rad] or [m]."""
+    """Return the ranges that coordinates have by name, clamped or not, in [rad] or [m]."""
     found = {}
     for node in nodes:
         child = node.optional("range")
@@ -52,7 +52,7 @@ def coordinate_ranges(nodes: Sequence[Node]) -> dict[str, tuple[float, float]]:
 
 
 def with_couplings(joints: Sequence[Joint], constraints: Sequence[Node]) -> list[Joint]:
-    """The joints with the coordinates that couplers make follow others."""
+    """Return the joints with the coordinates that couplers make follow others."""
     known = {c.name: c for joint in joints for c in joint.coordinates}
     for node in constraints:
         if node.tag == COUPLER and is_true(node, "isEnforced", True):

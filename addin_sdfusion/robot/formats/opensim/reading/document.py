@@ -18,7 +18,7 @@ _COLONS = re.compile(rb"<(/?\w+)::(\w+)")
 
 
 def read_document(file: Path, notes: Notes) -> Node:
-    """The `<Model>` of a file.
+    """Return the `<Model>` of a file.
 
     Raises:
         InputError: It is not readable XML, not OpenSim's, or too old.
@@ -46,7 +46,7 @@ def _without_colons(data: bytes) -> bytes:
 
 
 def objects(parent: Node, tag: str) -> list[Node]:
-    """The objects of a set, such as `<BodySet><objects>`."""
+    """Return the objects of a set, such as `<BodySet><objects>`."""
     return [
         child
         for group in parent.all(tag)
@@ -56,24 +56,24 @@ def objects(parent: Node, tag: str) -> list[Node]:
 
 
 def is_true(node: Node, tag: str, default: bool) -> bool:
-    """The value of a switch."""
+    """Return the value of a switch."""
     child = node.optional(tag)
     return default if child is None else child.text.lower() in TRUE
 
 
 def text(node: Node, tag: str, default: str = "") -> str:
-    """The text of a child element; the default where there is none."""
+    """Return the text of a child element; the default if there is none."""
     child = node.optional(tag)
     return default if child is None else child.text
 
 
 def inner(node: Node, tag: str) -> Node | None:
-    """The one element inside a child, such as the function in `<x_location>`."""
+    """Return the one element inside a child, such as the function in `<x_location>`."""
     child = node.optional(tag)
     found = [] if child is None else child.all()
     return found[0] if found else None
 
 
 def last_name(path: str) -> str:
-    """The name of what a path leads to."""
+    """Return the name of what a path leads to."""
     return path.rpartition("/")[2]

@@ -50,7 +50,7 @@ class Frames:
         ]
 
     def place(self, node: Node, tag: str, owner: str) -> tuple[str, Transform]:
-        """The link that a socket leads to, and the frame's place in it.
+        """Return the link that a socket leads to, and the frame's place in it.
 
         Args:
             node: What has the socket.
@@ -86,7 +86,7 @@ class Frames:
                 self._add(inner, f"{path}/{inner.attribute('name', '')}")
 
     def _path(self, words: str, owner: str) -> str:
-        """The absolute path that a socket means; one of a name alone may be anywhere."""
+        """Return the absolute path that a socket means; one of a name alone may be anywhere."""
         if words.startswith("/"):
             return words
         path = _joined(words, owner)
@@ -99,7 +99,7 @@ class Frames:
         return paths[0] if len(paths) == 1 else path
 
     def _place(self, path: str) -> tuple[str, Transform] | None:
-        """The link of a frame and the place in it; None where there is no such frame."""
+        """Return the link of a frame and the place in it; None if there is no such frame."""
         if path not in self._places:
             self._places[path] = self._found(path, 0)
         return self._places[path]
@@ -133,7 +133,7 @@ class Frames:
 
 
 def offset(node: Node, angles: str) -> Transform:
-    """The place of a frame or a wrap object in its parent.
+    """Return the place of a frame or a wrap object in its parent.
 
     Args:
         node: Its element.
@@ -154,7 +154,7 @@ def rotation_xyz(angles: Vector3) -> Matrix3:
 
 
 def pose_of(T: Transform, node: Node | None = None, angles: str = "orientation") -> Pose:
-    """A place as the description has it; turns about one axis keep their angle.
+    """Return a place as the description has it; turns about one axis keep their angle.
 
     Args:
         T: The place.
@@ -169,7 +169,7 @@ def pose_of(T: Transform, node: Node | None = None, angles: str = "orientation")
 
 
 def _joined(words: str, owner: str) -> str:
-    """The absolute path of a path that is relative to an owner's."""
+    """Return the absolute path of a path that is relative to an owner's."""
     parts = owner.split("/")
     for word in words.split("/"):
         if word == "..":

@@ -34,7 +34,7 @@ MAX_INNER = 20
 
 
 def read_terms(node: Node, coordinates: Sequence[str], depth: int = 0) -> Terms:
-    """A function of some coordinates as a sum; what is not supported is noted as an error.
+    """Return a function of some coordinates as a sum; what is not supported is noted as an error.
 
     Args:
         node: Its element.

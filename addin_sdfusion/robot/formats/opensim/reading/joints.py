@@ -74,7 +74,7 @@ AXES = {
 
 
 def read_joint(node: Node, frames: Frames) -> Joint:
-    """A joint with its coordinates."""
+    """Return a joint with its coordinates."""
     name = node.subject.name
     own = f"/jointset/{name}"
     parent, T_parent_joint = frames.place(node, "socket_parent_frame", own)
@@ -141,7 +141,7 @@ def _units(motions: Sequence[Motion], count: int) -> list[str]:
 def _unnamed(
     joint: str, motions: Sequence[Motion], named: Sequence[Coordinate]
 ) -> tuple[Coordinate, ...]:
-    """Coordinates that the file does not list, with OpenSim's own values and names."""
+    """Return coordinates that the file does not list, with OpenSim's own values and names."""
     count = max((m.coordinate + 1 for m in motions if not m.is_fixed), default=0)
     words = DEFAULT_NAMES.get(count, tuple(map(str, range(count))))
     units = {m.coordinate: m.unit for m in motions if not m.is_fixed}
@@ -152,7 +152,7 @@ def _unnamed(
 
 
 def _custom(node: Node, names: list[str]) -> tuple[Motion, ...]:
-    """The motions of a CustomJoint, those that stand still at 0 left out."""
+    """Return the motions of a CustomJoint, those that stand still at 0 left out."""
     transform = node.required("SpatialTransform")
     axes = [] if transform is None else transform.all("TransformAxis")
     by_name = {axis.attribute("name", ""): axis for axis in axes}
@@ -168,7 +168,7 @@ def _custom(node: Node, names: list[str]) -> tuple[Motion, ...]:
 
 
 def _about_axis(node: Node, kind: MotionKind, default: Vector3, names: list[str]) -> list[Motion]:
-    """The motions of one axis: one a term of its function's sum."""
+    """Return the motions of one axis: one a term of its function's sum."""
     axis = normalized(node.vector("axis")) if node.all("axis") else default
     functions = [child for child in node.all() if child.tag not in ("coordinates", "axis")]
     if functions and functions[0].tag == "function":
@@ -189,5 +189,5 @@ def _about_axis(node: Node, kind: MotionKind, default: Vector3, names: list[str]
 
 
 def about(node: Node) -> Node:
-    """A joint's element as the description of it."""
+    """Return a joint's element as the description of it."""
     return node.about(Subject("joint", node.attribute("name")))

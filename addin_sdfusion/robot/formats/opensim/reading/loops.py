@@ -53,7 +53,7 @@ def read_loops(
 
 
 def _end(node: Node, frames: Frames, number: str) -> End:
-    """The frame at one end, as a link and the place in it."""
+    """Return the frame at one end, as a link and the place in it."""
     own = f"/constraintset/{node.attribute('name', '')}"
     if node.tag == WELD:
         link, T_link_frame = frames.place(node, f"socket_frame{number}", own)

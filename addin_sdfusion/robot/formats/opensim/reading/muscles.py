@@ -43,12 +43,12 @@ STRENGTH = "max_isometric_force"
 
 
 def is_muscle(node: Node) -> bool:
-    """Whether a force acts along a path."""
+    """Return whether a force acts along a path."""
     return node.tag in KINDS or bool(node.all("GeometryPath", "path"))
 
 
 def read_muscle(node: Node, around: Surroundings) -> Muscle | None:
-    """A muscle; None where it is not to act, or neither its law nor its strength is known."""
+    """A muscle; None if it is not to act, or neither its law nor its strength is known."""
     node = node.about(Subject("muscle", node.attribute("name")))
     if not is_true(node, "appliesForce", True) or is_true(node, "isDisabled", False):
         node.warning("muscle-left-out", "it is switched off in the file; left out")
@@ -83,7 +83,7 @@ def _cable(node: Node, muscle: Muscle) -> Muscle:
 
 
 def _actuator(node: Node, muscle: Muscle) -> Muscle:
-    """A cable whose control times its optimal force is the tension."""
+    """Return a cable whose control times its optimal force is the tension."""
     scale = node.number("optimal_force", 1.0)
     low = scale * node.number("min_control", float("-inf"), infinite=True)
     high = scale * node.number("max_control", float("inf"), infinite=True)
@@ -168,5 +168,5 @@ def _implied_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def _given(node: Node, names: Mapping[str, str]) -> dict[str, float]:
-    """The parameters that an element gives, by our names."""
+    """Return the parameters that an element gives, by our names."""
     return {ours: node.number(theirs) for ours, theirs in names.items() if node.all(theirs)}

@@ -36,7 +36,7 @@ class Surroundings:
 
 
 def geometry_path(node: Node) -> Node | None:
-    """The path of a muscle; where there is none, or one of another kind, that is noted."""
+    """Return the path of a muscle; if there is none, or one of another kind, that is noted."""
     for holder in (node, *node.all("path")):
         for path in holder.all("GeometryPath"):
             return path
@@ -48,7 +48,7 @@ def geometry_path(node: Node) -> Node | None:
 
 
 def read_points(path: Node, around: Surroundings) -> list[ViaPoint]:
-    """The points of a path, in order."""
+    """Return the points of a path, in order."""
     return [_point(node, around) for node in objects(path, "PathPointSet")]
 
 

@@ -1,8 +1,8 @@
 """OpenSim's tori, as cylinders.
 
 OpenSim leads a path through a torus's hole over a cylinder that touches the tube from within,
-where a ring of twice the radius is nearest to the straight line; in every pose anew. Here that of
-the model's first pose stays where it is, so that lengths have derivatives; each path has its own.
+where a ring of twice the radius is nearest to the straight line; in every pose again. Here that of
+the model's first pose stays if it is, so that lengths have derivatives; each path has its own.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Torus(NamedTuple):
 
 
 def with_cylinders(robot: Robot, tori: Mapping[str, Torus]) -> Robot:
-    """The robot with cylinders in the place of the tori that muscles wrap over.
+    """Return the robot with cylinders in the place of the tori that muscles wrap over.
 
     Args:
         robot: Some of its wraps may be over tori, by their names.
@@ -113,7 +113,7 @@ class _Places:
 
 
 def _cylinder(torus: Torus, muscle: Muscle, wrap: Wrap, places: _Places) -> WrapSurface | None:
-    """The cylinder of a muscle; None, which is noted, where it does not pass through the hole."""
+    """The cylinder of a muscle; None, which is noted, if it does not pass through the hole."""
     segments = list(places.segments(torus, muscle, wrap))
     through = [(_beside(a, b), a, b) for a, b in segments if a[2] * b[2] < 0.0]
     name, node = (
@@ -145,7 +145,7 @@ def _beside(a: Vector3, b: Vector3) -> float:
 
 
 def _nearest(ring: float, a: Vector3, b: Vector3) -> float:
-    """The angle at which a ring about z is nearest to a line."""
+    """Return the angle at which a ring about z is nearest to a line."""
     along = subtract(b, a)
 
     def distance(angle: float) -> float:

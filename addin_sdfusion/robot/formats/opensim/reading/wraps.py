@@ -32,7 +32,7 @@ class WrapObject(NamedTuple):
 
 
 def read_wrap_objects(model: Node, frames: Frames) -> dict[str, WrapObject | None]:
-    """The wrap objects by name; None for those that are switched off."""
+    """Return the wrap objects by name; None for those that are switched off."""
     found: dict[str, WrapObject | None] = {}
     for link, T_link_frame, owner in _owners(model, frames):
         for node in objects(owner, "WrapObjectSet"):

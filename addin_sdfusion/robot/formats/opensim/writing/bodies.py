@@ -13,11 +13,11 @@ from ...writing.xml_text import element, numbers
 from .names import GROUND
 
 MIN_MASS = 1e-12
-"""In [kg]: OpenSim takes away the inertia of a body without mass, and refuses two such in a row."""
+"""In [kg]: OpenSim takes away the inertia of a body without mass, and rejects two such in a row."""
 
 
 def objects(parent: ElementTree.Element, tag: str, name: str) -> ElementTree.Element:
-    """A named set of objects; returns the parent of its objects."""
+    """Return a named set of objects; returns the parent of its objects."""
     return element(element(parent, tag, name=name), "objects")
 
 
@@ -41,7 +41,7 @@ def placement(parent: ElementTree.Element, tags: tuple[str, str], p: Vector3, R:
 
 
 def standing_links(robot: Robot) -> set[str]:
-    """The links that are fixed to the world; OpenSim takes them without mass."""
+    """Return the links that are fixed to the world; OpenSim takes them without mass."""
     standing = {WORLD}
     for joint in robot.joints:  # parents first
         if joint.parent in standing and not joint.motions:

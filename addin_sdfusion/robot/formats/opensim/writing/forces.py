@@ -18,7 +18,7 @@ from .wraps import WrapNames, add_wraps
 def add_muscle(
     forces: ElementTree.Element, muscle: Muscle, names: WrapNames, coordinates: CoordinatePaths
 ) -> None:
-    """Add a muscle: OpenSim's own where it has one of the kind, else one commanded by tension."""
+    """Add a muscle: OpenSim's own if it has one of the kind, else one commanded by tension."""
     path = element(force_element(forces, muscle), "GeometryPath", name="path")
     add_points(path, muscle, coordinates)
     add_wraps(path, muscle, names)

@@ -10,7 +10,7 @@ from ...writing.xml_text import element, numbers
 
 
 def is_linear(function: Function) -> bool:
-    """Whether it is a x + b, or b."""
+    """Return whether it is a x + b, or b."""
     return isinstance(function, Polynomial) and len(function.coefficients) <= 2
 
 

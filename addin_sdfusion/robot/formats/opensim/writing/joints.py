@@ -45,7 +45,7 @@ class Axis(NamedTuple):
 
 
 def custom_axes(joint: Joint) -> dict[str, Axis] | None:
-    """The six axes of a CustomJoint, by their names; None where the joint is none."""
+    """Return the six axes of a CustomJoint, by their names; None if the joint is none."""
     kinds = [motion.kind for motion in joint.motions]
     if kinds != sorted(kinds, reverse=True):  # translations are before rotations
         return None
@@ -61,18 +61,18 @@ def custom_axes(joint: Joint) -> dict[str, Axis] | None:
 
 
 def is_one_joint(joint: Joint) -> bool:
-    """Whether OpenSim has it as one joint."""
+    """Return whether OpenSim has it as one joint."""
     return custom_axes(joint) is not None or over_ellipsoid(joint.motions) is not None
 
 
 def turns_thrice(joint: Joint) -> bool:
-    """Whether three rotations of one joint of OpenSim's follow one coordinate."""
+    """Return whether three rotations of one joint of OpenSim's follow one coordinate."""
     turned = Counter(m.coordinate for m in joint.motions if m.kind == "rotation" and not m.is_fixed)
     return max(turned.values(), default=0) >= 3 and is_one_joint(joint)
 
 
 def is_chain(joint: Joint) -> bool:
-    """Whether a joint that is not one of OpenSim's is a chain of single ones there."""
+    """Return whether a joint that is not one of OpenSim's is a chain of single ones there."""
     moved = [motion.coordinate for motion in joint.motions if not motion.is_fixed]
     return sorted(moved) == list(range(len(joint.coordinates)))
 
@@ -140,7 +140,7 @@ def _about_axes(motions: Sequence[Motion]) -> list[list[Motion]]:
 
 
 def _is_one_axis(group: Sequence[Motion]) -> bool:
-    """Whether OpenSim has the sum of these motions about one axis."""
+    """Return whether OpenSim has the sum of these motions about one axis."""
     coordinates = {motion.coordinate for motion in group if not motion.is_fixed}
     own = len(group) == 1 or len(coordinates) == len(group)
     return own and is_written([motion.function for motion in group])

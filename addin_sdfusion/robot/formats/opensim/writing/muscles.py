@@ -1,4 +1,4 @@
-"""Tension laws in OpenSim: its muscles and ligaments, with our parameters."""
+"""Muscle laws in OpenSim: its muscles and ligaments, with our parameters."""
 
 from __future__ import annotations
 
@@ -159,14 +159,14 @@ def _add_schuttes(node: ElementTree.Element, values: Mapping[str, float]) -> Non
 
 
 def has_other_bounds(muscle: Muscle) -> dict[str, object]:
-    """The class of a muscle whose bounds of the force OpenSim does not have."""
+    """Return the class of a muscle whose bounds of the force OpenSim does not have."""
     kind = muscle.model.kind
     has_bounds = muscle.f_min > 0.0 or muscle.f_max < math.inf
     return {"class": CLASSES[kind]} if kind in CLASSES and has_bounds else {}
 
 
 def changed_parameters(muscle: Muscle) -> dict[str, object]:
-    """The class of a muscle, and the values in place of those that it does not take."""
+    """Return the class of a muscle, and the values in place of those that it does not take."""
     kind = muscle.model.kind
     if kind not in CLASSES:
         return {}
@@ -177,7 +177,7 @@ def changed_parameters(muscle: Muscle) -> dict[str, object]:
 
 
 def passed_over_damping(muscle: Muscle) -> dict[str, object]:
-    """The class of a muscle, and the damping of its fibre that OpenSim does not heed."""
+    """Return the class of a muscle, and the damping of its fibre that OpenSim does not heed."""
     if muscle.model.kind != "hill_degroote2016":
         return {}
     ours = law_parameters(muscle.model)
@@ -187,7 +187,7 @@ def passed_over_damping(muscle: Muscle) -> dict[str, object]:
 
 
 def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
-    """The parameters that OpenSim takes, or computes with in any case."""
+    """Return the parameters that OpenSim takes, or computes with in any case."""
     values = dict(ours)
     if kind == "hill_thelen2003":
         values["elastic_tendon"] = 1.0
@@ -206,7 +206,7 @@ def taken_by_opensim(kind: str, ours: Mapping[str, float]) -> dict[str, float]:
 
 
 def millards_stiffnesses(values: Mapping[str, float]) -> dict[str, float]:
-    """The slopes at F0; where they are 0 they follow from the strains.
+    """Return the slopes at F0; if they are 0 they follow from the strains.
 
     OpenSim wants all numbers of a curve, or none.
     """

@@ -15,13 +15,13 @@ from ...capability import Found
 
 GROUND = "ground"
 REFUSED = re.compile(r"[\s/\\*+]|^\.+$")
-"""Signs that OpenSim refuses in names, and the names that mean folders to it."""
+"""Signs that OpenSim rejects in names, and the names that mean folders to it."""
 
 Renaming = dict[str, str]
 
 
 def with_legal_names(robot: Robot) -> Robot:
-    """The robot, active sets only, under names that OpenSim takes."""
+    """Return the robot, active sets only, under names that OpenSim takes."""
     renaming = _renamings(robot)
     links, joints = renaming["link"] | {WORLD: WORLD}, renaming["joint"]
     coordinates, surfaces = renaming["coordinate"], renaming["wrap surface"]

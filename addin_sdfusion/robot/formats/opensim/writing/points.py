@@ -64,13 +64,13 @@ def _written_range(robot: Robot, move: PointMotion) -> Range:
 
 
 def _limits(robot: Robot, move: PointMotion) -> Range | None:
-    """The limits of the coordinate that moves a point; None where it has none."""
+    """Return the limits of the coordinate that moves a point; None if it has none."""
     c = next(c for c in robot.all_coordinates if c.name == move.coordinate)
     return (c.lower, c.upper) if math.isfinite(c.lower) or math.isfinite(c.upper) else None
 
 
 def is_fixed_there(point: ViaPoint) -> bool:
-    """Whether a point moves here and does not in OpenSim."""
+    """Return whether a point moves here and does not in OpenSim."""
     return bool(point.moves) and not _is_moving(point)
 
 
@@ -82,12 +82,12 @@ def _moves(robot: Robot) -> Iterator[tuple[Muscle, PointMotion]]:
 
 
 def _is_moving(point: ViaPoint) -> bool:
-    """Whether it is a moving point of OpenSim's."""
+    """Return whether it is a moving point of OpenSim's."""
     return bool(point.moves) and point.when is None and _along(point) is not None
 
 
 def _along(point: ViaPoint) -> list[PointMotion | None] | None:
-    """The motion along each axis of the link; None where there are others, or several along one."""
+    """The motion along each axis of the link; None if there are others, or several along one."""
     found: list[PointMotion | None] = [None, None, None]
     for move in point.moves:
         if move.axis not in UNITS or found[UNITS.index(move.axis)] is not None:
@@ -125,7 +125,7 @@ def _add_moving(
 
 
 def _raised(function: Function, by: float) -> Function:
-    """The function and a constant."""
+    """Return the function and a constant."""
     if isinstance(function, Polynomial):
         first, *others = function.coefficients
         return Polynomial((first + by, *others))

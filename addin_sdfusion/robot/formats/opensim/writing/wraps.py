@@ -27,7 +27,7 @@ WrapNames = dict[tuple[str, int], str]
 
 
 def wrap_names(robot: Robot) -> WrapNames:
-    """The wrap object of every wrap, by muscle and index.
+    """Return the wrap object of every wrap, by muscle and index.
 
     A half of space, so a chosen side too, belongs to the object in OpenSim: wraps with another one
     than most have over that surface have an object of their own.
@@ -86,7 +86,7 @@ def approximated(robot: Robot) -> Iterator[Found]:
 
 
 def shares_segments(muscle: Muscle) -> bool:
-    """Whether a muscle wraps over several surfaces in one segment."""
+    """Return whether a muscle wraps over several surfaces in one segment."""
     outer = [wrap for wrap in muscle.wraps if not wrap.inside]
     return len({wrap.segment for wrap in outer}) < len(outer)
 
@@ -100,7 +100,7 @@ def _side_angle(robot: Robot, muscle: Muscle, wrap: Wrap, surface: WrapSurface) 
 
 
 def _usual_quadrants(robot: Robot) -> dict[str, Quadrant]:
-    """The quadrant in which most paths over each surface pass."""
+    """Return the quadrant in which most paths over each surface pass."""
     counts: dict[str, Counter[Quadrant]] = {}
     for muscle in robot.muscles:
         for wrap in muscle.wraps:

@@ -1,10 +1,10 @@
-/* Muscles with tension laws under a control law that asks for forces: what they can come to, and the
+/* Muscles with muscle laws under a control law that asks for forces: what they can come to, and the
  * commands with which they do.
  *
  * At every tick the muscles' states and the joints' velocities say which tensions can be reached within a horizon;
  * the control law chooses among them, and the commands that lead there, if they are held as long, are found by
  * inverting the muscles' laws. A horizon of one period aims at the next tick. Muscles that answer late, as a motor
- * behind a spring does, need a longer one: a command that makes up for the whole delay within a single period
+ * behind a spring does, need a longer one: a command that compensates for the whole delay within a single period
  * overshoots. A drive that holds a position is commanded one that moves along with the path from tick to tick. */
 #ifndef NATIVE_MUSCLES_H
 #define NATIVE_MUSCLES_H
@@ -14,7 +14,7 @@
 
 #include <stddef.h>
 
-/* Muscle laws outside of C; to the core such a muscle is an ideal cable. NULL functions where there are none. */
+/* Muscle laws outside of C; to the core such a muscle is an ideal cable. NULL functions if there are none. */
 struct muscle_functions {
     void *self;
     /* The commands of the core, m: of these muscles their tensions, at the core's lengths and rates. */

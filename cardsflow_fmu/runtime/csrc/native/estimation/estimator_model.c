@@ -33,7 +33,7 @@ static int all_finite(const double *values, size_t count)
     return 1;
 }
 
-/* The estimate; the last one where it is lost to what is no number. */
+/* The estimate; the last one if it is lost to what is not a number. */
 static void write_outputs(const struct estimator_model *s, size_t n)
 {
     if (all_finite(s->state, 3 * n) && all_finite(s->deviations, n)) {

@@ -20,7 +20,7 @@ static int refuse_command(struct model *model, size_t muscle)
     return 1;
 }
 
-/* Tensions and states of muscles, with the commands as they stand. */
+/* Tensions and states of muscles, with the commands unchanged. */
 static int write_muscles(struct model *model)
 {
     const struct native_model *native = model->backend;
@@ -65,7 +65,7 @@ static int write_outputs(struct model *model)
     return plant->settings.of.tensions.count || plant->settings.of.far_tensions.count ? write_muscles(model) : 0;
 }
 
-/* Moves the core to its q and qd, and shows where it is. */
+/* Moves the core to its q and qd, and shows if it is. */
 static int go(struct model *model)
 {
     struct native_model *native = model->backend;

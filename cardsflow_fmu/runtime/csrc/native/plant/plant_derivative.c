@@ -56,7 +56,7 @@ static int is_in(struct native_group group, uint32_t variable, uint32_t *at)
     return variable >= group.first && *at < group.count;
 }
 
-/* Adds a seed to the direction. Nonzero where there is no derivative by that variable. */
+/* Adds a seed to the direction. Nonzero if there is no derivative by that variable. */
 static int add_seed(const struct plant_settings *s, const struct change *change, uint32_t known, double seed,
                     int is_at_start)
 {

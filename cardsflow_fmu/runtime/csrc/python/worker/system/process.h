@@ -29,7 +29,7 @@ int process_is_own(const struct process *process);
 /* Whether it has ended by itself, or does so within some seconds, and how. */
 int process_has_ended(struct process *process, double seconds, struct text *how);
 
-/* Waits for its end, for a time at most, then ends it. Nothing of it is left. Another's goes on. */
+/* Waits for its end, for a time at most, then ends it. Nothing of it is left. Another's continues. */
 void process_end(struct process *process, double patience);
 
 /* In the process that was started: finds memory and bell by the last argument. From then on this
