@@ -1,7 +1,7 @@
-"""The files that travel with an experiment, in FMUs, .ssp files and results, and those that do not.
+"""Files that are packed with an experiment into FMUs, .ssp files and results.
 
-An experiment or its robot may come from a stranger. What travels therefore lies in the folders of
-experiment and robots, or was named by whoever loads the experiment, and meshes are meshes.
+Experiments and robots may be untrusted. Only files in their folders
+and files that the user has named explicitly are packed, and mesh files must contain meshes.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from addin_sdfusion.robot.model.robot import Mesh
 from .settings.custom_law import CustomLaw
 
 Files = dict[str, bytes | Path]
-"""Content, or a file to copy, by its path below the archive's root."""
+"""Content, or a file to copy, by path in the archive."""
 
 
 def named_files(settings: Any, folder: Path) -> tuple[Path, ...]:
-    """Files that settings name, wherever in them.
+    """Return the existing files that settings name, at any depth.
 
     Args:
         settings: Plain data.
-        folder: Where relative paths begin.
+        folder: Folder of relative paths.
     """
     if isinstance(settings, str):
         law = CustomLaw.of(settings)
@@ -48,26 +48,26 @@ def named_files(settings: Any, folder: Path) -> tuple[Path, ...]:
 
 
 def mesh_roots(file: Path, robots: Iterable[Path], named: Iterable[Path]) -> tuple[Path, ...]:
-    """Where files may travel from: see `lies_in`.
+    """Return the folders and files that may be packed; see `lies_in`.
 
     Args:
-        file: The experiment's file.
-        robots: The main files of its robots.
-        named: Files that its user has named.
+        file: The experiment file.
+        robots: Main files of its robots.
+        named: Files that the user has named explicitly.
     """
     return (file.parent, *(robot.parent for robot in robots), *named)
 
 
 def require_own(file: Path, roots: Sequence[Path], key: str | None = None) -> Path:
-    """Refuse a file that may not travel.
+    """Check that a file may be packed.
 
     Args:
         file: The file.
         roots: As for `lies_in`.
-        key: The setting that names it.
+        key: Key of the setting that names the file.
 
     Raises:
-        InputError: It lies elsewhere.
+        InputError: The file is outside of the allowed folders.
     """
     if is_file(file) and not lies_in(file, roots):
         raise InputError(OUTSIDE, file=file, key=key)
@@ -75,45 +75,45 @@ def require_own(file: Path, roots: Sequence[Path], key: str | None = None) -> Pa
 
 
 def require_closed(data: Mapping[str, Any], file: Path) -> None:
-    """Refuse an experiment among the files of an archive that leads out of the archive.
+    """Check that an experiment in an archive only names files of the archive.
 
     Args:
-        data: The content of the experiment's file.
+        data: The content of the experiment file.
         file: The file, for messages.
 
     Raises:
-        InputError: A path in it is absolute or leads up, or it names external FMUs or a key.
+        InputError: A path is absolute or contains `..`, or there are external FMUs or a key file.
     """
     for key, path in _paths(data):
         if not isinstance(path, str):
             continue
         parts = PurePosixPath(path.replace("\\", "/"))
         if parts.is_absolute() or ".." in parts.parts or ":" in path:
-            what = f"{path!r} leads out of the archive that the experiment came in"
+            what = f"{path!r} is outside of the archive of the experiment"
             raise InputError(what, file=file, key=key)
         if (file.parent / path).exists() and not lies_in(file.parent / path, [file.parent]):
-            what = f"{path!r} is a link that leads out of the archive that the experiment came in"
+            what = f"{path!r} is a link to a file outside of the archive of the experiment"
             raise InputError(what, file=file, key=key)
 
 
 def require_carried(own: Iterable[Path], folder: Path) -> None:
-    """Refuse a robot in an archive that names files outside of it.
+    """Check that all files of a robot are in the unpacked archive.
 
     Args:
         own: The files of the robot.
-        folder: Where the archive is unpacked.
+        folder: Folder of the unpacked archive.
 
     Raises:
-        InputError: One lies elsewhere.
+        InputError: A file is outside of the folder.
     """
     for file in own:
         if not lies_in(file, [folder]):
-            what = "is named by a robot in an archive, and lies outside of the archive"
+            what = "is used by a robot in an archive, but is outside of the archive"
             raise InputError(what, file=file)
 
 
 def _paths(data: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """The paths in an experiment, by their keys."""
+    """Return the paths in an experiment, by key."""
     yield "robot.path", _table(data, "robot").get("path")
     for key, rows, entry in (
         ("robots", data.get("robots"), "path"),
@@ -141,71 +141,71 @@ def _table(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
 
 
 def robot_folder(place: str, own: Sequence[Path]) -> str:
-    """Where the folder of a robot's main file is in an archive.
+    """Return the folder of the main file of a robot in an archive.
 
-    It is as deep as there is above it what other files of the robot are in: a model that it
-    includes from beside its folder stays beside it.
+    Relative paths between the files of a robot stay valid: the folder keeps its depth below the
+    common folder of all files.
 
     Args:
         place: Path of the robot in the archive.
-        own: The files, the main one first.
+        own: The files, the main file first.
     """
     return PurePosixPath(place, *_plain(own[0]).parent.relative_to(_common(own)).parts).as_posix()
 
 
 def robot_files(place: str, own: Sequence[Path], roots: Sequence[Path]) -> Files:
-    """The files that make up a robot.
+    """Return all files of a robot, by path in the archive.
 
     Args:
         place: Path of the robot in the archive.
-        own: The files, the main one first.
+        own: The files, the main file first.
         roots: As for `lies_in`.
 
     Raises:
-        InputError: One of them lies elsewhere, or is a link to a file elsewhere.
+        InputError: A file or the target of a link is outside of the allowed folders.
     """
     common = _common([require_own(file, roots) for file in own])
     return {f"{place}/{_plain(file).relative_to(common).as_posix()}": file for file in own}
 
 
 def _common(own: Sequence[Path]) -> Path:
-    """The folder that all files of a robot lie in."""
+    """Return the common folder of all files of a robot."""
     return Path(os.path.commonpath([_plain(file).parent for file in own]))
 
 
 def _plain(file: Path) -> Path:
-    """A path without `..`."""
+    """Return a path without `..`."""
     return Path(os.path.normpath(file.absolute()))
 
 
 def collision_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Path]) -> Files:
-    """The collision meshes of a robot, without which it cannot be simulated.
+    """Return the collision meshes of a robot, by path in the archive.
 
     Args:
         place: Path of the robot's folder in the archive.
         robot: The robot.
-        folder: Its folder.
+        folder: The folder of the robot.
         roots: As for `lies_in`.
 
     Raises:
-        InputError: One of them may not travel.
+        InputError: A mesh may not be packed.
     """
     files: dict[str, Path] = {}
     for _, mesh in _meshes(robot, "collision"):
         file = own_mesh(mesh.uri, folder, roots)
         if files.setdefault(own_name(mesh.uri), file) != file:
-            what = f"would travel as {own_name(mesh.uri)!r}, as another mesh does; rename it"
+            what = f"has the name {own_name(mesh.uri)!r} of another mesh; rename it"
             raise InputError(what, file=file)
     return {f"{place}/{name}": mesh_bytes(file, roots) for name, file in files.items()}
 
 
 def visual_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Path]) -> Files:
-    """The visual meshes of a robot that are there and may travel.
+    """Return the existing visual meshes of a robot that may be packed.
 
     Args:
         place: Path of the robot's folder in the archive.
         robot: The robot.
-        folder: Its folder.
+        folder: The folder of the robot.
         roots: As for `lies_in`.
     """
     taken: dict[str, Path] = {}
@@ -217,11 +217,11 @@ def visual_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Path])
 
 
 def left_out(robot: Robot, folder: Path, roots: Sequence[Path]) -> list[str]:
-    """The visual meshes that are there and do not travel, a line each with the reason.
+    """Describe the existing visual meshes that are not packed, one line each with the reason.
 
     Args:
         robot: The robot.
-        folder: Its folder.
+        folder: The folder of the robot.
         roots: As for `lies_in`.
     """
     lines: dict[str, None] = {}
@@ -232,14 +232,14 @@ def left_out(robot: Robot, folder: Path, roots: Sequence[Path]) -> list[str]:
             continue
         reason = refusal(file, roots)
         if reason is None and names.setdefault(own_name(mesh.uri), file) != file:
-            reason = f"would travel as {own_name(mesh.uri)!r}, as another mesh does; rename it"
+            reason = f"has the name {own_name(mesh.uri)!r} of another mesh; rename it"
         if reason is not None:
-            lines[f"mesh {mesh.uri!r} of link {link!r} is left out: it {reason}"] = None
+            lines[f"mesh {mesh.uri!r} of link {link!r} is not packed: it {reason}"] = None
     return list(lines)
 
 
 def refusal(file: Path, roots: Sequence[Path]) -> str | None:
-    """Why a mesh that is there may not travel; None where it may."""
+    """Return why an existing mesh may not be packed; None if it may."""
     if not lies_in(file, roots):
         return OUTSIDE
     state = file.stat()
@@ -248,7 +248,7 @@ def refusal(file: Path, roots: Sequence[Path]) -> str | None:
 
 @functools.lru_cache(maxsize=1024)
 def _content_problem(file: Path, changed: int, size: int) -> str | None:
-    """What keeps the content of a file from being a mesh's, asked once while it is unchanged."""
+    """Return why a file is not a valid mesh; cached while the file is unchanged."""
     try:
         mesh_bytes(file, [file])
     except InputError as error:
@@ -257,10 +257,10 @@ def _content_problem(file: Path, changed: int, size: int) -> str | None:
 
 
 def world_meshes(world: Mapping[str, Any], roots: Sequence[Path]) -> tuple[dict[str, Any], Files]:
-    """The table [world] with the meshes of objects and links beside it, and these.
+    """Return the table [world] with paths of packed meshes, and these meshes.
 
     Raises:
-        InputError: One of them may not travel.
+        InputError: A mesh may not be packed.
     """
     files: Files = {}
     rows: dict[str, list[dict[str, Any]]] = {}
@@ -278,7 +278,7 @@ def world_meshes(world: Mapping[str, Any], roots: Sequence[Path]) -> tuple[dict[
 
 
 def _meshes(robot: Robot, role: str) -> Iterator[tuple[str, Mesh]]:
-    """The meshes of a role, each with the name of its link."""
+    """Return the meshes of a role with the names of their links."""
     for link in robot.links:
         for mesh in link.meshes:
             if mesh.role == role:

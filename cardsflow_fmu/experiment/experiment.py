@@ -1,4 +1,4 @@
-"""Experiment: what is simulated, how it is controlled, and for how long."""
+"""Experiment: robot, reference, controller and run."""
 
 from __future__ import annotations
 
@@ -33,34 +33,34 @@ if TYPE_CHECKING:
     from sim_dart.scene import Scene
 
 EXPERIMENT_FILE = "experiment.json"
-"""The experiment among the resources of an FMU."""
+"""Name of the experiment file in the resources of an FMU."""
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment, complete and checked.
+    """Complete and checked experiment.
 
     Attributes:
-        file: Where it comes from.
-        robot: The robot, with the cable set and the bounds that the experiment asks for.
-        robot_path: The robot's main file.
-        robot_files: Every file that makes up the robot.
-        reference: What is to be followed.
-        disturbance: Forces from outside; None where there are none.
-        start: The state at the start.
+        file: The experiment file.
+        robot: The robot, with the cable set and the changes of the experiment.
+        robot_path: Main file of the robot.
+        robot_files: All files of the robot.
+        reference: The reference.
+        disturbance: External forces; None without external forces.
+        start: The initial state.
         plant: Settings of the plant.
         controller: Settings of the controller.
         run: Settings of the co-simulation.
-        wiring: Inputs that are not connected to the output of the same name: `controller.q.elbow`
-            -> `plant.q.elbow`, or the number that it is held at.
-        fmus: External FMUs that take the place of plant, controller or reference, by that name.
-        robot_overrides: What the experiment changes of the robot's files; see `robot_overrides`.
-        scene: What is around the robot; None for nothing.
+        wiring: Outputs, or constant numbers, of inputs that are not connected to the output of the
+            same name: `controller.q.elbow` -> `plant.q.elbow`.
+        fmus: External FMUs that replace plant, controller or reference, by role.
+        robot_overrides: Changes of the robot; see `robot_overrides`.
+        scene: Ground and objects around the robot; None without any.
         world: The settings of the scene.
-        parts: The robots that `robot` is made of; none where it is one by itself.
-        hardware: What can be driven instead of the plant.
-        estimator: What makes the state of readings; None where there is none in use.
-        named: Files that whoever loaded it named besides: they may travel from anywhere.
+        parts: The robots that `robot` consists of; empty for a single robot.
+        hardware: Hardware that can run instead of the plant.
+        estimator: The state estimator; None if it is not used.
+        named: Files that the user has named explicitly; they may be packed from any folder.
     """
 
     file: Path
@@ -85,28 +85,28 @@ class Experiment:
 
     @property
     def name(self) -> str:
-        """Name of the experiment's folder."""
+        """Name of the folder of the experiment."""
         return self.file.resolve().parent.name
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """The participants of a run: those of every run, sensors and estimator."""
+        """Participants of a run, with sensors and estimator if used."""
         if self.estimator is None:
             return ROLES
         return (*ROLES, ESTIMATOR) if self.hardware.use else (*ROLES, SENSORS, ESTIMATOR)
 
     def model_of(self, role: str) -> str:
-        """Name of the model in a role: the hardware's in that of the plant, where it is used."""
+        """Return the name of the model in a role; the hardware can replace the plant."""
         return HARDWARE if role == "plant" and self.hardware.use else role
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The participants in the order of the columns of a run."""
+        """Participants in the order of the columns of a run."""
         return ("plant", "reference", *self.roles[len(ROLES) :], "controller")
 
     @property
     def stepping(self) -> Coupling:
-        """In what order these are stepped: sensors and estimator right before the controller."""
+        """Coupling of the participants; sensors and estimator run before the controller."""
         own = self.run.stepping
         if own.scheme == "jacobi" or len(self.roles) == len(ROLES):
             return own
@@ -115,12 +115,12 @@ class Experiment:
 
     @property
     def feeding(self) -> EstimatorTable | None:
-        """The estimator that the controller gets its state from; None where it gets the truth."""
+        """Estimator that provides the state to the controller; None: the ground truth."""
         return self.estimator if self.estimator is not None and self.estimator.feedback else None
 
     @property
     def roots(self) -> tuple[Path, ...]:
-        """Folders whose files may travel, and single files; see `carried_files`."""
+        """Folders and files that may be packed; see `carried_files`."""
         return mesh_roots(
             self.file, [self.robot_path, *(p.files[0] for p in self.parts)], self.named
         )
@@ -132,10 +132,10 @@ class Experiment:
         """Read an experiment.
 
         Args:
-            path: An experiment.toml, or the folder that holds one.
+            path: An experiment.toml or its folder.
             settings: Changes by full key, such as `{"controller.period": 0.01}`.
-            names_files: Whether the files that the settings name may be packed from anywhere; not
-                where the settings come from a file.
+            names_files: Whether files that the settings name may be packed from any folder. Use
+                false for settings from an untrusted file.
 
         Raises:
             InputError: Something in it is wrong; the message names file and key.
@@ -144,22 +144,22 @@ class Experiment:
 
     @staticmethod
     def from_resources(folder: Path) -> Experiment:
-        """Read the experiment among the files of an FMU or of results.
+        """Read the experiment in an unpacked FMU or in results.
 
         Args:
-            folder: The FMU's resources.
+            folder: Folder of the resources.
 
         Raises:
-            InputError: Something in it is wrong, or it leads out of the folder.
+            InputError: The experiment is invalid, or names files outside of the folder.
         """
         return Experiment(**read_carried_experiment(folder / EXPERIMENT_FILE))
 
     @cached_property
     def plant_robot(self) -> Robot:
-        """The robot as it is simulated.
+        """The robot of the plant, with scaled masses and friction.
 
         Raises:
-            InputError: With its masses or friction scaled it is none that can be simulated.
+            InputError: The robot with scaled masses or friction is invalid.
         """
         robot, masses, frictions = self.robot, self.plant.mass_scale, self.plant.friction_scale
         if any(scale != 1.0 for scale in frictions):
@@ -176,13 +176,13 @@ class Experiment:
         return robot
 
     def _require(self, robot: Robot, key: str) -> None:
-        """Refuse a robot that a setting has made wrong with an InputError."""
+        """Check a robot that a setting has changed."""
         wrong = next((finding for finding in check(robot) if finding.is_error), None)
         if wrong is not None:
             raise InputError(str(wrong).removeprefix("error: "), file=self.file, key=key)
 
     def warnings(self) -> list[str]:
-        """What will probably go wrong or is left out, a line each: gains, keys, cables, meshes."""
+        """Return warnings on gains, key files, cables and meshes, one line each."""
         file = self.hardware.key_file if self.hardware.use else None
         key = None if file is None else key_warning(file, "hardware.key_file")
         robots = self.parts or (self,)
@@ -193,20 +193,20 @@ class Experiment:
 
     @property
     def folder(self) -> Path:
-        """The folder of the robot's main file."""
+        """Folder of the main file of the robot."""
         return self.robot_path.parent
 
     def _idle_friction(self) -> str | None:
-        """Friction of cables that none has, or none that bends."""
+        """Warn about cable friction without effect."""
         rough = any(muscle.friction for muscle in self.robot.muscles)
         if rough and not rubs(self.robot):
-            return "friction of cables is without effect: none that has one bends between its ends"
+            return "cable friction has no effect: no cable with friction is bent between its ends"
         if not rubs(self.robot) and any(scale != 1.0 for scale in self.plant.friction_scale):
-            return "plant.friction_scale is without effect: no muscle has a friction"
+            return "plant.friction_scale has no effect: no muscle has friction"
         return None
 
     def _gain_warning(self) -> str | None:
-        """A sampled loop that its gains make unstable."""
+        """Warn about gains that make the sampled control loop unstable."""
         from controllers.analysis.gains import sampling_warning
 
         controller = self.controller

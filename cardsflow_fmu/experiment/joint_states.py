@@ -1,4 +1,4 @@
-"""Joint states in recordings of ROS 2: MCAP files, and rosbag2's databases and folders."""
+"""Joint states in ROS 2 recordings: MCAP files, rosbag2 databases and folders."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class JointStates(NamedTuple):
 
     Attributes:
         names: Names of the joints.
-        time: Shape (m,), in [s], from the first on, as in the messages' headers.
+        time: Shape (m,), in [s] after the first message, from the message headers.
         q: Positions, shape (m, n), in [rad] or [m].
-        qd: Velocities, shape (m, n); None where they are not there.
+        qd: Velocities, shape (m, n); None if not recorded.
     """
 
     names: tuple[str, ...]
@@ -41,7 +41,7 @@ class JointStates(NamedTuple):
     qd: FloatArray | None
 
     def columns(self) -> dict[str, FloatArray]:
-        """The columns of a recorded motion by their names."""
+        """Return the columns of a recorded motion, by name."""
         columns = {"time": self.time}
         columns |= {f"q.{name}": self.q[:, k] for k, name in enumerate(self.names)}
         if self.qd is not None:
@@ -50,7 +50,7 @@ class JointStates(NamedTuple):
 
 
 def is_recording(path: Path) -> bool:
-    """Whether a path is named as a recording of ROS 2 is, or is a folder of rosbag2."""
+    """Return whether a path has the type of a ROS 2 recording or is a rosbag2 folder."""
     with contextlib.suppress(OSError, ValueError):
         if (path / _FOLDER_FILE).is_file():
             return True
@@ -58,17 +58,18 @@ def is_recording(path: Path) -> bool:
 
 
 def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
-    """The joint states of a recording.
+    """Read the joint states of a recording.
 
-    They are those of `/joint_states`, or of the only topic with such messages. Of publishers that
-    name other joints, the first publisher that names all of `joints` counts.
+    The topic is `/joint_states`, or the only topic with such messages. If publishers have different
+    joints, the first publisher with all `joints` is used.
 
     Args:
-        path: A .mcap, a .db3, or a folder of rosbag2.
-        joints: Names of joints; the first publisher counts when empty.
+        path: A .mcap or .db3 file, or a rosbag2 folder.
+        joints: Names of joints; empty for the first publisher.
 
     Raises:
-        InputError: There are none, a file is damaged, or a package of the extra `ros2` is missing.
+        InputError: There are no joint states, a file is damaged, or a package of the extra `ros2`
+            is missing.
     """
     files = [path] if path.is_file() else _files_of(path)
     found: dict[tuple[str, tuple[str, ...]], _Publisher] = defaultdict(_Publisher)
@@ -80,18 +81,18 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
                 state = JointState.of(store.deserialize_cdr(message.content, TYPE))
                 found[message.topic, state.names].add(message.time_ns, state)
                 if len(found) > _MAX_PUBLISHERS:
-                    raise InputError(f"holds more than {_MAX_PUBLISHERS} sets of joints")
+                    raise InputError(f"has more than {_MAX_PUBLISHERS} sets of joints")
         except InputError as error:
             error.file = error.file or file
             raise
-        except Exception as error:  # damage shows in errors of any kind
+        except Exception as error:  # damaged files raise errors of any type
             what = " ".join(str(error).split()) or type(error).__name__
             raise InputError(f"is damaged: {what}"[:300], file=file) from None
     topics = sorted({topic for topic, _ in found})
     if not topics:
-        raise InputError(f"holds no messages {TYPE}", file=path)
+        raise InputError(f"has no messages {TYPE}", file=path)
     if TOPIC not in topics and len(topics) > 1:
-        what = f"holds joint states as {', '.join(topics)}, and none as {TOPIC}"
+        what = f"has joint states in {', '.join(topics)}, but not in {TOPIC}"
         raise InputError(what, file=path)
     own = TOPIC if TOPIC in topics else topics[0]
     publishers = {names: rows for (topic, names), rows in found.items() if topic == own}
@@ -101,7 +102,7 @@ def read_joint_states(path: Path, joints: Sequence[str] = ()) -> JointStates:
 
 
 class _Publisher:
-    """The rows of one publisher: its messages name the same joints."""
+    """Rows of one publisher; its messages have the same joints."""
 
     def __init__(self) -> None:
         self._stamps, self._recorded = array("q"), array("q")
@@ -115,7 +116,7 @@ class _Publisher:
         self._qd.add(state.velocity)
 
     def states(self, names: tuple[str, ...], path: Path) -> JointStates:
-        """All rows in the order of their stamps; of when they were recorded, without stamps."""
+        """Return all rows sorted by header stamp, or by recording time without stamps."""
         times = np.array(self._stamps if any(self._stamps) else self._recorded)
         order = np.argsort(times, kind="stable")
         time, shape = times[order], (len(times), len(names))
@@ -125,7 +126,7 @@ class _Publisher:
 
 
 class _Rows:
-    """Numbers of one kind, row by row."""
+    """Values of one quantity, row by row."""
 
     def __init__(self, what: str) -> None:
         self._what, self._numbers, self._widths = what, array("d"), set[int]()
@@ -137,25 +138,29 @@ class _Rows:
 
     @property
     def are_there(self) -> bool:
-        """Whether no row is left out."""
+        """Whether every message has a row."""
         return 0 not in self._widths
 
     def table(self, shape: tuple[int, int], path: Path) -> FloatArray:
-        """All rows in an array."""
+        """Return all rows as an array."""
         if self._widths != {shape[1]}:
-            what = f"its joint states have not as many {self._what} as names"
+            what = f"its joint states must have one value of {self._what} per name"
             raise InputError(what, file=path)
         return np.frombuffer(self._numbers).reshape(shape)
 
 
 def _files_of(folder: Path) -> list[Path]:
-    """The files of a folder of rosbag2."""
+    """Return the files of a rosbag2 folder."""
     if not folder.is_dir():
         raise InputError("is neither a file nor a folder", file=folder)
     there = [file for file in folder.iterdir() if file.suffix.lower() in RECORDINGS]
     if not there:
         packed = [file.name for file in folder.iterdir() if file.suffix.lower() == ".zstd"]
-        what = f"its files are compressed as a whole, such as {packed[0]}" if packed else "no files"
-        hint = "convert it by ros2 bag convert" if packed else f"it needs {' or '.join(RECORDINGS)}"
-        raise InputError(f"is a folder of rosbag2: {what}; {hint}", file=folder)
+        what = f"its files are compressed, such as {packed[0]}" if packed else "no files"
+        hint = (
+            "convert it with `ros2 bag convert`"
+            if packed
+            else f"it must contain {' or '.join(RECORDINGS)}"
+        )
+        raise InputError(f"is an unsupported rosbag2 folder: {what}; {hint}", file=folder)
     return sorted(there, key=lambda file: (len(file.name), file.name))

@@ -1,4 +1,4 @@
-"""Coordinates of an experiment that follow no reference, as loops or springs move them."""
+"""Coordinates without a reference, which closed loops or springs move."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from sim_dart.dynamics.independent import control_dynamics, dependent_coordinate
 
 
 def with_dependent(data: Mapping[str, Any], robot: Robot, file: Path) -> Mapping[str, Any]:
-    """The data, in which the controller says of every coordinate whether it is dependent.
+    """Return the data with controller.dependent for every coordinate.
 
     Args:
-        data: The content of an experiment's file.
-        robot: Its robot.
-        file: The file.
+        data: The content of an experiment file.
+        robot: The robot.
+        file: The file, for messages.
 
     Raises:
-        InputError: What it says leaves no independent coordinates, or engine or law know no loops.
+        InputError: No coordinate is independent, or the engine does not support loops.
     """
     controller = data.get("controller")
     said = controller.get("dependent", {}) if isinstance(controller, Mapping) else None
     if not (isinstance(controller, Mapping) and isinstance(said, Mapping)):
-        return data  # which is refused when it is read as a whole
+        return data  # the reader of the whole file rejects it
     names, words = [c.name for c in robot.coordinates], said
     said = {n: value for n, value in words.items() if n in names and isinstance(value, bool)}
     if not robot.loops:
         for name in (name for name, value in said.items() if value):
-            problem = f"there are no loops that {name} follows from the others by"
+            problem = f"{name} is not part of a closed loop"
             raise InputError(problem, file=file, key=f"controller.dependent.{name}")
         return data
     if controller.get("engine") == "dart":
-        problem = f"joint {robot.loops[0].name!r} closes a loop, which 'core' alone computes"
+        problem = f"joint {robot.loops[0].name!r} closes a loop, which requires engine = 'core'"
         raise InputError(problem, file=file, key="controller.engine")
     try:
         chosen = dependent_coordinates(
@@ -50,7 +50,7 @@ def with_dependent(data: Mapping[str, Any], robot: Robot, file: Path) -> Mapping
 
 
 def closing_dynamics(data: Mapping[str, Any], robot: Robot) -> CoreDynamics | None:
-    """What closes poses of a robot with loops by its dependent coordinates; None without loops."""
+    """Return dynamics that close the loops of poses; None without loops."""
     flags = data["controller"].get("dependent", {})
     if not robot.loops or not isinstance(flags, Mapping):
         return None
@@ -59,7 +59,7 @@ def closing_dynamics(data: Mapping[str, Any], robot: Robot) -> CoreDynamics | No
 
 
 def with_resting_points(data: Mapping[str, Any], robot: Robot) -> Any:
-    """The reference, whose points may leave out what follows nothing: it is where it begins."""
+    """Return the reference; in its points, coordinates without reference may be omitted."""
     reference, controller = data.get("reference", {}), data["controller"]
     points = reference.get("points") if isinstance(reference, Mapping) else None
     free = [controller.get(key) for key in ("passive", "dependent")]

@@ -1,4 +1,4 @@
-"""Reading experiment.toml: first each table by itself, then what it means for the robot."""
+"""Reader of experiments: first single tables, then checks with the robot."""
 
 from __future__ import annotations
 
@@ -49,15 +49,15 @@ def read_experiment(
     """Read and check an experiment.
 
     Args:
-        path: An experiment.toml, the folder that holds one, or an FMU's experiment.json.
+        path: An experiment.toml, its folder, or the experiment.json of an FMU.
         settings: Changes by full key.
-        names_files: Whether the files that these name may be packed from anywhere.
+        names_files: Whether files that the changes name may be packed from any folder.
 
     Returns:
         The attributes of an `Experiment`.
 
     Raises:
-        InputError: Something in it is wrong; the message names file and key.
+        InputError: The experiment is invalid; the message names file and key.
     """
     file = path / EXPERIMENT_TOML if path.is_dir() else path
     _require_experiment(path, file)
@@ -71,10 +71,12 @@ def read_experiment(
 
 
 def read_carried_experiment(file: Path) -> dict[str, Any]:
-    """As `read_experiment`, of an experiment that came in an archive with all of its files.
+    """Read and check an experiment in an unpacked archive with all its files.
+
+    Old keys of earlier versions are accepted.
 
     Raises:
-        InputError: Something in it is wrong, or it leads out of the archive.
+        InputError: The experiment is invalid, or names files outside of the archive.
     """
     data = read_settings(file)
     require_closed(data, file)
@@ -86,30 +88,30 @@ def read_carried_experiment(file: Path) -> dict[str, Any]:
 
 
 def _require_experiment(path: Path, file: Path) -> None:
-    """Refuse a robot, and say how an experiment for it is made."""
+    """Reject a robot file with a hint how to create an experiment."""
     if path.suffix != ".toml" and holds_robot(path) and not (path.is_dir() and file.is_file()):
         own = shlex.quote(str(path))
-        what = f"is a robot, no experiment; `cardsflow init {own} -o {EXPERIMENT_TOML}` writes one"
+        what = f"is a robot; create an experiment: `cardsflow init {own} -o {EXPERIMENT_TOML}`"
         raise InputError(what, file=path)
 
 
 def _require_text(file: Path) -> None:
-    """Refuse a file in a folder whose name FMUs and pages cannot hold.
+    """Check that the path of a file can be encoded in FMUs and HTML pages.
 
     Raises:
-        InputError: Its path is no text.
+        InputError: The path is not valid text.
     """
     try:
         str(file.absolute()).encode()
     except UnicodeEncodeError:
-        what = f"its path is no text in {sys.getfilesystemencoding()}, the system's encoding"
+        what = f"its path is not valid {sys.getfilesystemencoding()}, the encoding of the system"
         raise InputError(f"{what}: rename the folder, or change the locale", file=file) from None
 
 
 def experiment_settings(
     data: Mapping[str, Any], file: Path, named: tuple[Path, ...] = ()
 ) -> dict[str, Any]:
-    """The attributes of an `Experiment`, from the content of a file."""
+    """Return the attributes of an `Experiment` from the content of a file."""
     context = Context(file)
     data = _with_gains(data)
     tables = ExperimentTables.read(data, context)
@@ -180,30 +182,30 @@ def _estimator(
     folder: Path | None,
     run: RunSettings,
 ) -> EstimatorTable | None:
-    """The estimator where there is one in use."""
+    """Return the estimator if it is used."""
     settings = None if data is None else read_estimator(data, context, robot, folder, run.step)
     if settings is not None and settings.use:
         return settings
     if tables.fmus.estimator is not None:
-        what = "there is no [estimator] in use whose place it could take"
+        what = "requires an [estimator] with use = true"
         raise context.error("fmus.estimator", what)
     return None
 
 
 def _require_estimate(estimator: EstimatorTable | None, context: Context) -> None:
-    """Refuse hardware without joint encoders whose controller would need them."""
+    """Check that an estimator replaces missing joint encoders of the hardware."""
     key = "hardware.has_positions"
     if estimator is None or not estimator.feedback:
-        raise context.error(key, "without positions of joints the controller needs an [estimator]")
+        raise context.error(key, "false requires an [estimator] with feedback = true")
     if estimator.encoded:
-        what = "encoders of estimator.encoder_noise are among what is not measured"
+        what = "false excludes encoders; remove estimator.encoder_noise"
         raise context.error(key, what)
 
 
 def _estimation(
     robot: Robot, estimator: EstimatorTable, hardware: HardwareSettings
 ) -> dict[str, str | float]:
-    """Connections of the estimator."""
+    """Return the connections of the estimator."""
     return dict(
         estimation_wiring(
             robot,
@@ -216,7 +218,7 @@ def _estimation(
 
 
 def _with_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
-    """With gains where a controller of one's own, in Python or as an FMU, may do without."""
+    """Add default gains for custom controllers in Python or as FMU."""
     own, fmus = data.get("controller", {}), data.get("fmus")
     if not isinstance(own, Mapping):
         return data
@@ -230,7 +232,7 @@ def _with_gains(data: Mapping[str, Any]) -> Mapping[str, Any]:
 def _robots(
     tables: ExperimentTables, context: Context, named: tuple[Path, ...]
 ) -> tuple[dict[str, Any], list[str]]:
-    """The robot of [robot], or those of [[robots]] as one; coordinates before some are locked."""
+    """Read [robot], or combine [[robots]]; also return all coordinates before locking."""
     if tables.robots is None:
         reading, robot = read_robot(tables.robot, context)
         own: dict[str, Any] = {"robot_overrides": tables.robot.overrides}
@@ -248,7 +250,7 @@ def _world(
     roots: tuple[Path, ...],
     context: Context,
 ) -> dict[str, Any]:
-    from .scene import make_scene  # it needs DART, which others can do without
+    from .scene import make_scene  # imports DART, which only scenes need
 
     scene, world = make_scene(tables.world, robot, folder.resolve(), roots, context)
     return {"scene": scene, "world": world}
@@ -263,7 +265,7 @@ def _plant(
         context.require("plant.wrenches", "link", name, links)
     taken = set(load_signals(robot)).intersection(wrench_signals(settings.wrenches))
     if taken:
-        what = f"{sorted(taken)[0]!r} is the force on a task point of the same name; rename one"
+        what = f"{sorted(taken)[0]!r} is also the force on an end-effector point; rename one"
         raise context.error("plant.wrenches", what)
     if settings.integrator == "rk4":
         try:
@@ -271,7 +273,7 @@ def _plant(
         except InputError as error:
             raise context.error("plant.integrator", str(error)) from None
     if settings.engine == "core" and scene is not None:
-        raise context.error("plant.engine", 'the core has no contacts; use engine = "dart"')
+        raise context.error("plant.engine", '"core" does not support contacts; use "dart"')
     require_multiple(
         run.step,
         settings.step,

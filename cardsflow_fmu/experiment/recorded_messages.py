@@ -1,4 +1,4 @@
-"""Messages with joint states in files of ROS 2: MCAP, and rosbag2's databases."""
+"""Messages with joint states in ROS 2 files: MCAP files and rosbag2 databases."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from cardsflow_fmu.utils.extras import require
 TYPE = "sensor_msgs/msg/JointState"
 
 _MAX_BYTES = limits.MIB
-"""Of a message: thousands of joints."""
+"""Maximum size of a message, enough for thousands of joints."""
 
 _TABLES = (
     "SELECT topics.name, messages.timestamp, messages.data FROM messages "
@@ -28,7 +28,7 @@ _TABLES = (
 )
 _COMPUTED = "SELECT count(*) FROM pragma_table_xinfo(?) WHERE hidden"
 _OPERATIONS, _ROUNDS = 1_000_000, 300
-"""Of SQLite, and how often so many are counted: a million messages take 20 rounds."""
+"""SQLite instructions per progress call, and maximum number of calls."""
 
 _MAGIC = b"\x89MCAP0\r\n"
 _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 2, 3, 4, 5, 6
@@ -37,7 +37,7 @@ _MESSAGE_HEAD = struct.Struct("<HIQQ")
 
 
 class Message(NamedTuple):
-    """A message: topic, when it was recorded in [ns], its bytes."""
+    """A message: topic, time of recording in [ns], bytes."""
 
     topic: str
     time_ns: int
@@ -45,35 +45,37 @@ class Message(NamedTuple):
 
 
 class Budget:
-    """What the files of a recording may still take."""
+    """Remaining limits on the size of a recording."""
 
     def __init__(self) -> None:
         self._unpacked, self._bytes = limits.RECORDING, limits.ARRAYS
         self._records, self._messages = count(1), count(1)
 
     def unpack(self, size: int) -> None:
-        """Take the bytes of a chunk."""
+        """Count the bytes of a chunk."""
         self._unpacked -= size
         if self._unpacked < 0:
             raise InputError(f"unpacked it {limits.too_large(limits.RECORDING)}")
 
     def take_record(self) -> None:
-        """Take a record, of messages of any kind."""
+        """Count a record of any message type."""
         if next(self._records) > limits.RECORDS:
-            raise InputError(f"holds more than {limits.RECORDS} messages")
+            raise InputError(f"has more than {limits.RECORDS} messages")
 
     def take(self, message: Message) -> None:
-        """Take a message with joint states."""
+        """Count a message with joint states."""
         self._bytes -= len(message.content)
         if next(self._messages) > limits.JOINT_STATES or self._bytes < 0:
             most = (
                 f"{limits.JOINT_STATES} joint states or {limits.ARRAYS // limits.MIB} MiB of them"
             )
-            raise InputError(f"holds more than {most}; record fewer a second, or cut it")
+            raise InputError(
+                f"has more than {most}; record fewer messages per second, or a shorter time"
+            )
 
 
 def messages(file: Path, budget: Budget) -> Iterator[Message]:
-    """The messages with joint states in a .mcap or a .db3; damage shows in errors of any kind."""
+    """Yield the messages with joint states; damaged files raise errors of any type."""
     read = _mcap_messages if file.suffix.lower() == ".mcap" else _database_messages
     for message in read(file, budget):
         budget.take(message)
@@ -81,9 +83,10 @@ def messages(file: Path, budget: Budget) -> Iterator[Message]:
 
 
 def _database_messages(file: Path, _: Budget) -> Iterator[Message]:
-    """Those in tables as rosbag2 makes them.
+    """Yield the messages in a rosbag2 database.
 
-    SQL in a stranger's database is not run: no views, no computed columns, and no endless search.
+    SQL of an untrusted database is not executed: views, computed columns and endless queries are
+    rejected.
     """
     with opened_file(file, limits.RECORDING):
         pass
@@ -93,7 +96,7 @@ def _database_messages(file: Path, _: Budget) -> Iterator[Message]:
         database.set_progress_handler(lambda: next(rounds) > _ROUNDS, _OPERATIONS)
         for table in ("topics", "messages"):
             if database.execute(_COMPUTED, (table,)).fetchone()[0]:
-                raise InputError(f"its table {table} has columns that are computed")
+                raise InputError(f"its table {table} has computed columns")
         database.set_authorizer(_reads_tables)
         yield from map(Message._make, database.execute(_TABLES, (TYPE, _MAX_BYTES)))
 
@@ -101,19 +104,19 @@ def _database_messages(file: Path, _: Budget) -> Iterator[Message]:
 def _reads_tables(
     action: int, _: str | None, name: str | None, __: str | None, view: str | None
 ) -> int:
-    """Whether a part of a query reads plain tables, for SQLite's authorizer."""
+    """Return whether a part of a query reads plain tables, for the SQLite authorizer."""
     is_read = view is None and action in (sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ)
     is_length = action == sqlite3.SQLITE_FUNCTION and name == "length"
     return sqlite3.SQLITE_OK if is_read or is_length else sqlite3.SQLITE_DENY
 
 
 def _mcap_messages(file: Path, budget: Budget) -> Iterator[Message]:
-    """Those of an MCAP file, also of one whose end is missing (mcap.dev/spec)."""
+    """Yield the messages of an MCAP file, also without its end (mcap.dev/spec)."""
     types: dict[int, str] = {}
     topics: dict[int, str] = {}
     with opened_file(file, limits.RECORDING) as stream:
         if stream.read(len(_MAGIC)) != _MAGIC:
-            raise ValueError("it is no MCAP file")
+            raise ValueError("it is not an MCAP file")
         for kind, content in _unpacked(stream, budget):
             if kind == _SCHEMA:
                 (own,) = struct.unpack_from("<H", content)
@@ -130,7 +133,7 @@ def _mcap_messages(file: Path, budget: Budget) -> Iterator[Message]:
 
 
 def _unpacked(stream: BinaryIO, budget: Budget) -> Iterator[tuple[int, bytes]]:
-    """Records by kind, those of chunks in their place."""
+    """Yield records with their kind; chunks are replaced by their records."""
     for kind, content in _records(stream, budget):
         if kind == _FOOTER:
             return
@@ -147,26 +150,26 @@ def _unpacked(stream: BinaryIO, budget: Budget) -> Iterator[tuple[int, bytes]]:
 
 
 def _records(stream: BinaryIO, budget: Budget) -> Iterator[tuple[int, bytes]]:
-    """Kind and content of one record after another; the last is left out where its end is."""
+    """Yield kind and content of the records; an incomplete last record is ignored."""
     while len(head := stream.read(_RECORD.size)) == _RECORD.size:
         budget.take_record()
         kind, length = _RECORD.unpack(head)
         if length > limits.RECORDING:
-            raise ValueError("a record is longer than files may be")
+            raise ValueError("a record exceeds the maximum file size")
         if len(content := stream.read(length)) < length:
             return
         yield kind, content
 
 
 def _text(content: bytes, place: int) -> tuple[str, int]:
-    """A text after its length, and where it ends."""
+    """Return a length-prefixed text and the position of its end."""
     (length,) = struct.unpack_from("<I", content, place)
     end = place + 4 + length
     return content[place + 4 : end].decode(), end
 
 
 def _decompressed(compression: str, data: memoryview, size: int) -> bytes:
-    """The content of a chunk, whatever it says of itself no more than it announces."""
+    """Return the content of a chunk, limited to its declared size."""
     if not compression:
         return bytes(data)
     if compression == "zstd":
@@ -181,7 +184,7 @@ def _decompressed(compression: str, data: memoryview, size: int) -> bytes:
 
         content = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1)
     else:
-        raise ValueError(f"its compression {compression!r} is not known")
+        raise ValueError(f"its compression {compression!r} is unknown")
     if len(content) != size:
-        raise ValueError("a chunk is not as long as it says")
+        raise ValueError("the size of a chunk differs from its declared size")
     return bytes(content)

@@ -27,13 +27,13 @@ FILE_TYPES = (".csv", ".npy", ".npz", *OPENSIM, *RECORDINGS)
 _UNITS = {"s": 1.0, "ms": 1e-3, "rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "mm": 1e-3}
 _LETTERS: Mapping[Space, str] = {"joint": "q", "operational": "y"}
 _ENDINGS = ("", "d", "dd")
-_TOO_MANY = f"holds more than {limits.MOTION_VALUES} numbers"
+_TOO_MANY = f"has more than {limits.MOTION_VALUES} numbers"
 
 Columns = Mapping[str, FloatArray]
 
 
 def is_motion(file: Path) -> bool:
-    """Whether a file, or a folder, is named as one of a recorded motion is."""
+    """Return whether a file or folder has the type of a recorded motion."""
     return file.suffix.lower() in FILE_TYPES or is_recording(file)
 
 
@@ -43,23 +43,23 @@ def read_motion(
     noise: float | None,
     lengths: Sequence[str] = (),
 ) -> Trajectory:
-    """The motion in a .csv, .npy, .npz, .mot or .sto file, or in a recording of ROS 2.
+    """Read the motion in a .csv, .npy, .npz, .mot or .sto file, or in a ROS 2 recording.
 
-    Columns are `time` and, for every name, `q.<name>` or the name alone, and `qd.<name>`,
-    `qdd.<name>` where they are known; of task coordinates y, yd and ydd. A unit in brackets may
-    follow a name: `elbow [deg]`. Of a .npy without names they are time and the positions in
-    order, and then all velocities, and all accelerations; a .npz has an array for each column, or
-    `time`, `q`, `qd`, `qdd`. Those of OpenSim are in degrees where their header says so. Other
-    columns are of no concern.
+    Columns are `time` and, for every name, `q.<name>` or the plain name, and optionally
+    `qd.<name>` and `qdd.<name>`; for task coordinates y, yd and ydd. A name may have a unit in
+    brackets: `elbow [deg]`. The columns of a .npy without names are time, all positions, and
+    optionally all velocities and all accelerations. A .npz has one array per column, or `time`,
+    `q`, `qd`, `qdd`. OpenSim files are in degrees if their header specifies it. Other columns are
+    ignored.
 
     Args:
         file: The file.
-        spaces: The coordinates that may move; of two that fit, the first counts.
-        noise: Of the positions, see `recorded_trajectory`.
-        lengths: Coordinates that are lengths.
+        spaces: Sets of coordinates; the first set with all columns is used.
+        noise: Noise of the positions, see `recorded_trajectory`.
+        lengths: Names of coordinates that are lengths.
 
     Raises:
-        InputError: It holds no motion of the robot.
+        InputError: The file has no motion of the robot.
     """
     return read_recorded(file, spaces, noise, lengths)[1]
 
@@ -70,7 +70,7 @@ def read_recorded(
     noise: float | None,
     lengths: Sequence[str] = (),
 ) -> tuple[FloatArray, Trajectory]:
-    """The times of a file's rows, in [s], and its motion from 0 on; see `read_motion`."""
+    """Return the times of the rows of a file, in [s], and its motion from 0; see `read_motion`."""
     try:
         if is_recording(file):
             joints = spaces["joint"].names if "joint" in spaces else ()
@@ -89,41 +89,42 @@ def read_recorded(
 
 
 def write_motion(recording: Path, file: Path) -> Path:
-    """Write the joint states in a recording of ROS 2 as a motion: time, positions, velocities.
+    """Write the joint states of a ROS 2 recording as a table of times, positions and velocities.
 
     Args:
-        recording: A .mcap, a .db3, or a folder of rosbag2.
-        file: The .csv; one that is there is not replaced.
+        recording: A .mcap or .db3 file, or a rosbag2 folder.
+        file: The .csv file; an existing file is not overwritten.
 
     Raises:
-        InputError: There are no joint states, or the file cannot be written.
+        InputError: There are no joint states, or the file exists or cannot be written.
     """
     if not is_recording(recording):
         raise InputError(
-            f"is no recording of ROS 2: {', '.join(RECORDINGS)}, or a folder", file=recording
+            f"is not a ROS 2 recording ({', '.join(RECORDINGS)}, or a folder)", file=recording
         )
     if file.exists():
-        raise InputError("is there already; choose another name", file=file)
+        raise InputError("already exists; choose another name", file=file)
     columns = read_joint_states(recording).columns()
     rows = np.stack(list(columns.values()), axis=1)
     return write_files(file.parent, {file.name: csv_text(list(columns), rows)})[0]
 
 
 def motion_of_rows(rows: Any, spaces: Mapping[Space, Names], noise: float | None) -> Trajectory:
-    """The motion in rows of numbers: time and positions, as those of a .npy file.
+    """Return the motion in rows of times and positions, as in a .npy file.
 
     Args:
-        rows: Shape (m, 1 + n), or with velocities and accelerations; a structured array.
-        spaces: The coordinates that may move; the first counts.
-        noise: Of the positions, see `recorded_trajectory`.
+        rows: Shape (m, 1 + n), or more columns with velocities and accelerations; or a structured
+            array.
+        spaces: Sets of coordinates; the first set is used.
+        noise: Noise of the positions, see `recorded_trajectory`.
 
     Raises:
-        InputError: They are no motion of the robot.
+        InputError: The rows are not a motion of the robot.
     """
     try:
         array = np.asarray(rows)
     except ValueError:
-        raise InputError("must be rows of as many numbers each") from None
+        raise InputError("must be rows of equal length") from None
     return _recorded(_named(array, spaces), spaces, noise, "samples")[1]
 
 
@@ -151,16 +152,17 @@ def _numpy_columns(file: Path, spaces: Mapping[Space, Names]) -> Columns:
             space: Space = "operational" if name.startswith("y") else "joint"
             own = spaces[space].names if space in spaces else ()
             if numbers.shape[1] != len(own):
-                what = f"has {numbers.shape[1]} columns, not one for each of {', '.join(own)}"
+                what = f"must have one column per coordinate ({', '.join(own)}), "
+                what += f"not {numbers.shape[1]}"
                 raise InputError(what, key=name)
             columns |= {f"{name}.{one}": numbers[:, k] for k, one in enumerate(own)}
         else:
-            raise InputError(f"has {numbers.ndim} dimensions, not 1 or 2", key=name)
+            raise InputError(f"must have 1 or 2 dimensions, not {numbers.ndim}", key=name)
     return columns
 
 
 def _count(array: np.ndarray[Any, Any]) -> int:
-    """How many numbers there are, with those of all fields; a byte may be one."""
+    """Return an upper bound of the count of numbers in an array, with all fields."""
     kind = array.dtype
     fields = [kind[name].shape for name in kind.names or ()]
     return array.size * sum(map(math.prod, fields or [()]))
@@ -174,19 +176,19 @@ def _array(data: bytes) -> np.ndarray[Any, Any]:
             read_header = np.lib.format.read_array_header_2_0
         shape, in_columns, kind = read_header(stream)
         if kind.hasobject:
-            raise ValueError("it holds objects of Python")
+            raise ValueError("it contains Python objects")
         count = math.prod(shape)
         if kind.itemsize * count != len(data) - stream.tell() or not kind.itemsize:
-            raise ValueError("it has not as many bytes as its shape says")
+            raise ValueError("its size does not match its shape")
         array = np.frombuffer(data, kind, count, stream.tell())
         return array.reshape(shape, order="F" if in_columns else "C")
-    except Exception as error:  # damage shows in errors of any kind, of its header's syntax too
+    except Exception as error:  # damaged files raise errors of any type
         what = " ".join(str(error).split())
-        raise InputError(f"cannot be read as NumPy's: {what}"[:300]) from None
+        raise InputError(f"is not a valid NumPy file: {what}"[:300]) from None
 
 
 def _named(array: np.ndarray[Any, Any], spaces: Mapping[Space, Names]) -> Columns:
-    """Columns of one array, by its own names or by their order."""
+    """Return the columns of one array, by its field names or by order."""
     if array.dtype.names is not None:
         return {name: _numbers(array[name], name) for name in array.dtype.names}
     space, own = next(iter(spaces.items()))
@@ -202,14 +204,14 @@ def _named(array: np.ndarray[Any, Any], spaces: Mapping[Space, Names]) -> Column
 
 def _numbers(array: np.ndarray[Any, Any], name: str) -> FloatArray:
     if array.dtype.kind not in "fiu":
-        raise InputError(f"holds no numbers but {array.dtype}", key=name)
+        raise InputError(f"must contain numbers, not {array.dtype}", key=name)
     return np.asarray(array, dtype=np.float64)
 
 
 def _recorded(
     columns: Columns, spaces: Mapping[Space, Names], noise: float | None, name: str
 ) -> tuple[FloatArray, Trajectory]:
-    """Times of the rows, and the motion from 0 on."""
+    """Return the times of the rows, and the motion from 0."""
     from controllers.references.recorded import recorded_trajectory
 
     columns = _in_si(columns)
@@ -217,7 +219,7 @@ def _recorded(
         raise UnknownNameError("column", "time", columns)
     rows = np.stack(list(columns.values()), axis=1) if _of_one_length(columns) else None
     if rows is None:
-        raise InputError("has columns of several lengths")
+        raise InputError("has columns of different lengths")
     require_table(list(columns), rows, None, what="table of numbers")
     space = _space(columns, spaces)
     letter, names = _LETTERS[space], spaces[space].names
@@ -227,7 +229,9 @@ def _recorded(
     assert q is not None
     if len(q) > limits.MOTION_ROWS or q.size > limits.MOTION_POSITIONS:
         most = f"{limits.MOTION_ROWS} rows or {limits.MOTION_POSITIONS} positions"
-        raise InputError(f"has more than {most}; give fewer a second, or a part of the motion")
+        raise InputError(
+            f"has more than {most}; use fewer rows per second, or a part of the motion"
+        )
     times = columns["time"]
     moved = times - times[:1]
     return times, recorded_trajectory(moved, q, qd, qdd, noise=noise, name=name, space=space)
@@ -238,7 +242,7 @@ def _of_one_length(columns: Columns) -> bool:
 
 
 def _in_si(columns: Columns) -> dict[str, FloatArray]:
-    """Columns by their names without units, in SI units."""
+    """Return the columns in SI units, by name without unit."""
     found: dict[str, FloatArray] = {}
     for name, column in columns.items():
         own, factor = name.strip(), 1.0
@@ -249,14 +253,14 @@ def _in_si(columns: Columns) -> dict[str, FloatArray]:
                 raise UnknownNameError("unit", unit, _UNITS, key=name)
             factor = _UNITS[unit]
         if own in found:
-            raise InputError(f"there are two columns {own!r}", key=name)
-        with np.errstate(invalid="ignore"):  # of bits that are a signalling NaN
+            raise InputError(f"has two columns {own!r}", key=name)
+        with np.errstate(invalid="ignore"):  # for signalling NaNs
             found[own] = column * factor
     return found
 
 
 def _space(columns: Columns, spaces: Mapping[Space, Names]) -> Space:
-    """The first whose positions are all there."""
+    """Return the first set of coordinates with all position columns."""
     lacking: dict[Space, list[str]] = {}
     for space, own in spaces.items():
         letter = _LETTERS[space]
@@ -268,7 +272,7 @@ def _space(columns: Columns, spaces: Mapping[Space, Names]) -> Space:
     space = next(iter(spaces))
     first = lacking[space][0]
     known = [f"{_LETTERS[each]}.{name}" for each, own in spaces.items() for name in own.names]
-    what = f"no column {_LETTERS[space]}.{first} or {first}; it has {_shortened(list(columns))}"
+    what = f"has no column {_LETTERS[space]}.{first} or {first}; it has {_shortened(list(columns))}"
     raise InputError(f"{what}; the robot has {_shortened(known)}")
 
 
@@ -278,13 +282,13 @@ def _shortened(names: Sequence[str], most: int = 12) -> str:
 
 
 def _rows(columns: Columns, letter: str, names: Sequence[str], *, bare: bool) -> FloatArray | None:
-    """Columns of all names, shape (m, n); None where there is none of them."""
+    """Return the columns of all names, shape (m, n); None if no column exists."""
     found = [columns.get(f"{letter}.{n}", columns.get(n) if bare else None) for n in names]
     if all(column is None for column in found):
         return None
     for column, name in zip(found, names, strict=True):
         if column is None:
-            raise InputError(f"no column {letter}.{name}, though there is one of another name")
+            raise InputError(f"has no column {letter}.{name}, but columns of other coordinates")
     rows = np.stack([column for column in found if column is not None], axis=1)
     if not np.isfinite(rows).all():
         k, j = (int(i) for i in np.argwhere(~np.isfinite(rows))[0])

@@ -1,18 +1,18 @@
-"""Changes of an experiment's robot: any number, vector or attachment, by name.
+"""Changes of a robot by an experiment: numbers, vectors and attachments, by name.
 
-The tables below [robot] are named as the parts of `Robot` are; `points` are via points:
+The tables below [robot] have the names of the attributes of `Robot`; `points` are via points:
 
     [robot.links.link_1.inertia]
     mass = 2.5
     [robot.muscles.cable_1]
     "points[0]" = { link = "world", position = [0.5, 0.0, 0.1] }
     [robot.muscles."extensor_*"]
-    f_max = 300.0           # of all muscles whose names fit
+    f_max = 300.0           # of all muscles with matching names
     [robot.joints.elbow]
     motor = true            # one for each of its coordinates
-    effort = 30.0           # its largest torque or force, or [least, largest]
+    effort = 30.0           # its maximum torque or force, or [min, max]
 
-A joint or a coordinate that is `locked` does not move: it is no coordinate of the robot any more.
+A `locked` joint or coordinate does not move. It is not a coordinate of the resulting robot.
 
     [robot.joints.elbow]
     locked = true  # at its initial value; or a number, or one for each of its coordinates
@@ -41,20 +41,20 @@ KINDS = {
     "task_frames": "task frame",
     "wrap_surfaces": "wrap surface",
 }
-"""The tables of changes, and what is named in them."""
+"""Kinds of parts by table."""
 
 ALIASES = {"points": "via_points"}
-"""Names of fields in files, where they are others."""
+"""Attributes of parts by key, where the names differ."""
 
 LOCKED = "locked"
 _MAY_BE_LOCKED = ("joints", "coordinates")
 _WORDS = {"joints": (LOCKED, "motor", "effort"), "coordinates": (LOCKED,)}
-"""What tables of changes take beside the fields of their part."""
-_FIXED = ("name", "motions")  # what other parts, and the order of the coordinates, rest on
+"""Additional keys of tables, which are not attributes of the part."""
+_FIXED = ("name", "motions")  # other parts and the order of the coordinates depend on these
 
 
 def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: str) -> Robot:
-    """The robot with other numbers, vectors and attachments, and what is locked; not checked."""
+    """Return the robot with changed parts and locked coordinates; not checked."""
     held: dict[str, Any] = {}
     try:
         for kind, parts in overrides.items():
@@ -76,7 +76,7 @@ def with_overrides(robot: Robot, overrides: Mapping[str, Any], file: Path, key: 
 
 
 def _with_motor(joint: Joint, fields: Any, key: str) -> tuple[Joint, dict[str, Any]]:
-    """The joint with or without motors as `motor` and `effort` say, and the other fields."""
+    """Apply `motor` and `effort` to a joint; return it with the other changes."""
     given, words = dict(checked(dict[str, Any], fields, key)), {}
     if "motor" in given:
         words["actuated"] = checked(bool, given.pop("motor"), f"{key}.motor")
@@ -88,16 +88,18 @@ def _with_motor(joint: Joint, fields: Any, key: str) -> tuple[Joint, dict[str, A
             words["tau_max"] = checked(float, effort, at)
             words["tau_min"] = -words["tau_max"]
             if words["tau_max"] < 0.0:
-                raise PathError("is negative; give the largest torque, or two bounds", key=at)
+                raise PathError(
+                    "must not be negative; set the maximum torque, or [min, max]", key=at
+                )
     coordinates = tuple(replace(c, **words) for c in joint.coordinates)
     return replace(joint, coordinates=coordinates), given
 
 
 def _held(item: Joint | Coordinate, value: Any, key: str) -> dict[str, Any]:
-    """What the coordinates of a joint, or a single one, are held at, by name; True for initial."""
+    """Return the locked positions of a joint or coordinate, by name; True: initial position."""
     own = item.coordinates if isinstance(item, Joint) else (item,)
     if not own:
-        raise PathError("does not move anyway", key=key)
+        raise PathError("has no coordinates to lock", key=key)
     if isinstance(value, bool):
         return dict.fromkeys((c.name for c in own), True) if value else {}
     if len(own) == 1 and not isinstance(value, list | tuple):
@@ -115,7 +117,7 @@ def _positions(robot: Robot, held: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _with(robot: Robot, kind: str, items: Sequence[Any]) -> Robot:
-    """The robot with other links, joints, ...: the same number of them, in the same order."""
+    """Return the robot with changed parts of a kind; number and order are unchanged."""
     if kind == "muscles":
         return robot.with_muscles(items)
     if kind == "task_frames":
@@ -137,7 +139,7 @@ def _with(robot: Robot, kind: str, items: Sequence[Any]) -> Robot:
 
 
 def _changed(item: Any, fields: Any, key: str, words: Sequence[str] = ()) -> Any:
-    """A part of the robot with other fields; `words` are those that its table takes besides."""
+    """Return a part with changed attributes; `words` are additional keys of its table."""
     known = {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
     for fixed in _FIXED:
         known.pop(fixed, None)
@@ -154,15 +156,15 @@ def _changed(item: Any, fields: Any, key: str, words: Sequence[str] = ()) -> Any
 
 
 def _element(old: Any, index: int, new: Any, key: str) -> Any:
-    """A row with another element."""
+    """Return a list with one changed element."""
     if not isinstance(old, tuple) or index >= len(old):
         size = len(old) if isinstance(old, tuple) else "no"
-        raise PathError(f"has {size} elements, counted from 0", key=key)
+        raise PathError(f"has {size} elements; indices begin at 0", key=key)
     return (*old[:index], _value(old[index], new, key), *old[index + 1 :])
 
 
 def _value(old: Any, new: Any, key: str) -> Any:
-    """The new value, of the kind that the old one is of."""
+    """Return the new value, with the type of the old value."""
     if dataclasses.is_dataclass(old):
         return _changed(old, new, key)
     if isinstance(old, bool):
@@ -183,12 +185,12 @@ def _value(old: Any, new: Any, key: str) -> Any:
         return tuple((n, _value(x, given[n], f"{key}.{n}") if n in given else x) for n, x in old)
     if isinstance(old, tuple) and old:
         row = key.rpartition(".")[2]
-        raise PathError(f"is a row: say which one, such as {row}[0]", key=key)
+        raise PathError(f"is a list; add an index, such as {row}[0]", key=key)
     raise PathError(f"{old!r} cannot be changed", key=key)
 
 
 def is_parameters(old: Any) -> bool:
-    """Whether a value is pairs of name and number."""
+    """Return whether a value consists of pairs of name and number."""
     if not isinstance(old, tuple) or not old:
         return False
     return all(isinstance(x, tuple) and len(x) == 2 and isinstance(x[0], str) for x in old)

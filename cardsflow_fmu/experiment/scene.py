@@ -1,4 +1,4 @@
-"""The scene of an experiment: what [world] says, complete, with its bodies and their names."""
+"""Scene of an experiment, from the table [world]."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def make_scene(
     roots: tuple[Path, ...],
     context: Context,
 ) -> tuple[Scene, WorldSettings]:
-    """The scene of [world], and the table complete: with an SDF world's objects, and all names."""
+    """Return the scene of [world], and the table with SDF objects and all contact names."""
     if settings.sdf is not None:
         roots = (*roots, settings.sdf.parent)
         settings = _with_sdf(settings, settings.sdf, context)
@@ -105,7 +105,7 @@ def _shape(own: ObjectSettings | LinkShapeSettings) -> Shape:
 
 
 def _with_sdf(settings: WorldSettings, sdf: Path, context: Context) -> WorldSettings:
-    """The table with the static objects of an SDF world."""
+    """Return the table with the static objects of an SDF world."""
     world = read_sdf_world(sdf)
     for finding in world.findings:
         if finding.is_error:
@@ -142,7 +142,7 @@ def _static(thing: StaticObject) -> ObjectSettings:
 def _checked_names(
     settings: WorldSettings, scene: Scene, robot: Robot, context: Context
 ) -> tuple[str, ...]:
-    """The names of bodies whose contacts are reported; all names in the table must exist."""
+    """Return the names of bodies with reported contacts; check all names of the table."""
     kind, own = "link or object that collides", [link.name for link in robot.links]
     for shape in scene.link_shapes:
         context.require("world.shapes", "link", shape.link, own)
@@ -152,7 +152,9 @@ def _checked_names(
     taken: set[str] = set()
     for name in [*own, GROUND, *things]:
         if name in taken:
-            raise context.error("world.objects", f"the name {name!r} is taken; rename the object")
+            raise context.error(
+                "world.objects", f"the name {name!r} is already used; rename the object"
+            )
         taken.add(name)
     contacts = tuple(links) if settings.contacts is None else settings.contacts
     for pair in settings.ignore:

@@ -1,4 +1,4 @@
-"""The start of reference and robot: trajectories by name, and inverse kinematics."""
+"""Start of reference and robot: named trajectories and inverse kinematics."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .recorded_motion import motion_of_rows, read_motion
 from .settings.plant import StartSettings
 from .settings.reference import FlowerSettings, ReferenceSettings, ReferenceTable
 
-_REACHABLE = 1e-3  # in [m] or [rad]: nearer than this to the robot's reach, a reference is in it
+_REACHABLE = 1e-3  # tolerance of a reference at the edge of the workspace, in [m] or [rad]
 
 
 def read_reference(
@@ -33,17 +33,17 @@ def read_reference(
     in_file: Sequence[str] = (),
     dynamics: CoreDynamics | None = None,
 ) -> tuple[StartSettings, ReferenceSettings]:
-    """The state at the start and the reference.
+    """Read the initial state and the reference.
 
     Args:
-        data: The table of the reference.
-        start: That of the start.
-        space: What the controller follows.
-        context: Where they come from.
-        robot_path: The robot's file.
+        data: The table [reference].
+        start: The table [start].
+        space: Space that the controller controls.
+        context: File and names, for messages.
+        robot_path: The robot file.
         robot: The robot.
-        in_file: Names of the coordinates in its file, before any are locked.
-        dynamics: Of a robot with loops, whose start is closed; None for others.
+        in_file: Names of all coordinates in the robot file, including locked ones.
+        dynamics: Dynamics that close the loops of the start pose; None without loops.
     """
     table = ReferenceTable.read(data, context, "reference")
     curve = _curve(table, space, context, robot_path, in_file, robot)
@@ -77,7 +77,7 @@ def _names(space: Space, context: Context) -> Names:
 
 
 def _first(curve: Trajectory | FlowerSettings) -> tuple[float, ...]:
-    """Where the reference begins."""
+    """Return the first point of the reference."""
     if isinstance(curve, Trajectory):
         return curve.points[0].q
     return tuple(c + curve.radius * u for c, u in zip(curve.centre, curve.axes[0], strict=True))
@@ -99,7 +99,7 @@ def _curve(
         return _named_trajectory(table, space, context, robot_path, in_file)
     names = _names("operational", context).names
     if len(names) != 3 or any(not name.endswith(f".{a}") for name, a in zip(names, "xyz")):  # noqa: B905
-        what = f"a flower needs a task point with axes x, y, z; found {', '.join(names) or 'none'}"
+        what = f"requires an end-effector point with axes x, y, z, not {', '.join(names) or 'none'}"
         raise context.error("reference.flower.centre", what)
     return table.flower
 
@@ -124,7 +124,7 @@ def _named_trajectory(
     if file is None:
         file = trajectories_file(robot_path)
         if file is None:
-            what = f"missing, and there is no trajectories file beside {robot_path}"
+            what = f"missing; there is no trajectories file in the folder of {robot_path}"
             raise context.error("reference.file", what)
     try:
         trajectory = read_trajectory(file, name, space)
@@ -141,7 +141,7 @@ def _named_trajectory(
 
 
 def _of_coordinates(trajectory: Trajectory, left: Sequence[int]) -> Trajectory:
-    """The trajectory of the coordinates that are not locked."""
+    """Return the trajectory without locked coordinates."""
 
     def of(row: tuple[float, ...]) -> tuple[float, ...]:
         return tuple(row[k] for k in left) if row else row
@@ -163,7 +163,7 @@ def _start(
     at_rest: bool = False,
     dynamics: CoreDynamics | None = None,
 ) -> StartSettings:
-    """The state at the start; where the experiment is silent, that of the reference."""
+    """Return the initial state (default: first point of the reference)."""
     initial = tuple(c.initial for c in robot.coordinates)
     rest = (0.0,) * len(initial)
     if begin is not None and isinstance(curve, Trajectory) and curve.space == "joint":
@@ -188,7 +188,7 @@ def _start(
     for coordinate, value in zip(robot.coordinates, q, strict=True):
         if not coordinate.lower <= value <= coordinate.upper:
             limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
-            what = f"{value!r} is outside the limits {limits}"
+            what = f"must be within the joint limits {limits}, not {value!r}"
             raise context.error(f"start.q.{coordinate.name}", what)
     return StartSettings(q=q, qd=start.qd)
 

@@ -1,4 +1,4 @@
-"""An experiment as plain data, complete, and the files that FMUs carry of it."""
+"""Writer of complete experiments: plain data, and the files that FMUs contain."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .settings.robots import part_data, robot_data
 
 
 def experiment_data(experiment: Experiment) -> dict[str, Any]:
-    """Everything but the robot's files and external FMUs; it reads back as the same."""
+    """Return an experiment as plain data, without robot files and external FMUs."""
     robot, start, disturbance = experiment.robot, experiment.start, experiment.disturbance
     names = [c.name for c in robot.coordinates]
     data: dict[str, Any] = {
@@ -62,18 +62,18 @@ def experiment_data(experiment: Experiment) -> dict[str, Any]:
 
 
 def experiment_resources(experiment: Experiment, *, with_hardware: bool = False) -> Files:
-    """The files that an FMU carries: the experiment, complete, its robots, and their meshes.
+    """Return the files that an FMU contains: experiment, robots, and meshes.
 
     Args:
         experiment: The experiment.
-        with_hardware: Whether the hardware is in it, which is nothing to the other FMUs: they are
-            the same files whatever is driven.
+        with_hardware: Whether to include [hardware]. Only the hardware FMU needs it; the other FMUs
+            are the same with any hardware.
 
     Returns:
-        Content, or a file to copy, by its path below the FMU's resources.
+        Content, or a file to copy, by path below the resources of the FMU.
 
     Raises:
-        InputError: A file may not travel; see `carried_files`.
+        InputError: A file may not be packed; see `carried_files`.
     """
     data = experiment_data(experiment)
     files: Files = {}
@@ -102,7 +102,7 @@ def experiment_resources(experiment: Experiment, *, with_hardware: bool = False)
 
 
 def _own_muscle_laws(muscles: dict[str, Any], experiment: Experiment) -> Files:
-    """The files of muscle laws of one's own; the muscles' kinds become their places."""
+    """Return the files of custom muscle laws, and update their paths in the data."""
     files: Files = {}
     for name, row in muscles.items():
         law = CustomLaw.of(row.get("model", {}).get("kind", ""))
@@ -110,14 +110,14 @@ def _own_muscle_laws(muscles: dict[str, Any], experiment: Experiment) -> Files:
             continue
         carried = f"muscles/{law.file.name}"
         if files.setdefault(carried, law.file) != law.file:
-            what = "has the name of another muscle law's; give these files different names"
+            what = "has the same name as the file of another muscle law; rename one"
             raise InputError(what, file=law.file, key=f"muscles.{name}.model")
         row["model"]["kind"] = str(law._replace(file=Path(carried)))
     return files
 
 
 def _robot_files(place: str, own: tuple[Path, ...], robot: Robot, experiment: Experiment) -> Files:
-    """The files of a robot, with the meshes that it collides with."""
+    """Return the files of a robot with its collision meshes."""
     files, scene = robot_files(place, own, experiment.roots), experiment.scene
     if scene is not None and scene.links == "meshes":
         folder = robot_folder(place, own)
@@ -126,5 +126,5 @@ def _robot_files(place: str, own: tuple[Path, ...], robot: Robot, experiment: Ex
 
 
 def _main_file(place: str, own: tuple[Path, ...]) -> str:
-    """Where a robot's main file is among the resources."""
+    """Return the path of the main file of a robot in the resources."""
     return f"{robot_folder(place, own)}/{own[0].name}"

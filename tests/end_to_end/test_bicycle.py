@@ -125,7 +125,7 @@ WRONG = {
         {f"controller.dependent.{name}": True for name in ("crank", "coupler", "rocker")},
         "there are no independent coordinates",
     ),
-    "dart": ({"controller.engine": "dart"}, "closes a loop, which 'core' alone"),
+    "dart": ({"controller.engine": "dart"}, "closes a loop, which requires engine = 'core'"),
     "law": ({"controller.type": "lyapunov"}, "for a robot with closed loops, not 'lyapunov'"),
     "estimator": (
         {"estimator.length_noise": 1e-4},

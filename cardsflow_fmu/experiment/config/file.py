@@ -1,4 +1,4 @@
-"""Reading files of settings: TOML, or JSON by the suffix."""
+"""Reader of settings files: TOML, or JSON by suffix."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.files import read_file
 
 MAX_INTEGER = 2**63
-TOO_LONG = "must be a number of less than 64 bits"
+TOO_LONG = "must be within 64 bits"
 _MAX_DEPTH = 50
 _TOO_DEEP = "is nested too deeply"
 _DOTTED = re.compile(
     rf"""(?<![\w-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{_MAX_DEPTH}}}""", re.ASCII
 )
-"""A key of so many names with dots between, for which tomllib takes minutes."""
+"""A key with too many dotted names, which would take tomllib minutes."""
 
 
 def read_settings(file: Path) -> dict[str, Any]:
-    """A file's content as plain data.
+    """Read a file as plain data.
 
     Args:
-        file: A .toml, or an experiment.json of an FMU.
+        file: A .toml file, or the experiment.json of an FMU.
 
     Raises:
-        InputError: It cannot be read.
+        InputError: The file cannot be read.
     """
     is_json = file.suffix == ".json"
     try:
@@ -44,22 +44,22 @@ def read_settings(file: Path) -> dict[str, Any]:
     except RecursionError:
         raise InputError(_TOO_DEEP, file=file) from None
     if not isinstance(data, dict):
-        raise InputError("must hold a table", file=file)
+        raise InputError("must contain a table", file=file)
     require_sizes(data, file)
     return data
 
 
 def require_sizes(data: Any, file: Path | None, key: str = "", depth: int = 0) -> None:
-    """Refuse whole numbers that no number of a machine can hold, and tables in tables without end.
+    """Check that integers fit into 64 bits and that the nesting depth is limited.
 
     Args:
         data: Plain data.
-        file: Where it comes from, for messages.
-        key: Its key.
-        depth: How many tables and lists it is in.
+        file: The file, for messages.
+        key: Key of the data.
+        depth: Nesting depth of the data.
 
     Raises:
-        InputError: There is one.
+        InputError: An integer is too large, or the nesting is too deep.
     """
     if depth > _MAX_DEPTH:
         raise InputError(_TOO_DEEP, file=file)

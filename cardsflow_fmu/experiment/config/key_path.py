@@ -1,4 +1,4 @@
-"""Full keys of settings, such as `controller.kp.joint_1` or `start.y[2]`, and setting by them."""
+"""Full keys of settings, such as `controller.kp.joint_1` or `start.y[2]`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from addin_sdfusion.robot import InputError, UnknownNameError
 from addin_sdfusion.robot.json_text import json_text
 
 EVERY_OTHER = "*"
-"""In a table by name: all names that it does not name."""
+"""Key for all other names in a table by name."""
 
 T = TypeVar("T")
 
@@ -22,22 +22,22 @@ _QUOTED = r""""(?:[^"\\]|\\.)*"|'[^']*'"""
 _PART = re.compile(rf"""(?P<quoted>{_QUOTED})|(?P<bare>[^."'][^."]*)""")
 _SETTING = re.compile(rf"""(?P<key>(?>{_QUOTED}|[^."'=][^.=]*|\.)+)=(?P<value>.*)""", re.DOTALL)
 _PLAIN = re.compile(r"""[^\s."'=\x00-\x1f\x7f][^."=\x00-\x1f\x7f]*""")
-_NO_PATH = """is not names with dots between, quoted as in TOML where they hold dots or quotes"""
+_NO_PATH = """must be names separated by dots; quote names with dots or quotes as in TOML"""
 _INDEXED = re.compile(r"(?P<name>.+)\[(?P<index>[0-9]{1,9})\]")
 
 
 class PathError(InputError):
-    """A key leads through what is no table, or past the end of a row."""
+    """A key contains a value that is not a table, or an index beyond the end of a list."""
 
 
 def split_path(key: str) -> list[str]:
-    """The parts of a full key; a name with dots or quotes is quoted: `controller.kp."hand.x"`.
+    """Split a full key into parts. Names with dots are quoted: `controller.kp."hand.x"`.
 
     Args:
-        key: The full key; quotes are as in TOML, "..." with escapes and '...' without.
+        key: The full key, with quotes as in TOML: "..." with escapes, '...' without.
 
     Raises:
-        InputError: It is not parts with dots between.
+        InputError: The key is invalid.
     """
     parts, position = [], 0
     while True:
@@ -61,48 +61,48 @@ def _unquoted(text: str, key: str) -> str:
 
 
 def join_path(parts: Iterable[str]) -> str:
-    """The full key of parts."""
+    """Join parts to a full key."""
     return ".".join(part if _PLAIN.fullmatch(part) else quoted(part) for part in parts)
 
 
 def quoted(text: str) -> str:
-    """A text as TOML has it, in double quotes."""
+    """Return a TOML string in double quotes."""
     return json_text(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def split_setting(word: str) -> tuple[str, str] | None:
-    """Key and value of a word `KEY=VALUE`, where quoted names may hold `=`; None of others."""
+    """Split `KEY=VALUE`; quoted names may contain `=`. Return None for other words."""
     match = _SETTING.fullmatch(word)
     return None if match is None else (match["key"], match["value"])
 
 
 def indexed(part: str) -> tuple[str, int | None]:
-    """Name and index of a part such as `position[2]`; no index where there is none."""
+    """Split a part such as `position[2]` into name and index; None without index."""
     match = _INDEXED.fullmatch(part)
     return (part, None) if match is None else (match["name"], int(match["index"]))
 
 
 def is_pattern(name: str) -> bool:
-    """Whether a name is for all that it fits, as `motor*` and `leg_?` are."""
+    """Return whether a name is a pattern, such as `motor*` or `leg_?`."""
     return "*" in name or "?" in name
 
 
 def by_name(
     tables: Mapping[str, T], kind: str, names: Collection[str], key: str
 ) -> list[tuple[str, str, T]]:
-    """Tables for single names: first those of patterns such as `motor*`, then those of one name.
+    """Expand patterns such as `motor*` to names; tables of single names come last.
 
     Args:
-        tables: By name or pattern.
-        kind: What is named, for messages.
-        names: All there are.
-        key: The full key of the tables.
+        tables: Tables by name or pattern.
+        kind: Kind of the names, for messages.
+        names: All existing names.
+        key: Full key of the tables.
 
     Returns:
-        Full key, name and table, in the order in which they count.
+        Full key, name and table; later tables have precedence.
 
     Raises:
-        InputError: There is no such name, or none that fits a pattern.
+        InputError: A name does not exist, or no name matches a pattern.
     """
     found: list[tuple[str, str, T]] = []
     for name in sorted(tables, key=lambda name: name in names):
@@ -111,7 +111,7 @@ def by_name(
         if not own and is_pattern(name):
             own = [each for each in names if fnmatchcase(each, name)]
             if not own:
-                raise InputError(f"no {kind} fits it (known: {', '.join(names)})", key=at)
+                raise InputError(f"no {kind} matches; known: {', '.join(names)}", key=at)
         if not own:
             raise UnknownNameError(kind, name, names, key=at)
         found += [(at, each, tables[name]) for each in own]
@@ -119,19 +119,19 @@ def by_name(
 
 
 def set_value(data: dict[str, Any], key: str, value: Any, file: Path) -> None:
-    """Set a value by its full key, making tables on the way.
+    """Set a value by its full key; missing tables are created.
 
-    Below one number for all names, the number becomes that of every other name. A pattern such as
-    `muscles.motor*.f_max` holds for the tables that fit it, too.
+    If the key adds a name to a single number for all names, the number remains the value of all
+    other names. A pattern such as `muscles.motor*.f_max` also changes existing tables that match.
 
     Args:
-        data: The settings; changed.
+        data: The settings; changed in place.
         key: The full key.
         value: The value; copied.
-        file: Where the settings come from, for the message.
+        file: File of the settings, for messages.
 
     Raises:
-        PathError: The key leads through what is no table, or past the end of a list.
+        PathError: The key contains a value that is not a table, or an index beyond a list.
     """
     _set(data, split_path(key), key, value, file)
 
@@ -167,7 +167,7 @@ def _set_last(data: dict[str, Any], part: str, key: str, value: Any, file: Path)
 
 
 def _row(data: Mapping[str, Any], part: str, key: str, file: Path) -> Any:
-    """The row of an array of tables, for a part such as `objects[0]`; None for other parts."""
+    """Return the row of an array of tables for a part such as `objects[0]`; otherwise None."""
     name, index = indexed(part)
     rows = data.get(name)
     if index is None or not isinstance(rows, list):

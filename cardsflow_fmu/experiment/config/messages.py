@@ -1,4 +1,4 @@
-"""Messages about settings: what pydantic finds wrong, in one line each with file and full key."""
+"""Error messages of settings: one line per error, with file and full key."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ Place = tuple[str | int, ...]
 
 
 class SettingError(ValueError):
-    """What a check of a model finds.
+    """Error of a check in a table.
 
     Args:
-        errors: Each with its key relative to what is checked; a text for what is wrong with that.
-        key: Of a text.
+        errors: Errors with keys relative to the checked value, or texts.
+        key: Key of a text.
     """
 
     def __init__(self, *errors: InputError | str, key: str | None = None) -> None:
@@ -34,7 +34,7 @@ class SettingError(ValueError):
 def explained(
     error: ValidationError, model: type[BaseModel], file: Path | None = None, key: str = ""
 ) -> InputError:
-    """Everything that is wrong with a table, unknown keys first."""
+    """Return all errors of a table as one error, unknown keys first."""
     found = [
         (each["type"] != "extra_forbidden", one)
         for each in _without_consequences(error.errors(include_url=False))
@@ -49,7 +49,7 @@ def explained(
 
 
 def keyed(error: ValidationError, keys: Sequence[str]) -> SettingError:
-    """What is wrong with the rows of a list, under other keys than their indices."""
+    """Return the errors of list elements, with given keys instead of indices."""
     found = []
     for each in error.errors(include_url=False):
         row, *place = each["loc"]
@@ -60,20 +60,20 @@ def keyed(error: ValidationError, keys: Sequence[str]) -> SettingError:
 
 
 def hint(key: str, given: Iterable[str]) -> str:
-    """The key that may be meant to be a missing one, in words."""
+    """Return a suggestion if a given key resembles a missing key."""
     near = difflib.get_close_matches(key, given, n=1, cutoff=0.5)
-    return f"; is {near[0]!r} meant to be it?" if near else ""
+    return f"; did you misspell it as {near[0]!r}?" if near else ""
 
 
 def joined(key: str, inner: str | None) -> str | None:
-    """A full key of a table's and one inside it."""
+    """Join the full key of a table and a key in it."""
     if not key or not inner:
         return key or inner or None
     return f"{key}{inner}" if inner.startswith("[") else f"{key}.{inner}"
 
 
 def key_of(place: Iterable[str | int]) -> str:
-    """The full key of a place: names with dots between, indices in brackets."""
+    """Return the full key of a location: names with dots, indices in brackets."""
     key = ""
     for part in place:
         key += f"[{part}]" if isinstance(part, int) else f".{part}" if key else part
@@ -81,9 +81,10 @@ def key_of(place: Iterable[str | int]) -> str:
 
 
 def _without_consequences(errors: Sequence[Any]) -> list[Any]:
-    """The errors without missing keys of tables that have unknown ones, which may be misspelt.
+    """Remove errors that follow from others.
 
-    And without lists that are too short as what is in them is wrong.
+    These are missing keys of tables with unknown keys, which may be misspelt, and short lists with
+    invalid elements.
     """
     misspelt = {e["loc"][:-1] for e in errors if e["type"] == "extra_forbidden"}
     broken = {e["loc"][:k] for e in errors for k in range(len(e["loc"]))}
@@ -96,7 +97,7 @@ def _without_consequences(errors: Sequence[Any]) -> list[Any]:
 
 
 def _errors(error: Mapping[str, Any], model: type[BaseModel]) -> list[InputError]:
-    """An error of pydantic as ours, with keys relative to the model."""
+    """Convert a pydantic error; keys are relative to the model."""
     place, value = error["loc"], error["input"]
     key, own = key_of(place), error.get("ctx", {}).get("error")
     if isinstance(own, SettingError):
@@ -109,7 +110,7 @@ def _errors(error: Mapping[str, Any], model: type[BaseModel]) -> list[InputError
     if error["type"] == "literal_error":
         return [_no_choice(value, _field_at(model, place), key)]
     if error["type"] == "float_type" and isinstance(value, dict):
-        return [PathError("is one number, no table", key=key)]
+        return [PathError("must be a number, not a table", key=key)]
     if error["type"] in ("tuple_type", "too_short"):
         rows = _rows(_field_at(model, place).annotation)
         least = {1: f"at least one {rows[:-1]}", 2: f"at least two {rows}"}
@@ -161,12 +162,12 @@ def _words(error: Mapping[str, Any]) -> str:
 
 
 def keys_of(model: type[BaseModel]) -> list[str]:
-    """The keys of a table, as files have them."""
+    """Return the keys of a table, as in files."""
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
 def _table_at(annotation: Any, place: Sequence[str | int]) -> type[BaseModel]:
-    """The model of the table at a place inside of another, or of a dictionary or list of such."""
+    """Return the model of the table at a location in a table, dictionary or list."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return (
             _table_at(_field_at(annotation, place[:1]).annotation, place[1:])
@@ -178,7 +179,7 @@ def _table_at(annotation: Any, place: Sequence[str | int]) -> type[BaseModel]:
 
 
 def _field_at(model: type[BaseModel], place: Sequence[str | int]) -> FieldInfo:
-    """The field at a place, or that of the list at it."""
+    """Return the field at a location; for a list element, the field of the list."""
     while isinstance(place[-1], int):
         place = place[:-1]
     table = _table_at(model, place[:-1])
@@ -186,7 +187,7 @@ def _field_at(model: type[BaseModel], place: Sequence[str | int]) -> FieldInfo:
 
 
 def _rows(annotation: Any) -> str:
-    """What a list holds."""
+    """Return the kind of the elements of a list, for messages."""
     row = (*get_args(annotation), Any)[0]
     while get_origin(row) is Annotated:
         row = get_args(row)[0]

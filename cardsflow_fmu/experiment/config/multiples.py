@@ -21,24 +21,24 @@ def require_multiple(
     blame: str | None = None,
     most: float = math.inf,
 ) -> None:
-    """Refuse a time that is no whole multiple of a step, and more steps than memory has rows.
+    """Check that a time is a multiple of a step, with a limited number of steps.
 
     Args:
-        time: In [s].
-        step: In [s].
-        what: The full key of the step.
-        file: Where the time is given.
-        key: The full key of the time.
-        blame: The full key that the message names; that of the time when None.
-        most: The largest number of steps.
+        time: Time, in [s].
+        step: Step, in [s].
+        what: Full key of the step.
+        file: File that specifies the time.
+        key: Full key of the time.
+        blame: Full key for the message (default: key).
+        most: Maximum number of steps.
 
     Raises:
-        InputError: It is.
+        InputError: The time is not a multiple, or there are too many steps.
     """
     try:
         steps = whole_steps(time, step, what, most=most)
     except InputError as error:
         raise InputError(error.what, file=file, key=blame or key) from None
     if steps > MAX_STEPS:
-        what = f"{steps:g} steps are more than a run can hold (10 million)"
+        what = f"{steps:g} steps exceed the maximum of a run (10 million)"
         raise InputError(what, file=file, key=key)

@@ -1,4 +1,4 @@
-"""Settings by name: one number for all muscles, coordinates or links, a list, or a table."""
+"""Settings by name: one value for all muscles, coordinates or links, a list, or a table."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _NOT_GIVEN: tuple[float, ...] = ()
 
 @dataclass(frozen=True)
 class Names:
-    """The names that settings are for.
+    """Names of parts of a robot that have settings.
 
     Attributes:
-        kind: What they name, for messages.
-        names: In order.
-        groups: Names of several of them together.
+        kind: Kind of the parts, for messages.
+        names: Names in order.
+        groups: Names of groups, with their members.
     """
 
     kind: str
@@ -40,7 +40,7 @@ class Names:
 
 @dataclass(frozen=True)
 class Symbol:
-    """The array in C that a setting is, if any, in the metadata of its field."""
+    """C array of a setting, in the metadata of its field."""
 
     name: str | None
 
@@ -55,17 +55,17 @@ def each(
     alias: str | None = None,
     symbol: str | None = None,
 ) -> Any:
-    """A key with a value for each of several names; a tuple in their order, once it is read.
+    """Define a key with one value per name; the value is a tuple in the order of the names.
 
     Args:
-        names: Which names, by the key in `Context.names`.
-        meaning: For people, with the unit.
-        default: Of every value; none where it must be given; None for an empty tuple.
-        others: Value of names that a table leaves out; the default where it is None. Values that
-            are vectors are given in tables alone.
-        word: A text that is allowed instead of the values; None once it is read.
-        alias: The key, where the attribute has another name.
-        symbol: The array in C that it is, if any; see `Table.arrays`.
+        names: Kind of names, a key of `Context.names`.
+        meaning: Description with unit.
+        default: Default of every value; omitted for a required key; None for an empty tuple.
+        others: Value of names that a table omits (default: `default`). Vectors are only allowed in
+            tables.
+        word: Text that is allowed instead of values; read as None.
+        alias: Key in files (default: name of the attribute).
+        symbol: Name of the C array, see `Table.arrays` (default: none).
     """
     own: Any = Field(
         ... if default is ... else _NOT_GIVEN,
@@ -115,7 +115,7 @@ class _Each:
             (number,) = _checked(handler, [value], [""])
             return (number,) * (1 if known is None else len(known.names))
         if known is not None and len(value) != len(known.names):
-            raise SettingError(f"must have {len(known.names)} numbers, one for each {known.kind}")
+            raise SettingError(f"must have {len(known.names)} values, one per {known.kind}")
         return _checked(handler, value, [f"[{k}]" for k in range(len(value))])
 
     def _by_default(self, known: Names | None, info: Any) -> tuple[Any, ...]:
@@ -127,7 +127,7 @@ class _Each:
         return () if default is None else (default,) * len(known.names)
 
     def _spread(self, numbers: Mapping[str, Any], known: Names, info: Any) -> tuple[Any, ...]:
-        """A value for every name, from a table with names, groups of names, and `*`."""
+        """Return a value for every name, from a table with names, groups, and `*`."""
         together = {**{name: [name] for name in known.names}, EVERY_OTHER: known.names}
         together = {**known.groups, **together}
         errors: list[InputError] = [
@@ -143,8 +143,8 @@ class _Each:
         if isinstance(usual, tuple) and info.field_name in info.context.defaults:
             spread = dict(zip(known.names, usual, strict=True)) | spread
         elif not errors and (usual is None or usual is ...):
-            lacking = [name for name in known.names if name not in spread]
-            errors += [InputError(f"missing{hint(name, numbers)}", key=name) for name in lacking]
+            missing = [name for name in known.names if name not in spread]
+            errors += [InputError(f"missing{hint(name, numbers)}", key=name) for name in missing]
         if errors:
             raise SettingError(*errors)
         return tuple(spread.get(name, usual) for name in known.names)
@@ -157,7 +157,7 @@ def _is_named(info: Any) -> bool:
 def _checked(
     handler: ValidatorFunctionWrapHandler, values: Iterable[Any], keys: Iterable[str]
 ) -> tuple[Any, ...]:
-    """Valid values; errors under the keys of theirs."""
+    """Validate values; errors have the keys of the values."""
     try:
         checked: tuple[Any, ...] = handler(tuple(values))
     except ValidationError as error:

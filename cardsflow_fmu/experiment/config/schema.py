@@ -1,4 +1,4 @@
-"""JSON Schema of tables of settings, for editors that complete and check them, and for docs."""
+"""JSON Schema of settings, for editors and documentation."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ _NO_DEFAULT: tuple[Any, ...] = (None, "", [], {}, math.inf)
 
 
 def json_schema(table: type[Table]) -> dict[str, Any]:
-    """The JSON Schema of a table, with those of the tables inside it in place.
+    """Return the JSON Schema of a table, without references.
 
     Args:
-        table: The model.
+        table: Model of the table.
     """
     schema = table.model_json_schema()
     return _plain(schema, schema.get("$defs", {}))
 
 
 def _plain(schema: Mapping[str, Any], models: Mapping[str, Any]) -> dict[str, Any]:
-    """A part of a schema without titles, references, and nothing as a value."""
+    """Return a part of a schema without titles, references, and null."""
     if "$ref" in schema:
         inner = models[schema["$ref"].rpartition("/")[2]]
         schema = {**inner, **{key: own for key, own in schema.items() if key != "$ref"}}

@@ -1,4 +1,4 @@
-"""Tables of settings: pydantic models that are record, check, documentation and schema."""
+"""Tables of settings: pydantic models with checks, documentation and schema."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ T = TypeVar("T", bound="Table")
 
 @dataclass(frozen=True)
 class Context:
-    """What a table is read with.
+    """Context of reading a table.
 
     Attributes:
-        file: Where the table comes from; paths in it are relative to its folder.
-        names: The names that settings by name are for, by their key in `each`; None where the
-            robot is not known yet, and only the form of settings by name is checked.
-        defaults: Defaults that other tables give, by the setting.
+        file: File of the table; paths are relative to its folder.
+        names: Names by kind, for settings by name; None if the robot is not read yet. Then only the
+            form of settings by name is checked.
+        defaults: Defaults from other tables, by setting.
     """
 
     file: Path
@@ -51,17 +51,17 @@ class Context:
     defaults: Mapping[str, Any] = field(default_factory=dict)
 
     def error(self, key: str, what: str) -> InputError:
-        """An error about a full key of the file."""
+        """Return an error with file and full key."""
         return InputError(what, file=self.file, key=key)
 
     def require(self, key: str, kind: str, name: str, known: Collection[str]) -> None:
-        """Refuse a name under a full key that does not exist."""
+        """Check that a name exists."""
         if name not in known:
             raise UnknownNameError(kind, name, known, file=self.file, key=key)
 
     @contextlib.contextmanager
     def at(self, key: str) -> Iterator[None]:
-        """Errors inside are about a full key of the file."""
+        """Add file and full key to errors of the context."""
         try:
             yield
         except InputError as error:
@@ -70,13 +70,13 @@ class Context:
 
 
 class Table(BaseModel):
-    """A table of settings; frozen.
+    """Table of settings; frozen.
 
-    Unknown keys, values of other types and numbers that are not finite are refused. Lists of TOML
+    Unknown keys, values of other types and numbers that are not finite are errors. TOML lists
     become tuples.
 
     Raises:
-        InputError: Something in it is wrong; the message names all of it, a line each.
+        InputError: The table is invalid; the message lists all errors, one per line.
     """
 
     model_config = ConfigDict(
@@ -89,19 +89,19 @@ class Table(BaseModel):
         except ValidationError as error:
             raise explained(error, type(self)) from None
 
-    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # tables inside go by it
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # also for tables inside
 
     @classmethod
     def read(cls, data: Any, context: Context, key: str = "") -> Self:
-        """The table from plain data.
+        """Create the table from plain data.
 
         Args:
-            data: As TOML or JSON gives it.
-            context: What it is read with.
-            key: Its full key, for messages; empty for a whole file.
+            data: Content of a TOML or JSON file.
+            context: File and names.
+            key: Full key of the table, for messages; empty for a whole file.
 
         Raises:
-            InputError: Something in it is wrong; file and full key are named.
+            InputError: The table is invalid; the message names file and full key.
         """
         try:
             return cls.model_validate(data, context=context)
@@ -109,14 +109,14 @@ class Table(BaseModel):
             raise explained(error, cls, context.file, key) from None
 
     def replaced(self, **changes: Any) -> Self:
-        """A copy with other values; not checked."""
+        """Return a copy with other values; not checked."""
         return self.model_copy(update=changes)
 
     def data(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """The table as plain data, which reads back as the same.
+        """Return the table as plain data that reads back as the same.
 
         Args:
-            leave_out: Keys to leave out, beside those without a value or with an infinite one.
+            leave_out: Keys to omit, in addition to keys without a finite value.
         """
         fields = type(self).model_fields
         values = {own.alias or name: getattr(self, name) for name, own in fields.items()}
@@ -127,10 +127,10 @@ class Table(BaseModel):
         }
 
     def arrays(self, leave_out: Collection[str] = ()) -> dict[str, Any]:
-        """The values of keys that are arrays in C, by their symbols; also those of tables inside.
+        """Return the values of keys with C arrays, by symbol, including tables inside.
 
         Args:
-            leave_out: Keys to leave out, beside those without a value.
+            leave_out: Keys to omit, in addition to keys without a value.
         """
         found: dict[str, Any] = {}
         for name, key in type(self).model_fields.items():
@@ -144,19 +144,19 @@ class Table(BaseModel):
         return found
 
     def require_only(self, allowed: Iterable[str]) -> None:
-        """Refuse keys that mean nothing beside the others that are given.
+        """Check that only keys that apply are set.
 
         Args:
-            allowed: Keys that mean something.
+            allowed: Keys that apply.
 
         Raises:
-            SettingError: There are others.
+            SettingError: Another key is set.
         """
         if errors := self.meaningless(allowed):
             raise SettingError(*errors)
 
     def meaningless(self, allowed: Iterable[str]) -> list[InputError]:
-        """An error for each key that is given and is none of those allowed."""
+        """Return an error for each key that is set but does not apply."""
         keys = {name: own.alias or name for name, own in type(self).model_fields.items()}
         fitting = list(allowed)
         known = [keys[name] for name in fitting]
@@ -165,16 +165,16 @@ class Table(BaseModel):
 
 
 def checked(kind: Any, value: Any, key: str, file: Path | None = None) -> Any:
-    """A value of a kind, as tables hold it.
+    """Validate a value as a key of a table.
 
     Args:
-        kind: Its type, as of a table's key.
+        kind: Type of the value.
         value: The value.
-        key: Its full key, for messages.
-        file: Where it is given.
+        key: Full key, for messages.
+        file: File of the value, for messages.
 
     Raises:
-        InputError: It is none.
+        InputError: The value is invalid.
     """
     try:
         return _adapter(kind).validate_python(value)
@@ -189,12 +189,12 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 @functools.cache
 def numbers(count: int) -> Any:
-    """The type of a list of so many numbers."""
+    """Return the type of a list with a fixed count of numbers."""
     return Annotated[tuple[float, ...], Numbers(count)]
 
 
 def plain(value: Any) -> Any:
-    """A value of a table as JSON and TOML have it."""
+    """Convert a value of a table to plain data."""
     if isinstance(value, Table):
         return value.data()
     if isinstance(value, tuple):
@@ -210,15 +210,15 @@ def setting(
     kind: str | None = None,
     symbol: str | None = None,
 ) -> Any:
-    """A key of a table.
+    """Define a key of a table.
 
     Args:
-        meaning: For people, with the unit.
-        default: Of the key; none where it must be given. With None or an empty text it may
-            be left out, and what that means is for the table's owner to say.
-        alias: The key, where the attribute has another name.
-        kind: Of a choice, what is chosen, for messages; the key where it is None.
-        symbol: The array in C that it is, if any; see `Table.arrays`.
+        meaning: Description with unit.
+        default: Default; omitted for a required key. None and empty text are replaced by the reader
+            of the table.
+        alias: Key in files (default: name of the attribute).
+        kind: Name of a choice, for messages (default: the key).
+        symbol: Name of the C array, see `Table.arrays` (default: none).
     """
     checked = default not in (None, "", math.inf)
     own = Field(default, description=meaning, alias=alias, title=kind, validate_default=checked)
@@ -227,7 +227,7 @@ def setting(
 
 
 def _whole(value: Any) -> Any:
-    """Numbers without a fraction count as whole ones."""
+    """Convert numbers without a fraction to integers."""
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if isinstance(value, int) and abs(value) > MAX_INTEGER:
@@ -241,7 +241,7 @@ def _path(value: Any, info: ValidationInfo) -> Path:
     if not isinstance(value, str) or not value:
         raise SettingError(f"must be a text, not {value!r}")
     if "\0" in value:
-        raise SettingError(f"must be the path of a file, not {value!r}: no path holds a zero")
+        raise SettingError(f"must be the path of a file without null characters, not {value!r}")
     return info.context.file.parent / value if info.context else Path(value)
 
 
@@ -252,7 +252,7 @@ def _fraction(value: float) -> float:
 
 
 class _File:
-    """Of a path: relative to the file that it is given in."""
+    """Annotation of a path that is relative to the folder of the settings file."""
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -264,7 +264,7 @@ class _File:
 
 
 class Numbers:
-    """Of a tuple: so many numbers, or names, in a list."""
+    """Annotation of a list with a fixed count of numbers or names."""
 
     def __init__(self, count: int, what: str = "numbers") -> None:
         self._count, self._what = count, what
@@ -285,20 +285,20 @@ class Numbers:
 
 
 class Short:
-    """Of a table or a list: short forms.
+    """Annotation of a table or list that has a short form.
 
     Args:
-        written_out: Gives what a short form means; any other value as it is.
-        schema: Of these values.
+        expand: Converts the short form; returns other values unchanged.
+        schema: JSON Schema of the short form.
     """
 
-    def __init__(self, written_out: Callable[[Any], Any], schema: Mapping[str, Any]) -> None:
-        self._written_out, self._schema = written_out, schema
+    def __init__(self, expand: Callable[[Any], Any], schema: Mapping[str, Any]) -> None:
+        self._expand, self._schema = expand, schema
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        return core_schema.no_info_before_validator_function(self._written_out, handler(source))
+        return core_schema.no_info_before_validator_function(self._expand, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> Any:
         inner = handler(schema["schema"])
@@ -306,7 +306,7 @@ class Short:
 
 
 OR_FALSE = Short(lambda value: None if value is False else value, {"const": False})
-"""Of what may be None: false for nothing."""
+"""Annotation of an optional value: false for None."""
 
 Positive = Annotated[float, Field(gt=0)]
 FromZero = Annotated[float, Field(ge=0)]
@@ -316,11 +316,11 @@ Fraction = Annotated[
     WithJsonSchema({"type": "number", "minimum": 0, "maximum": 1}),
 ]
 AS_WHOLE = BeforeValidator(_whole)
-"""Of a whole number, behind its bounds: numbers without a fraction count as one."""
+"""Annotation of an integer: numbers without a fraction are accepted. It follows the bounds."""
 Whole = Annotated[int, AS_WHOLE]
 Text = Annotated[str, Field(min_length=1)]
 File = Annotated[Path, _File()]
 Vector3 = Annotated[tuple[float, float, float], Numbers(3)]
 Pair = Annotated[tuple[float, float], Numbers(2)]
 Listed = Strict(False)
-"""Of a tuple: a list in the file."""
+"""Annotation of a tuple that is a list in files."""

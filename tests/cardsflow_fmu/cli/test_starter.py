@@ -218,7 +218,7 @@ def test_what_is_doubtful_in_the_files_is_said(tmp_path: Path, cardsflow: Comman
     code, _, err = cardsflow("init", tmp_path / "robot", "-o", tmp_path / "experiment")
     assert code == 0
     assert re.search(r"planar_2r_cables\.xml:\d+: warning: muscle 'cable_1_2': an earlier one", err)
-    assert "the initial pose is outside the limits of joint_1; the start is not" in err
+    assert "the initial pose violates the limits of joint_1; the start pose does not" in err
     assert "no-force-limit" not in err
     read = Experiment.load(tmp_path / "experiment").robot_files
     assert set(read) >= {cables, bodies}  # and not experiment/../robot

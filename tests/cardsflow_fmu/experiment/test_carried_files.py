@@ -81,7 +81,7 @@ def test_a_visual_mesh_from_elsewhere_is_left_out_with_the_reason(home: Path, ur
     experiment = Experiment.load(home / "arm")
     (warning,) = experiment.warnings()
     assert repr(uri.format(home=home)) in warning
-    assert "is left out" in warning
+    assert "is not packed" in warning
     assert OUTSIDE in warning
     assert SECRET not in contents(experiment_archive(experiment))
     assert "left_finger" not in link_meshes(experiment.robot, experiment.folder, experiment.roots)
@@ -119,7 +119,7 @@ def test_what_is_no_mesh_is_left_out_even_from_the_robots_folder(home: Path, nam
     name_meshes(home, name, "visual")
     experiment = Experiment.load(home / "arm")
     (warning,) = experiment.warnings()
-    assert "is left out" in warning
+    assert "is not packed" in warning
     assert text not in contents(experiment_archive(experiment))
 
 
@@ -128,9 +128,9 @@ def test_two_meshes_do_not_travel_under_one_name(home: Path) -> None:
     shutil.copy(home / "secret.stl", home / "arm/meshes/pad.stl")
     name_meshes(home, "../meshes/pad.stl", "visual")
     (warning,) = Experiment.load(home / "arm").warnings()
-    assert "would travel as 'meshes/pad.stl'" in warning
+    assert "has the name 'meshes/pad.stl' of another mesh" in warning
     name_meshes(home, "../meshes/pad.stl", "collision")
-    with pytest.raises(InputError, match=r"would travel as 'meshes/pad\.stl'"):
+    with pytest.raises(InputError, match=r"has the name 'meshes/pad\.stl' of another mesh"):
         experiment_resources(Experiment.load(home / "arm"))
 
 
@@ -268,11 +268,11 @@ def test_an_experiment_in_an_archive_does_not_lead_out_of_it(
     tmp_path: Path, key: str, value: object
 ) -> None:
     file = tmp_path / "experiment.json"
-    with pytest.raises(InputError, match=rf"{key}.*leads out of the archive") as caught:
+    with pytest.raises(InputError, match=rf"{key}.* outside of the archive") as caught:
         require_closed({key: value}, file)
     assert caught.value.file == file
     file.write_text(json.dumps({key: value}))
-    with pytest.raises(InputError, match="leads out of the archive"):
+    with pytest.raises(InputError, match="outside of the archive"):
         Experiment.from_resources(tmp_path)
 
 
@@ -280,7 +280,7 @@ def test_an_unpacked_archive_with_a_link_does_not_lead_out_of_it(home: Path) -> 
     (home / "out").mkdir()
     (home / "out/robot").symlink_to(home / "arm/robot")
     (home / "out/experiment.json").write_text('{"robot": {"path": "robot/model.sdf"}}')
-    with pytest.raises(InputError, match="is a link that leads out of the archive"):
+    with pytest.raises(InputError, match="is a link to a file outside of the archive"):
         Experiment.from_resources(home / "out")
 
 
@@ -359,5 +359,5 @@ def test_robots_in_archives_name_no_file_outside(mjcf: Path, tmp_path: Path, nam
     (archive / "robot" / name).rename(tmp_path / name)
     main = archive / "robot/arm.xml"
     main.write_text(main.read_text().replace(f'"{name}"', f'"../../../{name}"'))
-    with pytest.raises(InputError, match="lies outside of the archive"):
+    with pytest.raises(InputError, match="is outside of the archive"):
         Experiment.from_resources(archive)

@@ -140,7 +140,7 @@ def test_what_is_wrong_is_one_line_with_the_place(
 
 def test_a_pickle_is_never_run(tmp_path: Path) -> None:
     np.save(tmp_path / "motion.npy", np.array([{"time": 0.0}], dtype=object), allow_pickle=True)
-    with pytest.raises(InputError, match=r"motion\.npy: cannot be read as NumPy's"):
+    with pytest.raises(InputError, match=r"motion\.npy: is not a valid NumPy file"):
         followed({"file": str(tmp_path / "motion.npy")})
 
 

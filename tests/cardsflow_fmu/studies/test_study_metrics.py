@@ -75,7 +75,7 @@ def test_a_passive_spring_has_no_bounds_and_no_margin_to_them() -> None:
     assert found["margin.upper"] == 100.0 - active.max()
     assert found["margin.lower"] == active.min() - 10.0
     lines = [line for line in result.describe().splitlines() if ".cable_" in line]
-    assert [".cable_4" in line for line in lines] == ["bounds" not in line for line in lines]
+    assert [".cable_4" in line for line in lines] == ["limits" not in line for line in lines]
 
 
 def test_loop_margins_are_the_smallest_of_all_loops() -> None:

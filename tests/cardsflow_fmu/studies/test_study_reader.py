@@ -114,7 +114,7 @@ def test_an_unknown_path_names_the_nearest(tmp_path: Path, path: str, nearest: s
         (KP, "sede = 1", "did you mean 'seed'"),
         ("", "vary = 3", "vary: must be a list of tables"),
         (vary("controller..kp"), "", "names with dots"),
-        (vary("run.duration.x.y"), "", "no table"),
+        (vary("run.duration.x.y"), "", "not a table"),
         (KP + "[optimise]\nobjective = 'force.peek'\n", "", "did you mean 'force.peak'"),
         (KP + "[optimise]\nobjective = 'force.peak'\npopulation = 2\n", "", "at least 5"),
         (KP + "[optimise]\nobjective = 'force.peak.*'\n", "", "without `\\*`"),
