@@ -302,7 +302,7 @@ def test_the_size_of_a_motor(pendulum: Path, capsys: pytest.CaptureFixture[str])
     assert row["needed_effort"] == pytest.approx(1.2 * peak, rel=1e-9)
     assert (row["unit"], sizes["muscles"], sizes["least_peak"]["force"]) == ("N.m", [], 0.0)
     assert main(["size", str(pendulum)]) == 0
-    assert "needed effort [N·m]" in capsys.readouterr().out
+    assert "required effort [N·m]" in capsys.readouterr().out
 
 
 def test_held_by_motors_alone() -> None:

@@ -1,13 +1,14 @@
 """Static optimisation: muscle activations along a motion.
 
-At each point of the motion the activations a are those of least sum of squares that move the robot,
+At each point of the motion, the activations a that move the robot minimise the sum of squares,
 
     min a'a  s.t.  -L'(F_1 a + F_0) = M qdd + C + G + D qd + w_e,   a_min <= a <= 1,
 
-where F_1 is a muscle's tension at full activation less that at none, with a rigid tendon, at its
-length and speed, and F_0 what pulls unasked. OpenSim's `StaticOptimization` leaves the passive
-forces of muscles out of F_0; so is it here unless they are asked for. Its Millard2012 muscles take
-the angle of pennation at a length in the wrong unit there; here the cosine is that of the fibres.
+where F_1 is the difference of the tensions of a muscle at activations 1 and 0, with a rigid tendon,
+at its length and velocity, and F_0 is the tension at activation 0. As in OpenSim's
+`StaticOptimization`, F_0 omits the passive muscle forces by default. OpenSim evaluates the angle of
+pennation of Millard2012 muscles there at a length in the wrong unit; this implementation uses the
+angle of the fibres.
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ from controllers.references.splines import SplineReference
 from sim_dart import MuscleDrive, control_dynamics
 
 RESERVE = 1.0
-"""Torque of a reserve actuator at activation 1, in [N·m] or [N], where muscles do not suffice."""
-_NO_ARM = 1e-9  # of the largest moment arm
+"""Torque of a reserve actuator at activation 1, in [N·m] or [N]."""
+_NO_ARM = 1e-9  # as fraction of the largest moment arm
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +47,9 @@ class Activations:
         activations: Shape (T, m).
         forces: Tensions, shape (T, m), in [N].
         coordinate_names: n names.
-        reserves: Torques that muscles do not make, shape (T, n), in [N·m] or [N].
-        undriven: Coordinates that no muscle moves; their reserves are the whole torque.
-        infeasible: Whether muscles alone do not suffice for the others, shape (T,).
+        reserves: Torques of reserve actuators, shape (T, n), in [N·m] or [N].
+        undriven: Coordinates without muscles; their reserves are the whole torque.
+        infeasible: Whether the muscles are too weak for the other coordinates, shape (T,).
     """
 
     times: FloatArray
@@ -62,15 +63,15 @@ class Activations:
 
 
 def recorded(robot: Robot, file: Path, noise: float | None = None) -> Motion:
-    """A recorded motion of a robot at the times of its rows.
+    """Read a recorded motion of a robot at the times of its rows.
 
     Args:
         robot: The robot.
         file: See `read_motion`: .mot and .sto of OpenSim among others.
-        noise: Standard deviation of the positions' noise; found from them when None.
+        noise: Standard deviation of the positions' noise; None: estimated from the positions.
 
     Raises:
-        InputError: It holds no motion of the robot.
+        InputError: The file has no motion of the robot.
     """
     names = Names("coordinate", [c.name for c in robot.coordinates])
     lengths = [c.name for c in robot.coordinates if c.unit == "m"]
@@ -79,15 +80,15 @@ def recorded(robot: Robot, file: Path, noise: float | None = None) -> Motion:
 
 
 def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) -> Activations:
-    """Activations of a robot's muscles along a motion.
+    """Compute the muscle activations of a robot along a motion.
 
     Args:
-        robot: The robot; ideal cables count with their largest forces.
+        robot: The robot; ideal cables are muscles with f_max.
         motion: The motion.
-        passive: Whether passive forces of muscles count as well.
+        passive: Whether to include the passive muscle forces.
 
     Raises:
-        InputError: A muscle has no activation, or its largest force is not known.
+        InputError: A muscle has no activation, or no f_max.
     """
     least = np.array([_least(muscle) for muscle in robot.muscles])
     dynamics = control_dynamics(robot)
@@ -119,7 +120,7 @@ def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) 
 
 
 def _least(muscle: Muscle) -> float:
-    """The least activation; OpenSim's muscles have 0.01."""
+    """Return the minimum activation; it is 0.01 for muscles of OpenSim."""
     law = law_of(muscle.model)
     default = next((p.default for p in law.parameters if p.name == "minimum_activation"), 0.0)
     return dict(muscle.model.parameters).get("minimum_activation", default or 0.0)
@@ -130,10 +131,10 @@ _ACTIVE = _RIGID | {"fibre_damping": 0.0}
 
 
 def _with_parameters(robot: Robot, values: Mapping[str, float]) -> Robot:
-    """The robot with other parameters of all muscles that have them.
+    """Return the robot with other parameters of all muscles with activation.
 
     Raises:
-        InputError: A muscle has none.
+        InputError: A muscle has no activation.
     """
     made = []
     for muscle in robot.muscles:
@@ -141,9 +142,9 @@ def _with_parameters(robot: Robot, values: Mapping[str, float]) -> Robot:
         known = law.command is None or law.command.name in ("excitation", "force")
         if not known:
             problem = f"muscle {muscle.name!r}: {law.kind!r} has no activation"
-            raise InputError(f"{problem}; static optimisation is for muscles of Hill's type")
+            raise InputError(f"{problem}; static optimisation requires Hill-type muscles")
         if law.kind == "ideal" and not np.isfinite(muscle.f_max):
-            raise InputError(f"muscle {muscle.name!r}: no largest force is given; set f_max")
+            raise InputError(f"muscle {muscle.name!r}: has no f_max; set it")
         own = {p.name: values[p.name] for p in law.parameters if p.name in values}
         parameters = tuple((dict(muscle.model.parameters) | own).items())
         made.append(replace(muscle, model=replace(muscle.model, parameters=parameters)))
@@ -155,7 +156,7 @@ def _with_parameters(robot: Robot, values: Mapping[str, float]) -> Robot:
 
 
 def _active(robot: Robot, motion: Motion) -> FloatArray:
-    """F_1 along a motion, shape (T, m), in [N]."""
+    """Return F_1 along a motion, shape (T, m), in [N]."""
     laws = [law_of(muscle.model) for muscle in robot.muscles]
     full = np.array(
         [
@@ -168,13 +169,13 @@ def _active(robot: Robot, motion: Motion) -> FloatArray:
 
 
 def _resting(robot: Robot, motion: Motion, *, passive: bool) -> FloatArray:
-    """F_0 along a motion, shape (T, m), in [N]."""
+    """Return F_0 along a motion, shape (T, m), in [N]."""
     counts = [passive or law_of(muscle.model).command is None for muscle in robot.muscles]
     return np.where(counts, _tensions(robot, motion, 0.0, np.zeros(len(counts))), 0.0)
 
 
 def _tensions(robot: Robot, motion: Motion, states: float, commands: FloatArray) -> FloatArray:
-    """Tensions along a motion with all states at one value, shape (T, m), in [N]."""
+    """Return tensions along a motion with all states at one value, shape (T, m), in [N]."""
     drive, found = MuscleDrive(robot), np.zeros((len(motion.times), len(robot.muscles)))
     for row, q, qd in zip(found, motion.q, motion.qd, strict=True):
         drive.set_state(q, qd, np.full(drive.states, states))
@@ -183,7 +184,7 @@ def _tensions(robot: Robot, motion: Motion, states: float, commands: FloatArray)
 
 
 def _with_reserves(A: FloatArray, tau: FloatArray, least: FloatArray) -> FloatArray:
-    """Activations with reserve actuators at all coordinates, shape (T, m)."""
+    """Return activations with reserve actuators at all coordinates, shape (T, m)."""
     n = tau.shape[1]
     both = np.concatenate([RESERVE * np.eye(n), -RESERVE * np.eye(n)])
     rows = np.concatenate([A, np.broadcast_to(both, (len(A), 2 * n, n))], axis=1)
@@ -193,7 +194,7 @@ def _with_reserves(A: FloatArray, tau: FloatArray, least: FloatArray) -> FloatAr
 
 
 def activation_files(found: Activations) -> dict[str, str]:
-    """Activations, and forces with reserves, as tables of OpenSim, by their files' names."""
+    """Return activations and forces as OpenSim tables, by file name."""
     reserves = [f"reserve_{name}" for name in found.coordinate_names]
     rows = np.column_stack([found.times, found.activations])
     forces = np.column_stack([found.times, found.forces, found.reserves])
@@ -205,7 +206,7 @@ def activation_files(found: Activations) -> dict[str, str]:
 
 
 def activation_summary(found: Activations) -> dict[str, Any]:
-    """What a person wants to know of them first, for JSON."""
+    """Return a summary of activations as plain data."""
     largest = found.activations.max(axis=0, initial=0.0)
     reserves = np.abs(found.reserves).max(axis=0, initial=0.0)
     return {
@@ -223,19 +224,20 @@ def activation_summary(found: Activations) -> dict[str, Any]:
 
 
 def describe_activations(summary: Mapping[str, Any], most: int = 5) -> str:
-    """The same as lines of text, with the muscles that are activated most."""
+    """Return the summary as lines of text, with the most activated muscles."""
     lines = []
     reserves = summary["largest_reserves"]
     if summary["infeasible"]:
         driven = {n: t for n, t in reserves.items() if n not in summary["undriven"]}
         name = max(driven, key=driven.__getitem__)
         lines.append(
-            f"WARNING: muscles do not suffice at {summary['infeasible']} of {summary['points']} "
-            f"points, from t = {summary['first_infeasible']:.4g} s; {name} lacks {driven[name]:.3g}"
+            f"WARNING: the muscles are too weak at {summary['infeasible']} of {summary['points']} "
+            f"points, from t = {summary['first_infeasible']:.4g} s; torque shortfall "
+            f"{driven[name]:.3g} at {name}"
         )
     if summary["undriven"]:
         names = ", ".join(f"{n} {reserves[n]:.4g}" for n in summary["undriven"])
-        lines.append(f"no muscle moves these, which take reserves of up to: {names}")
+        lines.append(f"coordinates without muscles, with maximum reserve torque: {names}")
     lines.append(f"{summary['points']} points from {summary['begin']:g} to {summary['end']:g} s")
     ranked = sorted(summary["largest_activations"].items(), key=lambda one: -one[1])
     lines += [f"  {name}  up to {a:.4g}" for name, a in ranked[:most]]

@@ -14,14 +14,14 @@ from sim_dart.muscles.paths import MusclePaths
 
 
 def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]:
-    """Links, joints, muscles and task frames of a robot as plain data in SI units.
+    """Return links, joints, muscles and task frames of a robot as plain data in SI units.
 
     Args:
-        path: A robot's file, or the folder that holds one.
-        cable_set: The cable set to use; the file's own when None.
+        path: Robot file or its folder.
+        cable_set: Name of the cable set (default: as in the robot file).
 
     Raises:
-        InputError: The robot cannot be read or used.
+        InputError: The robot cannot be read or is invalid.
     """
     robot = read_robot(path, cable_set)
     lengths, refused = _lengths(robot)
@@ -79,7 +79,7 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
 
 
 def _lengths(robot: Robot) -> tuple[list[float] | list[None], list[str]]:
-    """Path lengths at the initial pose, in [m]; or none, and why they are not computed."""
+    """Return path lengths at the initial pose, in [m]; otherwise a reason."""
     try:
         paths = MusclePaths(robot)
     except CardsflowError as error:
@@ -88,10 +88,10 @@ def _lengths(robot: Robot) -> tuple[list[float] | list[None], list[str]]:
 
 
 def fmu_info(path: str | Path) -> dict[str, Any]:
-    """The variables of an FMU, as plain data.
+    """Return the variables of an FMU as plain data.
 
     Raises:
-        InputError: It is no FMU.
+        InputError: The file is not an FMU.
     """
     import fmpy  # not needed for robots
 
@@ -119,7 +119,7 @@ def fmu_info(path: str | Path) -> dict[str, Any]:
 
 
 def describe_robot(info: dict[str, Any]) -> str:
-    """A robot's information as tables for people."""
+    """Return the information about a robot as tables of text."""
     title = (
         f"{info['name']}: {len(info['links'])} links, {len(info['coordinates'])} coordinates, "
         f"{len(info['muscles'])} muscles, "
@@ -169,7 +169,7 @@ def _motors(info: dict[str, Any]) -> str:
 
 
 def describe_fmu(info: dict[str, Any]) -> str:
-    """An FMU's information as tables for people."""
+    """Return the information about an FMU as tables of text."""
     title = (
         f"{info['name']}: {info['description']}, FMI {info['fmi_version']}, "
         f"for {', '.join(info['platforms']) or 'no platform'}"
@@ -182,7 +182,7 @@ def describe_fmu(info: dict[str, Any]) -> str:
 
 
 def _reach(robot: Robot) -> float:
-    """Length of the longest stretched chain from a first joint to an end or a centre of mass."""
+    """Return the length of the longest stretched chain to an end or a centre of mass."""
     length = {WORLD: 0.0}  # of the chain to where a link hangs
     hangs_at: dict[str, Vector3] = {}
     longest = 0.0
@@ -200,13 +200,13 @@ def _reach(robot: Robot) -> float:
 
 
 def _command(muscle: Muscle) -> str | None:
-    """A muscle's command with its unit; None for a passive one."""
+    """Return the command of a muscle with its unit; None for a passive muscle."""
     command = law_of(muscle.model).command
     return None if command is None else f"{command.name} [{command.unit}]"
 
 
 def _limit(value: float) -> float | None:
-    """A limit for JSON, which has no infinity."""
+    """Return a limit for JSON; None for infinity."""
     return value if math.isfinite(value) else None
 
 

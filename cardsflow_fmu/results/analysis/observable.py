@@ -11,25 +11,26 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from sim_dart.estimation.observability import observability
 
 POSES = 33
-"""Of the reference, at which the rank is taken."""
+"""Number of poses of the reference at which the rank is computed."""
 
 
 def observed_poses(experiment: Experiment) -> dict[str, Any]:
-    """The rank of what lengths and encoders tell, along the reference; plain data.
+    """Compute the observability of poses along the reference from lengths and encoders.
 
     Returns:
-        `poses`, `least_rank`, `coordinates`; `sd`, the largest one of each coordinate from one
-        reading, None where it is left open, and `open_poses`, at how many it is; `critical`,
-        muscles that leave a pose open when they are slack together. Nothing without an estimator.
+        Plain data: `poses`, `least_rank`, `coordinates`; `sd`, the maximum standard deviation of
+        each coordinate from one measurement, None if it is unobservable; `open_poses`, the number
+        of poses at which it is unobservable; `critical`, muscles that make a pose unobservable if
+        they are slack together. Empty without an estimator.
     """
     settings = experiment.estimator
     if settings is None:
         return {}
-    from .sizing import reference_motion  # late: SciPy
+    from .sizing import reference_motion  # imports SciPy, which is slow
 
     try:
         poses = reference_motion(experiment, POSES).q
-    except CardsflowError:  # what is out of reach is said by the run
+    except CardsflowError:  # the run reports unreachable points
         poses = np.array([experiment.start.q])
     found = observability(experiment.robot, poses, settings.believed)
     names = [c.name for c in experiment.robot.coordinates]
@@ -48,32 +49,30 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
 
 
 def observability_warnings(found: dict[str, Any]) -> list[str]:
-    """What cannot be observed along the reference, a line each; from `observed_poses`."""
+    """Return warnings about unobservable poses, from the result of `observed_poses`."""
     open_ = {name: count for name, count in found.get("open_poses", {}).items() if count}
     if not open_:
         return []
     words = ", ".join(f"{name} at {count}" for name, count in open_.items())
     line = (
-        f"muscles and encoders leave the pose open: {words} of {found['poses']} poses of the "
+        f"muscles and encoders do not determine the pose: {words} of {found['poses']} poses of the "
         f"reference (least rank {found['least_rank']} of {found['coordinates']})"
     )
-    units = "; inertial units have to tell it" if found["inertial_units"] else ""
-    return [line + (units or "; add encoders, inertial units or muscles")]
+    units = "; the IMUs must provide it" if found["inertial_units"] else ""
+    return [line + (units or "; add encoders, IMUs or muscles")]
 
 
 def observability_remarks(found: dict[str, Any]) -> list[str]:
-    """Lines on how observable the pose is with all muscles taut, and with some slack."""
+    """Describe the observability of the pose with taut and with slack muscles."""
     if not found or found["least_rank"] < found["coordinates"]:
         return []
     worst = max(found["sd"], key=lambda name: found["sd"][name])
     lines = [
-        f"one reading tells the pose to {found['sd'][worst]:.3g} at worst ({worst}, along the "
-        "reference)"
+        f"standard deviation from one measurement: up to {found['sd'][worst]:.3g} ({worst}, "
+        "along the reference)"
     ]
     if found["critical"]:
         together = " and ".join(found["critical"])
-        lines.append(
-            f"slack {'together' if len(found['critical']) > 1 else 'alone'}, {together} "
-            "would leave a pose open"
-        )
+        verb = "are" if len(found["critical"]) > 1 else "is"
+        lines.append(f"a pose is unobservable if {together} {verb} slack")
     return lines

@@ -9,10 +9,10 @@ from cardsflow_fmu.utils.text_table import table
 
 
 def describe_sizes(sizes: dict[str, Any]) -> str:
-    """The sizing by `size` as tables of text."""
+    """Return the result of `size` as tables of text."""
     parts = [
         f"{sizes['points']} points from {sizes['begin']:g} to {sizes['end']:g} s, forces by "
-        f"{sizes['method']}, needed f_max with a margin of {100 * sizes['margin']:g} %"
+        f"{sizes['method']}, required f_max with a margin of {100 * sizes['margin']:g} %"
     ]
     parts += list(_warnings(sizes))
     heads = [
@@ -20,7 +20,7 @@ def describe_sizes(sizes: dict[str, Any]) -> str:
         "peak [N]",
         "at [s]",
         "rms [N]",
-        "needed f_max [N]",
+        "required f_max [N]",
         "f_max [N]",
         "at f_min",
         "at f_max",
@@ -41,24 +41,24 @@ def describe_sizes(sizes: dict[str, Any]) -> str:
 
 
 def _warnings(sizes: dict[str, Any]) -> Iterator[str]:
-    """Warnings about the numbers."""
+    """Return warnings about infeasible points."""
     if sizes["impossible_points"]:
         yield (
-            f"at {sizes['impossible_points']} of {sizes['points']} points no strength is enough: "
-            "the muscles cannot pull in that direction, or f_min is too large"
+            f"at {sizes['impossible_points']} of {sizes['points']} points no f_max is sufficient: "
+            "the muscles cannot produce the required direction of torque, or f_min is too large"
         )
     elif sizes["infeasible_points"]:
         yield (
-            f"at {sizes['infeasible_points']} of {sizes['points']} points the muscles are too weak "
-            "as they are; peak, rms and power are those of the other points"
+            f"at {sizes['infeasible_points']} of {sizes['points']} points, muscles are too weak; "
+            "peak, rms and power are from the other points"
         )
 
 
 def _motor_tables(motors: list[dict[str, Any]]) -> Iterator[str]:
-    """A table a unit of torques or forces."""
+    """Return one table per unit of torques or forces."""
     for unit in dict.fromkeys(row["unit"] for row in motors):
         per = f"[{unit.replace('.', '·')}]"
-        heads = ["motor", f"peak {per}", "at [s]", f"rms {per}", f"needed effort {per}"]
+        heads = ["motor", f"peak {per}", "at [s]", f"rms {per}", f"required effort {per}"]
         heads += [f"tau_max {per}", "at tau_min", "at tau_max", "power [W]"]
         rows = [row for row in motors if row["unit"] == unit]
         yield table(heads, [_cells(row, "effort", "tau_min", "tau_max") for row in rows])
@@ -84,12 +84,12 @@ def _bottleneck_words(sizes: dict[str, Any]) -> str:
     if peak is None:
         return ""
     text = (
-        f"however the forces are distributed, at {peak['time']:.4g} s the strongest muscle needs "
+        f"at {peak['time']:.4g} s, every force distribution requires a muscle force of at least "
         f"{peak['force']:.4g} N"
     )
     if not sizes["bottlenecks"]:
-        return f"{text}; no attachment changes that"
-    lines = [f"{text}; what it gains from attachments moved by 1 mm:"]
+        return f"{text}; moving attachments does not reduce it"
+    lines = [f"{text}; reduction by moving attachments by 1 mm:"]
     for entry in sizes["bottlenecks"][:3]:
         x, y, z = entry["direction"]
         lines.append(

@@ -1,4 +1,4 @@
-"""Calibrated robots in files: the robot, what has moved, and what is not identifiable."""
+"""Files of a calibration: the calibrated robot, parameter changes, unidentifiable parameters."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ _OPEN = 8
 
 @dataclass(frozen=True)
 class Calibrated:
-    """What a calibration has written.
+    """Written files of a calibration.
 
     Attributes:
-        files: The robot's, and the report as text and as JSON.
-        text: The report.
-        findings: On the robot as read, and on what its format does not hold.
+        files: Files of the robot, and the report as text and as JSON.
+        text: Text of the report.
+        findings: Findings on the robot, and on losses of the file format.
     """
 
     files: list[Path]
@@ -58,30 +58,33 @@ def calibrate_files(
     markers: Path | None = None,
     captures: Sequence[Path] = (),
 ) -> Calibrated:
-    """Calibrate a robot from recordings and write it anew, as SDF with CARDSFlow's muscles.
+    """Calibrate a robot from recordings and write it as SDF with CARDSFlow muscles.
 
     Args:
-        recordings: Of its motion; see `read_readings`. Of several the last is kept out.
-        robot: Its file or folder, which stays as it is.
-        free: What may change; see `sim_dart.calibration.parameters.GROUPS`.
-        folder: For the robot and the report; new, or empty.
-        cable_set: The cable set; the file's own when None.
-        markers: The table of markers on the robot; see `read_markers`. None without any.
-        captures: Where they were seen, one for each recording that has no columns of them.
+        recordings: Recordings of motions; see `read_readings`. The last of several recordings is
+            held out for validation.
+        robot: Robot file or its folder; it is not changed.
+        free: Patterns of the parameters; see `sim_dart.calibration.parameters.GROUPS`.
+        folder: New or empty folder of the robot and the report.
+        cable_set: Name of the cable set (default: as in the robot file).
+        markers: Table of markers on the robot; see `read_markers`. None without markers.
+        captures: Motion-capture tables, one per recording; empty if the recordings contain markers.
 
     Raises:
-        InputError: The recordings or the robot cannot be read, or do not identify what is asked;
-            nothing is written.
-        CardsflowError: The result predicts what was kept out worse; nothing is written.
+        InputError: The recordings or the robot cannot be read, or do not identify the parameters.
+            Nothing is written.
+        CardsflowError: The result predicts the held-out data worse. Nothing is written.
     """
     with new_folder(folder, "calibration"):
         reading = read(robot, cable_set)
         believed = reading.require()
         worn = () if markers is None else read_markers(markers)
         if captures and not worn:
-            raise InputError("shows markers: say by --markers where they are", key="--capture")
+            raise InputError(
+                "contains markers; specify their positions with --markers", key="--capture"
+            )
         if captures and len(captures) != len(recordings):
-            what = f"must be one for each of the {len(recordings)} recordings, not {len(captures)}"
+            what = f"must be given once per recording: {len(recordings)} times, not {len(captures)}"
             raise InputError(what, key="--capture")
         pairs = zip_longest(recordings, captures)
         readings = [read_readings(path, believed, worn, capture) for path, capture in pairs]
@@ -96,28 +99,28 @@ def calibrate_files(
 
 
 def describe(result: Calibration) -> str:
-    """The report as text."""
+    """Return the report as text."""
     seen = identifiable(result)
     lines = [
-        f"{len(seen)} numbers from {result.windows} windows, {result.kept} kept out; "
-        f"{seen.sum()} identifiable, {(~seen).sum()} held by their priors",
-        f"misfit      {result.misfit:.3g} (1 is as the noise has it)",
+        f"{len(seen)} parameters from {result.windows} windows, {result.kept} held out; "
+        f"{seen.sum()} identifiable, {(~seen).sum()} determined by their priors",
+        f"misfit      {result.misfit:.3g} (1: as expected from the noise)",
         "",
-        "readings less the robot's roll-outs, RMS     before     after",
-        *_error_lines("calibrated from", result.before, result.after),
-        *_error_lines("kept out", result.kept_before, result.kept_after),
+        "RMS of measurement minus simulation          before     after",
+        *_error_lines("calibration", result.before, result.after),
+        *_error_lines("held out", result.kept_before, result.kept_after),
         "",
-        "what has moved                                     change        sd",
+        "parameter                                          change        sd",
     ]
     rows = zip(result.parameters, result.change, result.sd, seen, strict=True)
     for one, change, sd, is_seen in rows:
-        mark = "" if is_seen else "  not identifiable: held by its prior"
+        mark = "" if is_seen else "  unidentifiable: determined by its prior"
         lines.append(f"{one.name:45s} {change:11.4g} {sd:9.2g} {one.unit}{mark}")
     return "\n".join([*lines, *_curved(result), *unidentified(result), *warnings(result)])
 
 
 def _curved(result: Calibration) -> list[str]:
-    """Whose deviations come of a curve, in words."""
+    """Report parameters whose standard deviation is dominated by curvature."""
     straight = np.sqrt(np.diag(result.covariance))
     bent = [
         one.name
@@ -126,18 +129,18 @@ def _curved(result: Calibration) -> list[str]:
     ]
     if not bent:
         return []
-    what = "sd is mostly that of a curve, on which numbers go together and readings hardly change"
+    what = "sd is dominated by a curved direction that hardly changes the measurements"
     return ["", f"{what}: {', '.join(bent)}"]
 
 
 def unidentified(known: Knowledge) -> list[str]:
-    """What readings cannot tell, and why, a line each."""
-    none, left, lines = _without_effect(known), open_directions(known), []
+    """Describe unidentifiable parameters and directions, one line each."""
+    none, directions, lines = _without_effect(known), open_directions(known), []
     if none:
-        lines += ["", f"no effect on what is recorded: {', '.join(none)}"]
-    if left:
-        lines += ["", f"{len(left)} directions are not identifiable; the least seen:"]
-        lines += [f"  {direction}" for direction in left[:_OPEN]]
+        lines += ["", f"no effect on the measurements: {', '.join(none)}"]
+    if directions:
+        lines += ["", f"{len(directions)} directions are unidentifiable; the least identifiable:"]
+        lines += [f"  {direction}" for direction in directions[:_OPEN]]
     return lines
 
 
@@ -147,14 +150,16 @@ def _without_effect(known: Knowledge) -> list[str]:
 
 
 def warnings(result: Calibration) -> list[str]:
-    """What is doubtful about a result, a line each."""
+    """Return warnings about a result, one line each."""
     lines = [f"WARNING {note}" for note in result.notes]
     if not result.converged:
-        lines.append("WARNING not converged: the numbers may still be off; free fewer of them")
+        lines.append(
+            "WARNING not converged: the parameters may be inaccurate; calibrate fewer of them"
+        )
     if result.misfit > 2.0:
         lines.append(
-            f"WARNING the misfit is {result.misfit:.3g}: something that is not free differs from "
-            "the robot; deviations are made as much larger"
+            f"WARNING the misfit is {result.misfit:.3g}: the robot differs in something "
+            "that is not calibrated; the standard deviations are scaled accordingly"
         )
     return lines
 
@@ -219,6 +224,6 @@ def _table(result: Calibration) -> dict[str, Any]:
 
 
 def _rms(result: Calibration, name: str, kind: str) -> list[float | None]:
-    """RMS of what is left of readings of a kind, in SI units; None where there was no sensor."""
+    """Return the RMS residuals of a kind, in SI units; None without a sensor."""
     errors = getattr(getattr(result, name), kind)
     return [None if np.isnan(one) else float(one) for one in errors]

@@ -1,4 +1,4 @@
-"""The curves of a panel that are drawn, and their colours."""
+"""Selection and colours of the curves in a panel."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from matplotlib.colors import to_hex, to_rgb
 from .panels import Curve, Panel
 
 MAX_CURVES = 10
-"""Curves in a panel; more cannot be distinguished."""
+"""Maximum number of curves in a panel; more cannot be distinguished."""
 
-_LIGHTEST = 0.6  # part of white in the last colour of a group
-_MAX_LETTERS = 28  # letters of a name in a legend
+_LIGHTEST = 0.6  # fraction of white in the last colour of a group
+_MAX_LETTERS = 28  # maximum length of a name in a legend
 
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """What is drawn of a panel.
+    """Selected curves of a panel.
 
     Attributes:
-        curves: In the order of the panel.
-        references: Of these curves.
-        left_out: How many curves are not drawn.
+        curves: Curves in the order of the panel.
+        references: References of these curves.
+        left_out: Number of curves that are not drawn.
     """
 
     curves: list[Curve]
@@ -35,7 +35,7 @@ class Chosen:
 
 
 def chosen(panel: Panel, most: int = MAX_CURVES) -> Chosen:
-    """The curves of the largest magnitude, or change, and their references."""
+    """Select the curves with the largest magnitude or change, and their references."""
     curves = [curve for curve in panel.curves if not curve.of]
     effects = np.array([_effect(curve, panel.by_change) for curve in curves])
     kept = sorted(np.argsort(-effects, kind="stable")[:most])
@@ -53,10 +53,10 @@ def _effect(curve: Curve, by_change: bool) -> float:
 
 
 def colours_of(names: Sequence[str]) -> list[str]:
-    """A colour for each name: a hue a group, from dark to light within it.
+    """Return a colour for each name: one hue per group, from dark to light.
 
-    Names that differ in their last number alone are a group: motor_1 and motor_2. Without several
-    groups that have several members, each name has its own hue.
+    Names that only differ in their last number form a group: motor_1 and motor_2. With a single
+    group, or without groups of several names, each name has a hue.
     """
     hues = mpl.colormaps["tab10"].colors  # type: ignore[attr-defined]
     groups = [re.sub(r"\d+\D{0,2}$", "", name) for name in names]
@@ -74,7 +74,7 @@ def colours_of(names: Sequence[str]) -> list[str]:
 
 
 def short(name: str) -> str:
-    """A name for a legend: the middle of a long one is left out."""
+    """Shorten a long name for a legend by omitting its middle."""
     if len(name) <= _MAX_LETTERS:
         return name
     head = (_MAX_LETTERS - 3) // 2

@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 from cardsflow_fmu.utils.arrays import FloatArray
 
 BINS = 2000
-"""More than a figure has pixels beside each other."""
+"""Number of bins; larger than the width of a figure in pixels."""
 
 
 def downsample(x: FloatArray, y: FloatArray, bins: int = BINS) -> tuple[FloatArray, FloatArray]:
-    """The points of a line that reach farthest down and up, and its ends; no point is made up.
+    """Select the minimum and maximum of each group of points, and the ends of a line.
 
     Args:
-        x: Rising, shape (points,).
-        y: Shape (points,). Where a value is nan, the line stays interrupted.
-        bins: Number of groups of neighbours; of each, two points are kept.
+        x: Increasing values, shape (points,).
+        y: Shape (points,). The line stays interrupted at nan.
+        bins: Number of groups; two points per group are selected.
 
     Returns:
-        The points kept, all of them where they are few.
+        The selected points; all points of a short line.
     """
     size = -(-len(x) // bins)
     if size <= 2:
@@ -36,11 +36,11 @@ def downsample(x: FloatArray, y: FloatArray, bins: int = BINS) -> tuple[FloatArr
 
 
 def every_few(count: int, points: int = 2 * BINS) -> NDArray[np.int64]:
-    """Rows at even distances, the last one always among them.
+    """Select evenly spaced rows, including the last one.
 
     Args:
-        count: Number of rows there are.
-        points: Most rows to take.
+        count: Number of rows.
+        points: Maximum number of selected rows.
     """
     step = max(-(-count // points), 1)
     return np.unique(np.append(np.arange(0, count, step), max(count - 1, 0)))[: max(count, 0)]

@@ -25,7 +25,7 @@ from .panels import Panel, panels_of
 
 FORMATS = ("png", "svg", "pdf")
 
-# Text stays text in an SVG, names are no formulas, and equal results give equal files.
+# SVG files contain text, names are not parsed as formulas, equal results have equal files.
 STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9,
@@ -49,13 +49,13 @@ def plot(
 
     Args:
         result: The data of a run.
-        file: A .png, .svg or .pdf.
-        what: Such as `forces` and `tracking`; forces, tracking and errors when both are empty.
-        columns: Patterns of names, such as `q.*`.
+        file: A .png, .svg or .pdf file.
+        what: Panels, such as `forces` and `tracking` (default: forces, tracking and errors).
+        columns: Patterns of column names, such as `q.*`.
         overwrite: Whether to replace a file that CARDSFlow did not write.
 
     Raises:
-        InputError: There is nothing to draw, or the file cannot be written.
+        InputError: The result has no such data, or the file cannot be written.
     """
     file = Path(file)
     form = file.suffix.lower().removeprefix(".")
@@ -66,23 +66,23 @@ def plot(
 
 
 def figure_of(result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:
-    """A figure of a result. Arguments and errors as for `plot`."""
+    """Return a figure of a result. Arguments and errors as for `plot`."""
     panels = panels_of(result, what, columns)
     return figure_of_panels(panels, title=title_of(result))
 
 
 def title_of(result: RunData) -> str:
-    """A note on an incomplete run; empty for a complete one."""
+    """Return a note on an incomplete run; empty for a complete run."""
     return "" if result.summary.get("status", "complete") == "complete" else "incomplete run"
 
 
 def figure_of_panels(panels: Sequence[Panel], *, title: str = "", bins: int = BINS) -> Figure:
-    """A figure with a panel above the other, over the same time.
+    """Return a figure with stacked panels and a common time axis.
 
     Args:
-        panels: At least one.
-        title: Above all; nothing when empty.
-        bins: Of the downsampling of a long curve.
+        panels: At least one panel.
+        title: Title of the figure; empty for none.
+        bins: Number of bins for downsampling long curves.
     """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.0, 0.6 + 2.4 * len(panels)), layout="constrained")
@@ -96,13 +96,13 @@ def figure_of_panels(panels: Sequence[Panel], *, title: str = "", bins: int = BI
 
 
 def image(figure: Figure, form: str, *, salt: str = "cardsflow", mark: str | None = MARK) -> bytes:
-    """A figure as the content of a file without a date; equal figures give equal files.
+    """Return the content of a figure file without a date; equal figures have equal files.
 
     Args:
         figure: The figure.
         form: One of `FORMATS`.
-        salt: Makes names within an SVG differ from those of another in the same page.
-        mark: The creator in the metadata; files with `MARK` may be written over.
+        salt: Makes ids in an SVG differ from other figures in the same page.
+        mark: Creator in the metadata; files with `MARK` may be overwritten.
     """
     dates = {"svg": "Date", "pdf": "CreationDate"}
     metadata = {"Software" if form == "png" else "Creator": mark}
@@ -113,19 +113,19 @@ def image(figure: Figure, form: str, *, salt: str = "cardsflow", mark: str | Non
     with mpl.rc_context(STYLE | {"svg.hashsalt": salt}), large, warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph", UserWarning)  # see `missing_signs`
         figure.savefig(memory, format=form, dpi=150, metadata=metadata)
-    figure.set_layout_engine("none")  # it is laid out now, for other formats as well
+    figure.set_layout_engine("none")  # the layout stays valid for other formats
     return memory.getvalue()
 
 
 def missing_signs(result: RunData) -> str:
-    """What the font of figures lacks of the columns' names: boxes in a .png, text in an .svg."""
+    """Return the characters of column names that the font of figures does not contain."""
     font = get_font(findfont(STYLE["font.family"]))
     signs = dict.fromkeys(sign for name in result.names for sign in name)
     return "".join(sign for sign in signs if not font.get_char_index(ord(sign)))
 
 
 def inline_svg(figure: Figure, *, salt: str = "cardsflow") -> str:
-    """A figure as SVG within a page, without the metadata of a file; `salt` as for `image`."""
+    """Return a figure as inline SVG without metadata; `salt` as for `image`."""
     svg = image(figure, "svg", salt=salt).decode()
     return re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
 
@@ -146,11 +146,11 @@ def _draw(axes: Axes, panel: Panel, bins: int) -> None:
         lines.append(axes.lines[len(names)])
         labels.append("reference")
     if drawn.left_out:
-        less = "that change less" if panel.by_change else "that are smaller"
+        less = "with less change" if panel.by_change else "smaller"
         lines += axes.plot([], [], " ")
-        labels.append(f"without {drawn.left_out} {less}")
+        labels.append(f"{drawn.left_out} {less} not shown")
     axes.set_ylabel(_printable(panel.label))
-    # the labels stand here, for those of lines do not count if they begin with an underscore
+    # explicit labels, because matplotlib ignores line labels that begin with an underscore
     where = (1.0, 0.5)
     axes.legend(
         lines, labels, loc="center left", bbox_to_anchor=where, frameon=False, fontsize="small"
@@ -158,5 +158,5 @@ def _draw(axes: Axes, panel: Panel, bins: int) -> None:
 
 
 def _printable(text: str) -> str:
-    """Without control characters, which no SVG can hold."""
+    """Replace control characters, which SVG does not support."""
     return "".join(sign if sign.isprintable() else "\N{REPLACEMENT CHARACTER}" for sign in text)

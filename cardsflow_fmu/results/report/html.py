@@ -1,4 +1,4 @@
-"""Pages that open offline: head, sections and tables."""
+"""Self-contained HTML pages: head, sections and tables."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from cardsflow_fmu.utils.html_page import html_page
 
 
 class Markup(str):
-    """HTML for a cell of a table, which is not escaped."""
+    """HTML of a table cell that is not escaped."""
 
 
 def page(title: str, *parts: str) -> str:
-    """A page, which names no address.
+    """Return a page without external addresses.
 
     Args:
         title: Plain text.
@@ -27,21 +27,21 @@ def page(title: str, *parts: str) -> str:
 
 
 def section(title: str, *parts: str) -> str:
-    """A part of a page under its title."""
+    """Return a section with a title."""
     return "\n".join(("<section>", f"<h2>{escape(title)}</h2>", *parts, "</section>"))
 
 
 def folded(title: str, *parts: str) -> str:
-    """A part of a page that opens with a click on its title."""
+    """Return a section that expands with a click on its title."""
     head = f"<details><summary><h2>{escape(title)}</h2></summary>"
     return "\n".join((head, *parts, "</details>"))
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
-    """A table; numbers stand right, None is a dash; empty without rows.
+    """Return a table with right-aligned numbers and dashes for None; empty without rows.
 
     Args:
-        heads: Of the columns.
+        heads: Titles of the columns.
         rows: Texts, numbers, `Markup` or None.
     """
     body = ["<tr>" + "".join(map(_cell, row)) + "</tr>" for row in rows]

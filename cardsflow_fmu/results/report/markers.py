@@ -1,4 +1,4 @@
-"""Markers of motion capture: where they are on a robot, and where they were seen."""
+"""Motion-capture markers: positions on a robot and measured positions."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from sim_dart.calibration.readings import Readings
 
 
 class MarkerSettings(Table):
-    """Where a marker is."""
+    """Position of a marker on a link."""
 
-    link: Text = setting("the link that it is on")
-    position: Vector3 = setting("in the link, in m")
+    link: Text = setting("link that carries the marker")
+    position: Vector3 = setting("position in the link frame, in m")
 
 
 def read_markers(file: Path) -> tuple[Marker, ...]:
-    """The markers of a table: `[elbow]`, `link = "upper_arm"`, `position = [0.0, 0.0, 0.1]`.
+    """Read a table of markers: `[elbow]`, `link = "upper_arm"`, `position = [0.0, 0.0, 0.1]`.
 
     Raises:
-        InputError: It is no such table; the message names the marker.
+        InputError: The table is invalid; the message names the marker.
     """
     context = Context(file)
     found = []
@@ -36,41 +36,41 @@ def read_markers(file: Path) -> tuple[Marker, ...]:
         own = MarkerSettings.read(data, context, name)
         found.append(Marker(name, own.link, own.position))
     if not found:
-        raise InputError("has no markers: a table for each, with its link and position", file=file)
+        raise InputError("has no markers; add a table with link and position for each", file=file)
     return tuple(found)
 
 
 def read_capture(file: Path) -> dict[str, FloatArray]:
-    """The columns of a table of motion capture; empty fields are NaN.
+    """Read the columns of a motion-capture table; empty fields are NaN.
 
     Raises:
-        InputError: It is none, or has no times.
+        InputError: The table is invalid or has no times.
     """
-    names, rows = read_csv(file, what="table of motion capture", blanks=True)
+    names, rows = read_csv(file, what="motion-capture table", blanks=True)
     if "time" not in names:
         raise InputError("has no column 'time'", file=file)
     return dict(zip(names, rows.T, strict=True))
 
 
 def marker_names(markers: Sequence[Marker]) -> list[str]:
-    """The columns of markers' places, 3 M of them: `elbow.x`, in [m]."""
+    """Return the column names of marker positions, such as `elbow.x`; 3 M names."""
     return [f"{one.name}.{axis}" for one in markers for axis in "xyz"]
 
 
 def seen_at(readings: Readings, first: float, times: FloatArray, markers: FloatArray) -> Readings:
-    """Readings at the times of motion capture: tensions are means from each to the next.
+    """Resample measurements at the times of motion capture; tensions are means over the steps.
 
     Args:
-        readings: Of the robot.
-        first: Time of the first of them, in [s].
-        times: At equal steps, shape (K,), in [s].
-        markers: Shape (K, 3 M).
+        readings: Measurements of the robot.
+        first: Time of the first measurement, in [s].
+        times: Times of motion capture, with equal steps, shape (K,), in [s].
+        markers: Marker positions, shape (K, 3 M), in [m].
     """
-    there = first + readings.step * np.arange(len(readings.q) + 1)
+    measured = first + readings.step * np.arange(len(readings.q) + 1)
     step = float(times[1] - times[0])
 
     def at(values: FloatArray) -> FloatArray:
-        rows = (np.interp(times, there[:-1], one, np.nan, np.nan) for one in values.T)
+        rows = (np.interp(times, measured[:-1], one, np.nan, np.nan) for one in values.T)
         return np.stack([*rows], axis=1) if values.shape[1] else np.zeros((len(times), 0))
 
     def mean(values: FloatArray) -> FloatArray:
@@ -81,10 +81,12 @@ def seen_at(readings: Readings, first: float, times: FloatArray, markers: FloatA
             for one in sums
         )
         ends = np.append(times, times[-1] + step)
-        inside = (ends[:-1] >= there[0]) & (ends[1:] <= there[-1] + 1e-9)
+        inside = (ends[:-1] >= measured[0]) & (ends[1:] <= measured[-1] + 1e-9)
         found = np.full((len(times), values.shape[1]), np.nan)
         for k in range(values.shape[1]):
-            part, lost_part = (np.diff(np.interp(ends, there, one[:, k])) for one in (total, gaps))
+            part, lost_part = (
+                np.diff(np.interp(ends, measured, one[:, k])) for one in (total, gaps)
+            )
             sound = inside & (lost_part < 1e-9)
             found[sound, k] = part[sound] / step
         return found

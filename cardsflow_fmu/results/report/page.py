@@ -1,4 +1,4 @@
-"""The report of a run on one self-contained page: `cardsflow report`."""
+"""Report of a run as a self-contained HTML page: `cardsflow report`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def report(path: str | Path, file: str | Path, *, overwrite: bool = False) -> Pa
     """Write the report of a run.
 
     Raises:
-        InputError: The folder does not hold what is needed, or the file cannot be written.
+        InputError: The folder is not a results folder, or the file cannot be written.
     """
     place = output_file(file, PAGES, overwrite=overwrite)
     with opened_run(path) as result:
@@ -41,10 +41,10 @@ def report(path: str | Path, file: str | Path, *, overwrite: bool = False) -> Pa
 
 
 def report_page(result: ExperimentRunData) -> str:
-    """The report of a run as one page of HTML, which names no address.
+    """Return the report of a run as an HTML page without external addresses.
 
     Raises:
-        InputError: The run gave no rows.
+        InputError: The run has no rows.
     """
     name = str(result.summary.get("experiment", result.experiment.robot.name))
     act = act_of(result)
@@ -62,7 +62,7 @@ def report_page(result: ExperimentRunData) -> str:
 
 
 def _verdict(result: ExperimentRunData) -> list[str]:
-    """What is wrong with the run, before all else, and how well it went."""
+    """Return warnings and the outcome of the run."""
     lines = []
     if not result.complete:
         error = result.summary.get("error") or "it ended early"
@@ -75,7 +75,7 @@ def _verdict(result: ExperimentRunData) -> list[str]:
 
 
 def _replay(act: Act) -> str:
-    """The replay as a page of its own within this one, so that neither touches the other."""
+    """Return the replay in a sandboxed frame, isolated from the report."""
     inner = escape(replay_page([act]))
     return f'<iframe title="replay" sandbox="allow-scripts" srcdoc="{inner}"></iframe>'
 
@@ -87,7 +87,7 @@ def _figures(result: ExperimentRunData) -> Iterator[str]:
 
 
 def _robot(result: ExperimentRunData) -> Iterator[str]:
-    """Links, joints, muscles, and what `check` says."""
+    """Return links, joints, muscles, and the findings of `check`."""
     experiment = result.experiment
     bounds = {m.name: (m.f_min, m.f_max) for m in experiment.robot.muscles}
     for part in experiment.parts:
@@ -147,7 +147,7 @@ def _one_robot(
 
 
 def _experiment(result: ExperimentRunData) -> str:
-    """Everything that was set, defaults included; files as they stand beside the experiment."""
+    """Return all settings with defaults; file paths are relative to the experiment."""
     text = json_text(experiment_data(result.experiment), indent=2, ensure_ascii=False)
     beside = json_text(f"{result.experiment.file.parent}/", ensure_ascii=False)[1:-1]
     return text.replace(beside, "")

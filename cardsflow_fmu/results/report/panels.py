@@ -23,14 +23,14 @@ _MAX_VALUE = 1e100
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A line of a figure.
+    """Curve of a figure.
 
     Attributes:
-        name: For the legend.
-        time: In [s], shape (points,).
-        values: Shape (points,); what no axis has room for is left out, as what is no number is.
-        of: Of a reference, the name of the curve that is to follow it; else empty.
-        colour: Of a reference; that of its curve when empty.
+        name: Name in the legend.
+        time: Times, in [s], shape (points,).
+        values: Values, shape (points,); nan for values that are not finite or too large to draw.
+        of: For a reference, the name of its curve; otherwise empty.
+        colour: Colour of a reference (default: colour of its curve).
     """
 
     name: str
@@ -47,12 +47,12 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Curves over one another.
+    """Curves with common axes.
 
     Attributes:
-        label: Of the axis, with the unit.
-        curves: At least one.
-        by_change: Whether a curve counts by how much it changes, not by how large it is.
+        label: Label of the axis, with unit.
+        curves: At least one curve.
+        by_change: Whether curves are selected by change instead of magnitude.
     """
 
     label: str
@@ -67,19 +67,19 @@ _of_diverged_runs = np.errstate(over="ignore", invalid="ignore")
 def panels_of(
     result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()
 ) -> list[Panel]:
-    """The panels of a figure.
+    """Return the panels of a figure.
 
     Args:
         result: The data of a run.
-        what: Keys of `KINDS`; forces, torques, tracking and errors when both are empty.
-        columns: Patterns of names, such as `q.*`.
+        what: Keys of `KINDS` (default: forces, torques, tracking and errors).
+        columns: Patterns of column names, such as `q.*`.
 
     Raises:
-        InputError: There is nothing of it to draw.
-        UnknownNameError: No kind has that name, or no column fits.
+        InputError: The result has no such data.
+        UnknownNameError: The kind is unknown, or no column matches.
     """
     if not len(result.rows):
-        raise InputError("the run gave no rows: there is nothing to draw")
+        raise InputError("the run has no rows")
     for kind in what:
         if kind not in KINDS:
             raise UnknownNameError("figure", kind, KINDS, key="--panels")
@@ -87,7 +87,7 @@ def panels_of(
     for kind in what:
         found = KINDS[kind](result)
         if not found:
-            raise InputError(f"the results hold nothing for {kind!r}", key="--panels")
+            raise InputError(f"the results have no data for {kind!r}", key="--panels")
         panels += found
     if columns:
         panels += _chosen(result, columns)
@@ -99,13 +99,13 @@ def panels_of(
 
 @_of_diverged_runs
 def all_panels(result: RunData) -> dict[str, list[Panel]]:
-    """Every kind that the result has something of."""
+    """Return all kinds for which the result has data."""
     found = {kind: panels(result) for kind, panels in KINDS.items()}
     return {kind: panels for kind, panels in found.items() if panels}
 
 
 def _chosen(result: RunData, patterns: Sequence[str]) -> list[Panel]:
-    """A panel for every unit, or for every prefix where units are not known."""
+    """Return one panel per unit, or per prefix if the units are unknown."""
     groups: dict[str, list[str]] = {}
     for name in chosen_columns(result.names, patterns):
         groups.setdefault(result.units.get(name) or f"{name.split('.')[0]}", []).append(name)
@@ -120,7 +120,7 @@ def _curves(result: RunData, names: Sequence[str]) -> list[Curve]:
 
 
 def _starting(prefix: str, label: str, by_change: bool = False) -> Callable[[RunData], list[Panel]]:
-    """A panel, for each unit, of all columns that begin alike."""
+    """Return one panel per unit for all columns with a prefix."""
 
     def panels(result: RunData) -> list[Panel]:
         by_unit: dict[str, list[str]] = {}
@@ -136,7 +136,7 @@ def _starting(prefix: str, label: str, by_change: bool = False) -> Callable[[Run
 
 
 def _followed(result: RunData) -> dict[str, list[Followed]]:
-    """The positions that are followed, by unit."""
+    """Return the controlled positions by unit."""
     by_unit: dict[str, list[Followed]] = {}
     for signal in followed_by_name(result.names, result.units):
         by_unit.setdefault(signal.unit or "-", []).append(signal)
@@ -144,7 +144,7 @@ def _followed(result: RunData) -> dict[str, list[Followed]]:
 
 
 def tracking_curves(result: RunData, followed: Sequence[Followed]) -> list[Curve]:
-    """Positions, and their references."""
+    """Return panels of positions and their references."""
     time = result["time"]
     return [
         *_curves(result, [signal.actual for signal in followed]),
@@ -169,7 +169,7 @@ def _errors(result: RunData) -> list[Panel]:
 
 
 def _estimates(result: RunData) -> list[Panel]:
-    """Errors of estimated positions, and three times their standard deviations."""
+    """Return panels of estimation errors with three standard deviations."""
     by_unit: dict[str, list[Curve]] = {}
     time = result["time"]
     for name in result.names:
@@ -192,11 +192,11 @@ def _innovation(result: RunData) -> list[Panel]:
 def _solve_times(result: RunData) -> list[Panel]:
     times = result.solve_times
     curve = [Curve("controller", times[:, 0], 1e6 * times[:, 1])]
-    return [Panel("time of a tick [us]", curve)] if len(times) else []
+    return [Panel("computation time per tick [us]", curve)] if len(times) else []
 
 
 def _moment_arms(result: RunData) -> list[Panel]:
-    """-dl/dq of every muscle about every joint that it acts on, along the motion."""
+    """Return panels of the moment arms -dl/dq of all muscles along the motion."""
     if not isinstance(result, ExperimentRunData):
         return []
     robot = result.experiment.robot
@@ -237,4 +237,4 @@ KINDS: dict[str, Callable[[RunData], list[Panel]]] = {
     "solve_times": _solve_times,
     "slack": _starting("slack", "missing"),
 }
-"""What can be drawn, by name; an empty list where a result has nothing of it."""
+"""Functions of panels by kind; they return an empty list without data."""

@@ -1,4 +1,4 @@
-"""Readings for a calibration, from recordings of hardware and tables of runs."""
+"""Measurements for a calibration, from hardware recordings and results tables."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from sim_dart.estimation.estimated_robot import passive_muscles
 from .markers import marker_names, read_capture, seen_at
 
 _JITTER = 0.25
-"""Of a step: times farther from equal steps are a gap, or no equal steps at all."""
+"""Tolerance of equal steps, as fraction of a step."""
 
 _MAX_ROWS = 10_000_000
 
 _MAX_VALUE = 1e9
-"""In [m], [rad], [N] or [Nm]: least squares of larger readings are of these alone."""
+"""Maximum measurement, in [m], [rad], [N] or [N·m]; larger values would dominate the fit."""
 
 _ACTING = ("tension", MEASURED_TORQUE)
 
@@ -40,30 +40,32 @@ _ACTING = ("tension", MEASURED_TORQUE)
 def read_readings(
     path: Path, robot: Robot, markers: Sequence[Marker] = (), capture: Path | None = None
 ) -> Readings:
-    """The readings of a recording: positions, lengths and tensions, or commanded forces.
+    """Read the measurements of a recording: positions, lengths, and tensions or commanded forces.
 
-    With markers, they are taken when these were seen.
+    With markers, the measurements are resampled at the times of motion capture.
 
     Args:
-        path: A hardware.rec; a run's folder, its hardware.rec first, or its table; or any .csv or
-            .parquet with `time`, `q.<joint>`, `l.<muscle>` and `f.<muscle>`, or `tension.<muscle>`.
-        robot: The robot that it should be of.
-        markers: Markers on it, whose `<marker>.x`, `.y` and `.z` are columns as well.
-        capture: Another table that has these, with `time` by the same clock.
+        path: A hardware.rec; a results folder (its hardware.rec, or its table); or a .csv or
+            .parquet with `time`, `q.<joint>`, `l.<muscle>` and `f.<muscle>` or `tension.<muscle>`.
+        robot: The robot of the recording.
+        markers: Markers with columns `<marker>.x`, `.y` and `.z`.
+        capture: Separate table of the markers, with the same time base.
 
     Raises:
-        InputError: It is none, was cut short, or is of another robot.
+        InputError: The recording is invalid, truncated, or of another robot.
     """
     recorded = (
         path / RECORDING_FILE if is_folder(path) else path
-    )  # states as they were when measured
+    )  # states with the time of measurement
     is_hardware = recorded.is_file() and is_recording(recorded)
     columns = _of_hardware(recorded) if is_hardware else _of_table(path)
     columns = {name: np.where(np.isnan(one), np.nan, one) for name, one in columns.items()}
-    _require_same_names(path, columns, robot)  # NumPy warns of a signalling NaN, which is gone now
+    _require_same_names(
+        path, columns, robot
+    )  # NumPy warns about signalling NaNs, which are removed here
     t = columns["time"]
     if len(t) < 3:
-        raise InputError(f"has {len(t)} readings: record for longer", file=path)
+        raise InputError(f"has only {len(t)} measurements; record for a longer time", file=path)
     at, step = _equal_steps(path, t)
     rows = int(at[-1]) + 1
 
@@ -96,12 +98,14 @@ def read_readings(
     names = marker_names(markers)
     for name in names:
         if name not in columns:
-            raise InputError(f"has no column {name!r}, of a marker, in m", file=path)
+            raise InputError(f"has no column {name!r} of a marker (position in m)", file=path)
         _refuse_large(path, name, columns)
     seen = np.column_stack([columns[name] for name in names])
     shown = ~np.isnan(seen).all(axis=1)
     if shown.sum() < 3:
-        raise InputError(f"shows markers {shown.sum()} times: record for longer", file=path)
+        raise InputError(
+            f"has markers at only {shown.sum()} times; record for a longer time", file=path
+        )
     times, seen = columns["time"][shown], seen[shown]
     at, step = _equal_steps(path, times)
     filled = np.full((int(at[-1]) + 1, seen.shape[1]), np.nan)
@@ -113,12 +117,12 @@ def _refuse_large(path: Path, name: str, columns: Mapping[str, FloatArray]) -> N
     values, t = columns[name], columns["time"]
     large = np.flatnonzero(np.abs(values) > _MAX_VALUE)
     if len(large):
-        what = f"{name} is {values[large[0]]:.3g} at {t[large[0]]:.6g} s, which is no reading"
-        raise InputError(f"{what}: where one is lost, write nan", file=path)
+        what = f"{name} is {values[large[0]]:.3g} at {t[large[0]]:.6g} s, which is not plausible"
+        raise InputError(f"{what}; write nan for a missing measurement", file=path)
 
 
 def _tension_names(robot: Robot) -> list[tuple[str, ...]]:
-    """Names that the tension of each muscle may have, the better first."""
+    """Return possible column names of the muscle tensions, the preferred name first."""
     driven = set(driven_muscles(robot))
     rows = zip(
         tension_signals(robot),
@@ -137,18 +141,18 @@ def _tension(names: Sequence[str], columns: Mapping[str, FloatArray]) -> str:
 
 
 def _of_hardware(path: Path) -> dict[str, FloatArray]:
-    """Columns of a hardware.rec: a state that came at a step's end is with the next command.
+    """Return the columns of a hardware.rec; the state at the end of a step is in the next row.
 
-    Tensions and torques that it measured have acted up to then: those that act from then on are in
-    the state behind it.
+    Measured tensions and torques act before the time of the state; the values that act afterwards
+    are in the following state.
     """
     recording = read_recording(path)
     if recording.lost_bytes:
         raise InputError(
-            f"was cut short or damaged after {len(recording)} records; record again", file=path
+            f"was cut short or damaged after {len(recording)} records; record it again", file=path
         )
     if len(recording) < 2:
-        raise InputError(f"has {len(recording)} records: record for longer", file=path)
+        raise InputError(f"has only {len(recording)} records; record for a longer time", file=path)
     header = recording.header
     states = np.where(((recording.flags & MISSED) != 0)[:, None], np.nan, recording.states)
     columns = {"time": recording.t[1:]}
@@ -162,15 +166,15 @@ def _of_hardware(path: Path) -> dict[str, FloatArray]:
 def _of_table(path: Path) -> dict[str, FloatArray]:
     result = read_results(path)
     if result.summary.get("status", "complete") != "complete":
-        raise InputError("is a run that did not come to its end; record again", file=path)
+        raise InputError("is an incomplete run; record it again", file=path)
     return dict(zip(result.names, result.rows.T, strict=True))
 
 
 def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Robot) -> None:
-    """Refuse a recording of another robot, by its names.
+    """Check by names that a recording is of the robot.
 
     Raises:
-        InputError: It has joints or muscles that the robot has not, or none of the robot's.
+        InputError: The recording has other joints or muscles.
     """
     if "time" not in columns:
         raise InputError("has no column 'time'", file=path)
@@ -183,7 +187,7 @@ def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Ro
         there = {name for name in columns if name.partition(".")[0] == kind and "." in name}
         unknown = sorted(there - own)
         if unknown:
-            what = f"{unknown[0]!r} is no signal of robot {robot.name!r}: it is of another robot"
+            what = f"{unknown[0]!r} is not a signal of robot {robot.name!r}; it is of another robot"
             raise InputError(what, file=path)
     if not any(name in columns for name in known["l"] | known["q"]):
         what = f"has neither positions nor lengths of robot {robot.name!r}, such as "
@@ -191,20 +195,20 @@ def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Ro
 
 
 def _equal_steps(path: Path, t: FloatArray) -> tuple[np.ndarray, float]:
-    """Number of its step of each row, and the step, in [s]; rows that are missing leave a gap.
+    """Return the step number of each row and the step, in [s]; missing rows are gaps.
 
     Raises:
-        InputError: Times do not increase, or by no equal steps.
+        InputError: Times do not increase, or not with equal steps.
     """
     differences = np.diff(t)
     if not np.isfinite(t).all() or (differences <= 0).any():
         row = int(np.argmax(~(differences > 0))) + 2
-        raise InputError(f"row {row}: its time is not after that of the row before", file=path)
+        raise InputError(f"row {row}: the times must increase", file=path)
     step = float(np.median(differences))
     at = np.concatenate([[0], np.cumsum(np.maximum(np.rint(differences / step), 1))])
     whole = np.rint(differences / step)
     if (np.abs(differences / step - whole) > _JITTER).mean() > 0.01:
-        raise InputError("its times are not equal steps, as a calibration needs", file=path)
+        raise InputError("a calibration requires times with equal steps", file=path)
     if at[-1] >= _MAX_ROWS:
-        raise InputError(f"has gaps as long as {_MAX_ROWS} steps of {step:g} s", file=path)
+        raise InputError(f"has gaps of more than {_MAX_ROWS} steps of {step:g} s", file=path)
     return at.astype(np.int64), step

@@ -1,4 +1,4 @@
-"""The figures that a run writes: tracking, path, world."""
+"""Figures of a run: tracking, path, world."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TRACKING, PATH, WORLD = "tracking", "path", "world"
 
 
 def run_images(result: ExperimentRunData) -> dict[str, bytes]:
-    """The figures of a run with at least one row as PNG and SVG files, by name."""
+    """Return the figures of a run as PNG and SVG files, by name."""
     figures = {TRACKING: tracking_figure(result)}
     point = _point(result)
     if point:
@@ -43,21 +43,21 @@ def run_images(result: ExperimentRunData) -> dict[str, bytes]:
 
 
 def tracking_figure(result: ExperimentRunData) -> Figure:
-    """Force commands, and positions against the dotted reference: the paper's figures 10 and 12.
+    """Return force commands, and positions with dotted references: figures 10 and 12 of the paper.
 
-    Of motors at joints, their torques; of muscles with laws, their commands and their tensions,
-    with dots where these were to be.
+    Joint motors have torques. Muscles with laws have commands and tensions, with dotted desired
+    tensions.
     """
     panels = [_forces(result), *_commands(result), *KINDS["torques"](result), _positions(result)]
     return figure_of_panels([p for p in panels if p.curves], title=title_of(result))
 
 
 def _path_figure(result: ExperimentRunData, point: list[Followed]) -> Figure:
-    """The path of a task point in space, against the dotted reference."""
+    """Return the path of an end-effector point with its dotted reference."""
     actual, desired = [f.actual for f in point], [f.desired for f in point]
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.8, 5.2))
-        # no layout engine knows how far the labels of a 3-D axis reach
+        # layout engines do not support labels of 3-D axes
         axes: Any = figure.add_axes((0.02, 0.06, 0.84, 0.9), projection="3d")
         rows = every_few(len(result.rows))
         axes.plot(*result.columns(actual)[rows].T, label="path", linewidth=1.2)
@@ -71,7 +71,7 @@ def _path_figure(result: ExperimentRunData, point: list[Followed]) -> Figure:
 
 
 def _point(result: ExperimentRunData) -> list[Followed]:
-    """The coordinates of the first task point that is followed with x, y and z; empty if none."""
+    """Return the coordinates of the first controlled point with x, y and z; empty if none."""
     followed = followed_by_name(result.names, result.units)
     for frame in result.experiment.robot.task_frames:
         prefix = f"y.{identifier(frame.name)}."
@@ -82,7 +82,7 @@ def _point(result: ExperimentRunData) -> list[Followed]:
 
 
 def _forces(result: ExperimentRunData) -> Panel:
-    """The tensions of muscles, and the desired ones where a law makes them."""
+    """Return muscle tensions, and desired tensions of muscles with laws."""
     time, robot = result["time"], result.experiment.robot
     desired = dict(zip(tension_signals(robot), muscle_signals("f", robot), strict=True))
     names = [name for name in desired if name in result.names]
@@ -96,7 +96,7 @@ def _forces(result: ExperimentRunData) -> Panel:
 
 
 def _commands(result: ExperimentRunData) -> list[Panel]:
-    """The recorded commands of muscles with laws, a panel a kind."""
+    """Return recorded commands of muscles with laws, one panel per kind."""
     robot = result.experiment.robot
     groups: dict[str, list[Curve]] = {}
     for name, k in zip(command_signals(robot), driven_muscles(robot), strict=True):
@@ -109,7 +109,7 @@ def _commands(result: ExperimentRunData) -> list[Panel]:
 
 
 def _positions(result: ExperimentRunData) -> Panel:
-    """Positions against their references."""
+    """Return positions with their references."""
     followed = followed_by_name(result.names, result.units)
     units = "/".join(dict.fromkeys(signal.unit for signal in followed)) or "-"
     what = "joint" if result.experiment.reference.space == "joint" else "task"
@@ -117,7 +117,7 @@ def _positions(result: ExperimentRunData) -> Panel:
 
 
 def _world_panels(result: ExperimentRunData) -> list[Panel]:
-    """Displacements of objects along x, y and z, and magnitudes of contact forces."""
+    """Return displacements of objects along x, y, z, and magnitudes of contact forces."""
     time = result["time"]
     displacements = [
         Curve(name, time, result[name] - result[name][0])
@@ -136,7 +136,7 @@ def _world_panels(result: ExperimentRunData) -> list[Panel]:
 
 
 def _groups(result: ExperimentRunData, prefix: str, axis: str) -> list[str]:
-    """Names of recorded objects or bodies, without the axis."""
+    """Return names of recorded objects or bodies, without axis."""
     ending = f".{axis}"
     named = [n for n in result.names if n.startswith(f"{prefix}.") and n.endswith(ending)]
     return [name.removesuffix(ending) for name in named]

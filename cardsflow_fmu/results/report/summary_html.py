@@ -9,10 +9,10 @@ from .html import table
 
 
 def summary_tables(summary: Mapping[str, Any]) -> list[str]:
-    """Tables of the course of a run, of its errors, its forces and what was missing.
+    """Return tables of the run, its tracking errors, forces and shortfalls.
 
     Args:
-        summary: What a run has written; parts that it lacks are left out.
+        summary: The summary of a run; missing parts are omitted.
     """
     tracking = (summary.get("tracking") or {}).get("per_signal") or {}
     forces = (summary.get("forces") or {}).get("per_muscle") or {}
@@ -28,7 +28,7 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
                 ([name, e["rms"], e["max"], e["unit"]] for name, e in tracking.items()),
             ),
             table(
-                ("force", "smallest [N]", "largest [N]", "f_min [N]", "f_max [N]"),
+                ("force", "min [N]", "max [N]", "f_min [N]", "f_max [N]"),
                 ([n, f["min"], f["max"], f["f_min"], f["f_max"]] for n, f in forces.items()),
             ),
             table(
@@ -39,7 +39,7 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
                 ),
             ),
             table(
-                ("missing at ticks not solved", "largest", "unit"),
+                ("shortfall at infeasible ticks", "largest", "unit"),
                 ([name, s["max"], s["unit"]] for name, s in missing.items()),
             ),
         )
@@ -48,13 +48,13 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
 
 
 def in_short(summary: Mapping[str, Any]) -> list[str]:
-    """How a run ended, how well it tracked, and its ticks that were not solved; no HTML."""
+    """Return status, tracking errors and infeasible ticks of a run as plain text."""
     parts = [str(summary.get("status", "complete"))]
     tracking = summary.get("tracking") or {}
     if tracking.get("rms") is not None:
         unit = tracking.get("unit", "")
         parts.append(f"RMS tracking error {tracking['rms']:.3g} {unit}")
-        parts.append(f"largest error of one signal {tracking['max']:.3g} {unit}")
+        parts.append(f"largest error of a signal {tracking['max']:.3g} {unit}")
     ticks = summary.get("ticks")
     for key in ("infeasible_ticks", "not_converged_ticks"):
         count = summary.get(key)
@@ -65,7 +65,7 @@ def in_short(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _course(summary: Mapping[str, Any]) -> list[list[Any]]:
-    """Labels and values of what the summary has, in the order of `_ROWS`."""
+    """Return labels and values of the summary, in the order of `_ROWS`."""
     unit = (summary.get("tracking") or {}).get("unit")
     rows = [[label.format(unit=unit), _value(summary, key)] for label, key in _ROWS]
     engines = [[f"engine of the {role}", n] for role, n in (summary.get("engine") or {}).items()]
@@ -75,7 +75,7 @@ def _course(summary: Mapping[str, Any]) -> list[list[Any]]:
 
 
 def _value(summary: Mapping[str, Any], key: str) -> Any:
-    """The value at a dotted key; None where there is none."""
+    """Return the value of a dotted key; None if missing."""
     value: Any = summary
     for part in key.split("."):
         value = (value or {}).get(part)
@@ -92,23 +92,23 @@ _ROWS = (
     ("step [s]", "step"),
     ("control period [s]", "control_period"),
     ("coupling scheme", "scheme"),
-    ("tracking, RMS [{unit}]", "tracking.rms"),
-    ("tracking, largest [{unit}]", "tracking.max"),
+    ("RMS tracking error [{unit}]", "tracking.rms"),
+    ("maximum tracking error [{unit}]", "tracking.max"),
     ("ticks", "ticks"),
     ("infeasible ticks", "infeasible_ticks"),
-    ("ticks not converged", "not_converged_ticks"),
-    ("time of a tick, median [s]", "solve_time.median"),
-    ("time of a tick, largest [s]", "solve_time.max"),
+    ("not converged ticks", "not_converged_ticks"),
+    ("computation time per tick, median [s]", "solve_time.median"),
+    ("computation time per tick, maximum [s]", "solve_time.max"),
     ("master", "master"),
     ("hardware", "hardware.link"),
-    ("mode of the hardware", "hardware.mode"),
-    ("exchanges missed", "hardware.missed"),
-    ("oldest state of the hardware [s]", "hardware.oldest_state"),
+    ("hardware mode", "hardware.mode"),
+    ("missed exchanges", "hardware.missed"),
+    ("oldest hardware state [s]", "hardware.oldest_state"),
     ("round trip, median [s]", "hardware.round_trip.median"),
     ("round trip, 99 % [s]", "hardware.round_trip.p99"),
-    ("steps behind the clock", "real_time.behind"),
-    ("lateness of a step, largest [s]", "real_time.lateness.max"),
+    ("late steps", "real_time.behind"),
+    ("maximum lateness of a step [s]", "real_time.lateness.max"),
     ("scheduling", "real_time.scheduling"),
-    ("speed over real time", "real_time_factor"),
+    ("real-time factor", "real_time_factor"),
 )
-"""Labels of the course of a run, and keys of the summary."""
+"""Labels of rows, and keys of the summary."""

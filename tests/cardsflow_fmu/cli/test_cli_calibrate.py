@@ -88,7 +88,7 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
         "from lengths alone": ([names[k] for k in blind], rows[:, blind]),
         "is of another robot": (foreign, rows),
         "time goes back after row 50": (names, late),
-        "not equal steps": (names, uneven),
+        "requires times with equal steps": (names, uneven),
         "record for longer": (names, rows[:60]),
         "f.cable_2 is 1e+300 at 0.015 s": (names, huge),
     }
@@ -185,9 +185,13 @@ def test_markers_that_do_not_fit_are_one_line(
     (empty := tmp_path / "empty.csv").write_text(head)
     for more, content, message in (
         ([], whole, "run.csv: has no column 'elbow.x'"),
-        (["--capture", capture, "--capture", capture], whole, "one for each of the 1 recordings"),
+        (
+            ["--capture", capture, "--capture", capture],
+            whole,
+            "must be given once per recording: 1 times, not 2",
+        ),
         (["--capture", file], whole, "run.csv: has no column 'elbow.x'"),
-        (["--capture", empty], whole, "empty.csv: shows markers 0 times"),
+        (["--capture", empty], whole, "empty.csv: has markers at only 0 times"),
         (["--capture", far], whole, "far.csv: tip.z is -1e+300 at 0.07 s"),
         (["--capture", capture], whole.replace("link_2", "hand"), "no link 'hand'"),
         (["--capture", capture], "[elbow]\nlink = 1\nposition = [0, 0, 0]", "elbow.link"),

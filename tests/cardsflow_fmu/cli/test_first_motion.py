@@ -204,7 +204,7 @@ def test_a_robot_that_nothing_holds_is_refused_in_words(
     robot = replace(robot, joints=(replace(robot.joints[0], coordinates=(narrow,)),))
     write_sdf(robot, tmp_path / "robot")
     message = cardsflow.refused("init", tmp_path / "robot", "-o", tmp_path)
-    assert "cannot be held by its muscles in any pose" in message
+    assert "the muscles cannot hold the robot in any pose" in message
     assert words in message
     assert not (tmp_path / "experiment.toml").exists()
 

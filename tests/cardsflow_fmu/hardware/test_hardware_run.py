@@ -276,7 +276,7 @@ def test_a_system_counts_what_its_hardware_missed(
     missed = result.summary["hardware"]["missed"]
     assert f'<td>exchanges missed</td><td class="number">{missed}</td>' in page
     assert "<td>emulated:</td>" in page
-    assert "steps behind the clock" not in page
+    assert "late steps" not in page
 
 
 def key_file(folder: Path, mode: int = 0o600, length: int = 32) -> Path:

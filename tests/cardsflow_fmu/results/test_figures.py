@@ -44,7 +44,7 @@ def test_the_ten_largest_are_drawn_and_the_others_counted(
     assert cardsflow("plot", many, "-o", tmp_path / "f.svg", "--panels", "forces")[0] == 0
     texts = re.findall(r"<text[^>]*>([^<]*)</text>", (tmp_path / "f.svg").read_text())
     assert sorted(int(t.split("_")[-1]) for t in texts if t.startswith("f.")) == LARGE
-    assert "without 66 that are smaller" in texts
+    assert "66 smaller not shown" in texts
 
 
 def test_positions_count_by_their_change_and_keep_their_references(many: Path) -> None:

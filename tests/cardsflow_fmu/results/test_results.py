@@ -260,7 +260,7 @@ def test_columns_stand_by_unit(finished: tuple[Path, Result]) -> None:
     panels = panels_of(finished[1], columns=["q.*", "f.cable_1"])
     assert [(p.label, len(p.curves)) for p in panels] == [("[rad]", 2), ("[N]", 1)]
     assert len(figure_of(finished[1], ["forces"], ["q.*"]).axes) == 2
-    with pytest.raises(InputError, match="nothing for 'moment_arms'"):
+    with pytest.raises(InputError, match="no data for 'moment_arms'"):
         panels_of(table([[0, 1]], "x"), ["moment_arms"])
     with pytest.raises(InputError, match="no rows"):
         panels_of(table(np.empty((0, 2)), "x"))

@@ -51,5 +51,7 @@ def test_files_are_one_line_and_the_next_command_follows(
 @pytest.mark.parametrize("where", ["robot", "robot/model.sdf"])
 def test_a_robot_is_no_experiment_and_the_message_says_what_makes_one(where: str) -> None:
     path = EXAMPLES / "hill_arm" / where
-    with pytest.raises(InputError, match=rf"is a robot, no experiment; `cardsflow init {path} "):
+    with pytest.raises(
+        InputError, match=rf"is a robot; create an experiment: `cardsflow init {path} "
+    ):
         run(Experiment.load(path))

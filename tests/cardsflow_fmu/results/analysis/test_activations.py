@@ -75,7 +75,7 @@ def test_weak_muscles_leave_reserves_and_exit_code_1(cardsflow: CommandLine) -> 
     found = static_optimisation(robot, waving(robot))
     assert found.infeasible.any()
     first = describe_activations(activation_summary(found)).splitlines()[0]
-    assert first.startswith(f"WARNING: muscles do not suffice at {found.infeasible.sum()} of 21")
+    assert first.startswith(f"WARNING: the muscles are too weak at {found.infeasible.sum()} of 21")
     terms = motion_terms(CoreDynamics(robot), waving(robot))
     made = -np.einsum("tmn,tm->tn", terms.L, found.forces) + found.reserves
     np.testing.assert_allclose(made, terms.tau, atol=1e-6)
@@ -152,7 +152,7 @@ def test_muscles_without_activations_are_named() -> None:
     robot = read_robot(EXAMPLES / "pneumatic_elbow/robot")
     with pytest.raises(InputError, match="'mckibben' has no activation"):
         static_optimisation(robot, waving(robot))
-    with pytest.raises(InputError, match="no largest force is given"):
+    with pytest.raises(InputError, match="has no f_max; set it"):
         static_optimisation(with_bounds(planar_2r(), math.inf), waving(planar_2r()))
 
 

@@ -94,7 +94,7 @@ def test_what_no_strength_can_do_is_reported(experiment: Experiment) -> None:
     weaker = robot.with_muscles(robot.muscles[:2])
     sizes = size_robot(weaker, reference_motion(experiment, 9))
     assert sizes["impossible_points"] > 0
-    assert "no strength is enough" in describe_sizes(sizes)
+    assert "no f_max is sufficient" in describe_sizes(sizes)
     with pytest.raises(InputError, match="no muscles to size, and no motors"):
         size_robot(replace(robot, cable_set=""), reference_motion(experiment, 9))
 
