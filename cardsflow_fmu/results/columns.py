@@ -1,4 +1,4 @@
-"""Columns chosen by patterns of names."""
+"""Selection of columns by patterns."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from addin_sdfusion.robot import UnknownNameError
 def chosen_columns(
     names: Sequence[str], patterns: Sequence[str], key: str = "--columns"
 ) -> list[str]:
-    """The names that fit one of the patterns, without `time`.
+    """Return the names that match a pattern, without `time`.
 
     Args:
         names: Names of columns.
-        patterns: Such as `q.*`, or a name.
-        key: For the message.
+        patterns: Patterns such as `q.*`, or names.
+        key: Key for messages.
 
     Raises:
-        UnknownNameError: A pattern fits none.
+        UnknownNameError: A pattern matches no name.
     """
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in names):

@@ -1,4 +1,4 @@
-"""Comparison of two results, column by column, within absolute and relative bounds."""
+"""Comparison of two results by column, with absolute and relative tolerances."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ def compare(
     rtol: float = 0.0,
     columns: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Compare two results at the times that both have.
+    """Compare two results at common times.
 
     Args:
-        first: The folder of a run, or a table: .csv, .parquet.
-        second: The other.
-        tol: Largest difference allowed, in the unit of each column.
-        rtol: Part of the second's magnitude that is allowed besides.
-        columns: Patterns of names to compare, such as `q.*`; all when empty.
+        first: Results folder, or a table: .csv, .parquet.
+        second: Results folder or table to compare with.
+        tol: Absolute tolerance, in the unit of each column.
+        rtol: Relative tolerance, as fraction of the magnitude of the second result.
+        columns: Patterns of columns, such as `q.*` (default: all columns).
 
     Returns:
-        Plain data: `equal`, whether nothing is beyond the bounds or missing; `columns` by name;
-        `missing` columns and `rows` of each.
+        Plain data: `equal`, whether all columns exist and are within the tolerances; `columns` by
+        name; `missing` columns and `rows` of each result.
 
     Raises:
-        InputError: A result cannot be read, or a bound is negative.
+        InputError: A result cannot be read, or a tolerance is negative.
     """
     for key, value in (("--atol", tol), ("--rtol", rtol)):
         if not value >= 0:
-            raise InputError(f"must be a number that is not negative, not {value!r}", key=key)
+            raise InputError(f"must not be negative, not {value!r}", key=key)
     return compare_results(
         read_results(Path(first)), read_results(Path(second)), tol, rtol, columns
     )
@@ -62,7 +62,7 @@ def compare_results(
     rtol: float = 0.0,
     columns: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Compare two results that are read. Arguments and answer as for `compare`."""
+    """Compare two loaded results; arguments and return value as for `compare`."""
     for result in (a, b):
         if "time" not in result.names:
             file = next(iter(result.files.values()), None)
@@ -98,7 +98,7 @@ def compare_results(
 
 
 def describe_comparison(comparison: dict[str, Any]) -> str:
-    """A comparison as a table for people, the largest differences first, and a verdict."""
+    """Return a comparison as a table of text, the largest differences first, and a conclusion."""
     columns = sorted(comparison["columns"].items(), key=lambda item: -_sortable(item[1]))
     rows = [
         [
@@ -122,13 +122,13 @@ def describe_comparison(comparison: dict[str, Any]) -> str:
     bounds = f"{comparison['tol']:g}"
     if comparison["rtol"]:
         bounds += f" + {comparison['rtol']:g} x magnitude"
-    beyond = f"{len(comparison['beyond'])} of {len(rows)} columns beyond {bounds}"
+    beyond = f"{len(comparison['beyond'])} of {len(rows)} columns exceed {bounds}"
     lines.append(f"equal within {bounds}" if comparison["equal"] else f"different: {beyond}")
     return "\n".join(line for line in lines if line)
 
 
 def _common_rows(a: FloatArray, b: FloatArray) -> tuple[Rows, Rows]:
-    """The rows of two results at equal times."""
+    """Return the rows of two results at equal times."""
     if not len(a) or not len(b):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     behind = np.searchsorted(b, a).clip(0, len(b) - 1)
@@ -141,9 +141,9 @@ def _common_rows(a: FloatArray, b: FloatArray) -> tuple[Rows, Rows]:
 def _columns(
     a: FloatArray, b: FloatArray, time: FloatArray, tol: float, rtol: float
 ) -> list[dict[str, Any]]:
-    """Of every column the largest difference, where it is, and whether it is beyond.
+    """Return the largest difference of each column, its time, and whether it exceeds the tolerance.
 
-    None is a difference that is no number.
+    A difference that is not finite is None.
     """
     if not len(time):
         return [{"largest": None, "at": None, "beyond": True}] * a.shape[1]

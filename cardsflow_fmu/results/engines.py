@@ -1,4 +1,4 @@
-"""Engines of a run's participants and its master, for the summary."""
+"""Engines of participants and master, for the summary."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OVER_FMUS = "Python, over FMUs"
 
 
 def engine_summary(experiment: Experiment) -> dict[str, Any]:
-    """Who computes: engines of plant and controller, what is not in C, what steps them."""
+    """Return engines of plant and controller, reasons for Python models, and the master."""
     run = experiment.run
     missing: dict[str, str] = {}
     master = OVER_FMUS if run.coupling == "fmu" else "Python, over objects"
@@ -37,7 +37,7 @@ def engine_summary(experiment: Experiment) -> dict[str, Any]:
 
 
 def _engines(experiment: Experiment, missing: Mapping[str, str], master: str) -> dict[str, str]:
-    """Engines of plant and controller."""
+    """Return the engines of plant and controller."""
     if master == "C":
         return {"plant": "native", "controller": "native"}
     from sim_dart.plant.settings import chosen_engine
@@ -53,7 +53,7 @@ def _engines(experiment: Experiment, missing: Mapping[str, str], master: str) ->
 
 
 def why_python(experiment: Experiment) -> dict[str, str]:
-    """Plant and controller whose models are not in C, with what they need that is not there."""
+    """Return Python models of plant and controller, with the features that C does not support."""
     roles = [role for role in ("plant", "controller") if role not in experiment.fmus]
     if experiment.hardware.use and "plant" in roles:
         roles.remove("plant")
@@ -62,13 +62,13 @@ def why_python(experiment: Experiment) -> dict[str, str]:
 
 
 def system_engines(files: Mapping[str, Path]) -> dict[str, str]:
-    """Engines of plant and controller of a system of FMUs."""
+    """Return the engines of plant and controller in a system of FMUs."""
     roles = [role for role in ("plant", "controller") if role in files]
     return {role: _fmu_engine(role, files[role]) for role in roles}
 
 
 def _fmu_engine(role: str, file: Path) -> str:
-    """The engine in an FMU of this package, by its resources; else the FMU's name."""
+    """Return the engine of an FMU of CARDSFlow; otherwise the name of the FMU."""
     try:
         with opened_archive(file, "FMU") as archive:
             if f"resources/{NATIVE_FILE}" in archive.namelist():

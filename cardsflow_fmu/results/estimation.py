@@ -1,4 +1,4 @@
-"""The summary of an estimate beside the truth."""
+"""Summary of state estimates and their errors."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from cardsflow_fmu.utils.arrays import FloatArray
 def estimation(
     experiment: Experiment, columns: Mapping[str, FloatArray], observed: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Errors, deviations, innovations, and when the estimate was lost; nothing without any.
+    """Summarise errors, standard deviations, innovations and validity; empty without an estimate.
 
-    Hardware without joint encoders has no truth, and so no errors: `fitted` says that its
-    positions are those that fit the lengths.
+    Hardware without joint encoders has no ground truth and no errors. `fitted` marks positions that
+    were fitted to muscle lengths.
 
     Args:
         experiment: The experiment.
-        columns: Those of the run.
-        observed: What can be observed; see `analysis.observable`.
+        columns: Columns of the run.
+        observed: Observability; see `analysis.observable`.
     """
     if experiment.estimator is None or VALID not in columns or not len(columns[VALID]):
         return {}

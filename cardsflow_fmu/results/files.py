@@ -1,4 +1,4 @@
-"""The files of a run: names and contents."""
+"""Names and contents of the files of a run."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ UNITS = "results.units.json"
 SUMMARY = "summary.json"
 MCAP = "recording.mcap"
 RECORDING_FILE = "hardware.rec"
-"""Every exchange with hardware."""
+"""Name of the recording of hardware exchanges."""
 SOLVE_TIMES = "solve_times.csv"
 EXPERIMENT = "experiment.zip"
-"""The experiment as its FMUs carry it, with the robot's files and its visual meshes."""
+"""Name of the archive with the experiment, robot files and visual meshes."""
 
 Contents = dict[str, str | bytes]
 
 
 def table_file(run: RunData, form: TableFormat = "csv") -> Contents:
-    """The table by the name of its file.
+    """Return the results table by file name.
 
     Raises:
-        InputError: Parquet is asked for, and pyarrow is missing.
+        InputError: The format is Parquet, but pyarrow is not installed.
     """
     if form == "csv":
         return {TABLE: csv_text(run.names, run.rows)}
@@ -36,7 +36,7 @@ def table_file(run: RunData, form: TableFormat = "csv") -> Contents:
 
 
 def metadata_files(run: RunData) -> Contents:
-    """The files beside the table: units, summary, and times of ticks where they are known."""
+    """Return the files with units, summary, and computation times if known."""
     files: Contents = {
         UNITS: json_text(dict(run.units), indent=1) + "\n",
         SUMMARY: json_text(run.summary, indent=1) + "\n",

@@ -1,4 +1,4 @@
-"""The output folder of a run: checked before the run, files not written by runs untouched."""
+"""Results folder of a run. It is checked before the run; other files stay unchanged."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ _OWN = (
 
 
 class OutputFolder:
-    """A context that makes and locks the folder, and removes it again unless results are written.
+    """Context that creates and locks a results folder; an unused new folder is removed.
 
     Raises:
-        InputError: On entering: the folder cannot be written, another program is at work in it, or
-            it holds files of these names that no run has written.
+        InputError: On entering: the folder cannot be written, another program uses it, or it has
+            files with names of results that no run has written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -54,11 +54,11 @@ class OutputFolder:
     def write(
         self, contents: Mapping[str, str | bytes], streamed: Collection[str] = ()
     ) -> dict[str, Path]:
-        """Replace the results of an earlier run: all files, or none.
+        """Replace the results of an earlier run, all files or none.
 
         Args:
-            contents: The content of each file, by its name.
-            streamed: Names of files that the run has written already.
+            contents: Content of each file, by name.
+            streamed: Names of files that the run has already written.
 
         Raises:
             InputError: A file cannot be written.
@@ -91,16 +91,16 @@ class OutputFolder:
         self._held.close()
 
     def _refuse_unowned_files(self) -> None:
-        """Results of an earlier run are replaced; files of the same names by others are not."""
+        """Check that existing files with names of results are from an earlier run."""
         link = next((name for name in _OWN if (self.path / name).is_symlink()), None)
-        if link is not None:  # whoever gave the folder would choose what is written over
-            what = f"holds {link}, which is a link; remove it, or choose another output folder"
+        if link is not None:  # a link would redirect the write to another file
+            what = f"has a link {link}; remove it, or choose another output folder"
             raise InputError(what, file=self.path)
         there = [name for name in _OWN if (self.path / name).exists()]
         if RECORDING_FILE in there and _is_recording(self.path / RECORDING_FILE):
-            there.remove(RECORDING_FILE)  # of a run that was killed
+            there.remove(RECORDING_FILE)  # from a run that was killed
         if there and not _is_summary(self.path / _SUMMARY):
-            what = f"holds {there[0]}, which no run has written; choose another output folder"
+            what = f"has a file {there[0]} that no run has written; choose another output folder"
             raise InputError(what, file=self.path)
 
 
@@ -111,7 +111,7 @@ def _is_recording(file: Path) -> bool:
 
 
 def _is_summary(file: Path) -> bool:
-    """Whether a run has written this file; InputError where it may not be read."""
+    """Return whether a run has written this file; raise InputError if it cannot be read."""
     data = read_file(file, limits.JSON) if file.is_file() else b""
     try:
         return "cardsflow" in json.loads(data)["versions"]

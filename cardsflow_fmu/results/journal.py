@@ -1,4 +1,4 @@
-"""The journal of a run: its table streamed into the folder, readable whenever it ends."""
+"""Journal of a run: the table is written during the run and always readable."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from .files import SUMMARY, TABLE, UNITS
 from .folder import OutputFolder
 from .row_store import RowStore
 
-STARTED = SimulationError("the run was killed, or still goes on")
-"""What the summary names as its error until the run ends."""
+STARTED = SimulationError("the run was killed, or is still in progress")
+"""Error in the summary until the run ends."""
 
 _INTERVAL = 0.05
 _BLOCK = 512
 
 
 class Journal:
-    """The table of a run, written as its rows come.
+    """Table of a run that is written row by row.
 
-    Rows are made text as they come: steps that are paced have time for one of them, not for many
-    at once. Nothing in the folder is touched before `begin`.
+    Rows are formatted one by one, because a real-time step has no time to format many rows. The
+    folder is unchanged before `begin`.
 
     Args:
-        folder: The output folder.
-        contents: Files beside the table that are known before the first step, by name.
-        streamed: Names of files that participants stream into the folder.
+        folder: The results folder.
+        contents: Further files that exist before the first step, by name.
+        streamed: Names of files that participants write into the folder.
     """
 
     def __init__(
@@ -54,28 +54,28 @@ class Journal:
     def begin(
         self, names: tuple[str, ...], units: Mapping[str, str], count: int, summary: dict[str, Any]
     ) -> None:
-        """Replace the results of an earlier run by those of one that has no rows yet.
+        """Replace the results of an earlier run by results without rows.
 
         Args:
-            names: Name of every column.
-            units: Unit of every column.
-            count: Largest number of rows.
+            names: Names of the columns.
+            units: Units of the columns.
+            count: Maximum number of rows.
             summary: The summary before the first step, marked incomplete.
 
         Raises:
-            MachineError: The folder has no room.
-            InputError: It cannot be written.
+            MachineError: The disk is full.
+            InputError: The folder cannot be written.
         """
         self._store = RowStore(count, len(names), self._folder.path)
         header = ",".join(names) + "\n"
         files = [SUMMARY, UNITS, TABLE, *self._contents, *self._streamed]
         summary = summary | {"files": {name: name for name in files}}
         self._folder.write(
-            {  # the summary first: it marks the files as those of a run
+            {  # the summary first, because it marks the folder as results
                 SUMMARY: json_text(summary, indent=1) + "\n",
                 UNITS: json_text(dict(units), indent=1) + "\n",
                 **self._contents,
-                TABLE: header,  # last: where it is, all is there
+                TABLE: header,  # last: it marks the results as complete
             },
             self._streamed,
         )
@@ -95,12 +95,12 @@ class Journal:
 
     @property
     def rows(self) -> FloatArray:
-        """The table to be filled, shape (count, columns)."""
+        """Table to fill, shape (count, columns)."""
         assert self._store is not None
         return self._store.rows
 
     def update(self, filled: int) -> None:
-        """Take note of new rows; they are in the file a twentieth of a second later.
+        """Report new rows; they are written within 0.05 s.
 
         Raises:
             SimulationError: The file cannot be written.
@@ -116,7 +116,7 @@ class Journal:
         self._store.release(filled)
 
     def close(self) -> None:
-        """Write what still waits."""
+        """Write all pending rows."""
         if self._file is None:
             return
         try:
@@ -126,7 +126,7 @@ class Journal:
             self._file = None
 
     def _flush(self) -> None:
-        """Write whole lines, or none."""
+        """Write complete lines."""
         if not self._blocks or self._file is None:
             return
         block = memoryview("\n".join([*self._blocks, ""]).encode())
@@ -147,5 +147,5 @@ class Journal:
 
 
 def no_rows(names: tuple[str, ...]) -> FloatArray:
-    """The table of a run before its first step."""
+    """Return the table of a run before its first step."""
     return np.empty((0, len(names)))

@@ -1,4 +1,4 @@
-"""The summary and units of a run as read from JSON, with checks."""
+"""Reader of summary and units of a run, with checks."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _NUMBERS = ["tracking.rms", "tracking.max", "forces.min", "forces.max"]
 _NUMBERS += [f"contact_friction.{name}" for name in ("excess", "not_converged_steps", "error")]
 
 _INNER = {"hardware": "round_trip", "real_time": "lateness"}
-"""Tables within tables."""
+"""Keys of nested tables."""
 
 _ROWS = {
     "tracking": ("per_signal", ("rms", "max", "unit")),
@@ -52,10 +52,10 @@ _ROWS = {
 
 
 def read_summary(file: Path) -> dict[str, Any]:
-    """The summary of a run.
+    """Read the summary of a run.
 
     Raises:
-        InputError: It is missing, or not what a run writes.
+        InputError: The file is missing or invalid.
     """
     summary = _read(file)
     require_summary(summary, file)
@@ -63,10 +63,10 @@ def read_summary(file: Path) -> dict[str, Any]:
 
 
 def require_summary(summary: Mapping[str, Any], file: Path) -> None:
-    """Refuse what is no summary of a run.
+    """Check that data is the summary of a run.
 
     Raises:
-        InputError: It is none.
+        InputError: The data is invalid.
     """
     if summary.get("status") not in ("complete", "incomplete"):
         raise _malformed(file, "status")
@@ -97,10 +97,10 @@ def _are_rows(rows: Any, columns: tuple[str, ...]) -> bool:
 
 
 def read_units(file: Path) -> dict[str, str]:
-    """The units of a table, by the names of its columns.
+    """Read the units of a table, by column name.
 
     Raises:
-        InputError: It is missing, or not what a run writes.
+        InputError: The file is missing or invalid.
     """
     units = _read(file)
     for name, unit in units.items():
@@ -115,7 +115,7 @@ def _read(file: Path) -> dict[str, Any]:
     except RecursionError:
         raise InputError("is nested too deeply", file=file) from None
     except ValueError as error:
-        raise InputError(f"is no JSON: {error}", file=file) from None
+        raise InputError(f"is not valid JSON: {error}", file=file) from None
     if not isinstance(data, dict):
         raise InputError("is not what a run writes", file=file)
     return data

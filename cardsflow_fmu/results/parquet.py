@@ -1,4 +1,4 @@
-"""Results as Parquet, with units, versions, seed and experiment in the metadata; needs pyarrow."""
+"""Results as Parquet with metadata: units, versions, seed, experiment. Requires pyarrow."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ _FOOTER_LIMITS = {
     "thrift_container_size_limit": 10 * limits.COLUMNS,
 }
 KEY = b"cardsflow"
-"""Of the metadata: JSON with units, summary, versions, seed and experiment."""
+"""Key of the metadata: JSON with units, summary, versions, seed and experiment."""
 
 
 def require_parquet() -> Any:
-    """The module pyarrow.
+    """Return the module pyarrow.
 
     Raises:
-        InputError: It is missing.
+        InputError: pyarrow is not installed.
     """
     try:
         import pyarrow
     except ImportError:
-        what = f"Parquet needs pyarrow: {install('parquet')}"
+        what = f"Parquet requires pyarrow: {install('parquet')}"
         raise InputError(what) from None
     return pyarrow
 
 
 def parquet_bytes(result: RunData) -> bytes:
-    """A result as the content of a .parquet, a column a signal.
+    """Return a result as the content of a .parquet file, one column per signal.
 
     Raises:
-        InputError: pyarrow is missing.
+        InputError: pyarrow is not installed.
     """
     pa = require_parquet()
     import pyarrow.parquet as pq
@@ -69,13 +69,13 @@ def parquet_bytes(result: RunData) -> bytes:
 
 
 def read_parquet(file: Path) -> RunData:
-    """The result in a .parquet.
+    """Read the result in a .parquet file.
 
     Args:
-        file: From `parquet_bytes`, or any table of numbers.
+        file: A file from `parquet_bytes`, or any table of numbers.
 
     Raises:
-        InputError: pyarrow is missing, or the file cannot be read.
+        InputError: pyarrow is not installed, or the file cannot be read.
     """
     pa = require_parquet()
     import pyarrow.parquet as pq
@@ -96,11 +96,11 @@ def read_parquet(file: Path) -> RunData:
         metadata = json.loads(text)
     except InputError:
         raise
-    except OSError as error:  # pyarrow's own errors of damaged files are OSErrors or ValueErrors
-        reason = error.strerror or "is no Parquet file"
+    except OSError as error:  # pyarrow raises OSErrors or ValueErrors for damaged files
+        reason = error.strerror or "is not a Parquet file"
         raise InputError(f"cannot be read: {reason}", file=file) from None
     except (pa.ArrowException, ValueError, TypeError, RecursionError) as error:
-        what = f"is no table of results: {' '.join(str(error).split())}"
+        what = f"is not a results table: {' '.join(str(error).split())}"
         raise InputError(what, file=file) from None
     if not isinstance(metadata, dict) or not isinstance(metadata.get("summary", {}), dict):
         raise InputError("is not what a run writes: its metadata", file=file)
@@ -115,34 +115,34 @@ def read_parquet(file: Path) -> RunData:
 
 
 def _require_bounded(parquet: Any, pa: Any, file: Path) -> None:
-    """Refuse a file that says it holds more than can be read, or what are no numbers."""
+    """Check that a file has only numbers and is not too large."""
     about, schema = parquet.metadata, parquet.schema_arrow
     if len(schema) > limits.COLUMNS:
-        raise InputError(f"holds more than {limits.COLUMNS} columns", file=file)
+        raise InputError(f"has more than {limits.COLUMNS} columns", file=file)
     if about.num_rows * len(schema) > limits.VALUES:
-        raise InputError(f"holds more than {limits.VALUES} numbers", file=file)
+        raise InputError(f"has more than {limits.VALUES} numbers", file=file)
     for field in schema:
         kind = field.type
         if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or kind == pa.bool_()):
-            what = f"is no table of results: column {field.name!r} holds {kind}, and no numbers"
+            what = f"is not a results table: column {field.name!r} has {kind} instead of numbers"
             raise InputError(what, file=file)
 
 
 def _parts(parquet: Any, columns: int) -> Iterator[tuple[int, int]]:
-    """The groups of rows, and the row at which each begins.
+    """Yield the row groups with their first rows.
 
     Raises:
-        ValueError: They have more rows than the whole.
+        ValueError: The row groups do not match the number of rows.
     """
     begin = 0
     for k in range(parquet.num_row_groups):
         group = parquet.metadata.row_group(k)
         if group.num_columns != columns or begin + group.num_rows > parquet.metadata.num_rows:
-            raise ValueError("its groups of rows do not fit together")
+            raise ValueError("its row groups do not match its number of rows")
         yield k, begin
         begin += group.num_rows
     if begin != parquet.metadata.num_rows:
-        raise ValueError("its groups of rows do not fit together")
+        raise ValueError("its row groups do not match its number of rows")
 
 
 def _unit(metadata: dict[bytes, bytes] | None) -> str:
@@ -150,7 +150,7 @@ def _unit(metadata: dict[bytes, bytes] | None) -> str:
 
 
 def _metadata(result: RunData) -> dict[str, Any]:
-    """Plain JSON for readers without this package."""
+    """Return the metadata as JSON, for readers without CARDSFlow."""
     experiment = result.experiment if isinstance(result, ExperimentRunData) else None
     return {
         "units": dict(result.units),

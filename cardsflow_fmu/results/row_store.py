@@ -15,27 +15,27 @@ from addin_sdfusion.robot.files import file_error
 from cardsflow_fmu.utils.arrays import FloatArray
 
 IN_MEMORY = 2**25
-"""A table of up to so many bytes stands in memory."""
+"""Maximum size of a table in memory, in bytes."""
 
 _DROPPED = 2**22
 
 
 class RowStore:
-    """A table to be filled row by row.
+    """Table that is filled row by row.
 
-    A large one is a file without a name in the folder of the results: it takes no memory that the
-    system could not have back, and is gone with the process.
+    A large table is a memory-mapped file without a name in the results folder. It disappears with
+    the process.
 
     Args:
         count: Number of rows.
         columns: Number of columns.
-        folder: Where there is room.
+        folder: Folder of the file.
 
     Attributes:
         rows: The table, shape (count, columns).
 
     Raises:
-        InputError: No folder has room for it.
+        InputError: No folder can hold the file.
         MachineError: The disk is full.
     """
 
@@ -56,7 +56,7 @@ class RowStore:
         self.rows = np.frombuffer(self._memory).reshape(count, columns)
 
     def release(self, filled: int) -> None:
-        """Take filled rows out of memory; they are read from the file when someone looks."""
+        """Release the memory of filled rows; the system reads them from the file when needed."""
         end = filled * self._width // _DROPPED * _DROPPED
         if self._memory is None or end <= self._dropped or not hasattr(mmap, "MADV_DONTNEED"):
             return
@@ -65,8 +65,8 @@ class RowStore:
 
 
 def _reserve(descriptor: int, size: int) -> None:
-    """Make a file of a size that is surely there: a full disk would end the process later."""
-    with contextlib.suppress(AttributeError):  # not everywhere
+    """Create a file with allocated space; otherwise a full disk would end the process later."""
+    with contextlib.suppress(AttributeError):  # not on all systems
         try:
             os.posix_fallocate(descriptor, 0, size)
             return

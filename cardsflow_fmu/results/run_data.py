@@ -1,4 +1,4 @@
-"""Data of a run: columns by port name, units, summary, and the experiment."""
+"""Data of a run: columns, units, summary, and experiment."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from cardsflow_fmu.utils.arrays import FloatArray
 
 @dataclass
 class RunData:
-    """The data of a run of coupled participants.
+    """Data of a run of coupled participants.
 
     Attributes:
-        names: Name of every column; the first is `time`.
+        names: Names of the columns; the first is `time`.
         rows: Values, shape (rows, len(names)).
-        units: Unit of every column; empty for a number without one.
+        units: Units of the columns; empty for dimensionless columns.
         summary: Tracking, forces, infeasible ticks, speed, status, versions.
         files: Written files, by name.
         solve_times: Time of each tick and its computation time, in [s], shape (ticks, 2); no rows
-            where that is not known.
+            if unknown.
     """
 
     names: tuple[str, ...]
@@ -37,10 +37,10 @@ class RunData:
     solve_times: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
 
     def __getitem__(self, name: str) -> FloatArray:
-        """The column of that name, shape (rows,), in its unit.
+        """Return a column, shape (rows,), in its unit.
 
         Raises:
-            UnknownNameError: There is none; the message names the nearest.
+            UnknownNameError: The column does not exist; the message suggests the nearest name.
         """
         if name not in self.names:
             prefix, _, rest = name.partition(".")
@@ -52,7 +52,7 @@ class RunData:
         return column
 
     def columns(self, names: list[str]) -> FloatArray:
-        """Several columns, shape (rows, len(names))."""
+        """Return columns, shape (rows, len(names))."""
         return np.stack([self[name] for name in names], axis=1)
 
     @property
@@ -63,12 +63,12 @@ class RunData:
 
 @dataclass
 class ExperimentRunData(RunData):
-    """The data of a run of an experiment.
+    """Data of a run of an experiment.
 
     Attributes:
         experiment: The experiment.
-        release: Removes the robot's files, where they were unpacked for this data; otherwise they
-            are removed with the experiment.
+        release: Function that removes robot files unpacked for this data; otherwise they are
+            removed together with the experiment.
     """
 
     experiment: Experiment = field(kw_only=True)

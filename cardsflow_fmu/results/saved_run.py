@@ -1,4 +1,4 @@
-"""Runs in folders: results, experiment and robot."""
+"""Reader of results folders: results, experiment and robot."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _TABLES = (TABLE, PARQUET)
 
 
 def experiment_archive(experiment: Experiment) -> bytes:
-    """The contents of experiment.zip.
+    """Return the content of experiment.zip.
 
     Raises:
-        InputError: A file of the robot cannot be read, or may not travel.
+        InputError: A file of the robot cannot be read, or may not be packed.
     """
     files, roots = experiment_resources(experiment), experiment.roots
     if experiment.parts:
@@ -47,19 +47,19 @@ def experiment_archive(experiment: Experiment) -> bytes:
 
 
 def is_run(path: Path) -> bool:
-    """Whether a path is a folder that a run has written, or the table in it."""
+    """Return whether a path is a results folder or the table in it."""
     return any((_folder(path) / name).is_file() for name in _TABLES)
 
 
 @contextlib.contextmanager
 def opened_run(path: str | Path) -> Iterator[ExperimentRunData]:
-    """The result that a run has written, with its experiment; the robot's files are there inside.
+    """Provide the result of a run with its experiment; robot files exist inside the context.
 
     Args:
-        path: The folder of the run, or the table in it.
+        path: The results folder, or the table in it.
 
     Raises:
-        InputError: Something is missing or damaged.
+        InputError: A file is missing or damaged.
     """
     result = load_run(path)
     try:
@@ -70,7 +70,7 @@ def opened_run(path: str | Path) -> Iterator[ExperimentRunData]:
 
 @contextlib.contextmanager
 def read_any(path: str | Path) -> Iterator[RunData]:
-    """A result, with its experiment where that is known; otherwise as `read_results`."""
+    """Read a result, with its experiment if known; otherwise like `read_results`."""
     if not (_folder(Path(path)) / EXPERIMENT).is_file() or not is_run(Path(path)):
         yield read_results(Path(path))
         return
@@ -79,19 +79,19 @@ def read_any(path: str | Path) -> Iterator[RunData]:
 
 
 def load_run(path: str | Path) -> ExperimentRunData:
-    """The result that a run has written, with its experiment; the robot's files last as long.
+    """Read the result of a run with its experiment; robot files exist as long as the result.
 
     Args:
-        path: The folder of the run, or the table in it.
+        path: The results folder, or the table in it.
 
     Raises:
-        InputError: Something is missing or damaged.
+        InputError: A file is missing or damaged.
     """
     folder = _folder(Path(path))
     result = read_results(folder)
     archive = folder / EXPERIMENT
     if not archive.is_file():
-        what = f"holds no {EXPERIMENT}, so its robot is not known; run the experiment again"
+        what = f"has no {EXPERIMENT}, which contains the robot; run the experiment again"
         raise InputError(what, file=folder)
     aside = TemporaryFolder()
     try:
@@ -110,12 +110,12 @@ def load_run(path: str | Path) -> ExperimentRunData:
 def _require_same_robot(result: ExperimentRunData, archive: Path) -> None:
     stated, robot = result.summary.get("robot"), result.experiment.robot.name
     if stated is not None and stated != robot:
-        what = f"is of robot {robot!r}, and the results beside it are of {stated!r}"
+        what = f"is of robot {robot!r}, but the results are of {stated!r}"
         raise InputError(what, file=archive)
 
 
 def _findings(result: ExperimentRunData) -> dict[str, Any]:
-    """Errors, forces and infeasible ticks, which the summary of a run that was killed lacks."""
+    """Return tracking errors, forces and infeasible ticks for the summary of a killed run."""
     experiment, rows = result.experiment, len(result.rows)
     every = round(experiment.controller.period / experiment.run.step)
     ticks = list(range(0, rows, every))
@@ -127,10 +127,10 @@ def _findings(result: ExperimentRunData) -> dict[str, Any]:
 
 
 def read_results(path: Path) -> RunData:
-    """The table, units and summary that a run has written.
+    """Read table, units and summary of a run.
 
     Args:
-        path: The folder of the run; or a .csv or .parquet, which may stand alone.
+        path: The results folder, or a single .csv or .parquet file.
 
     Raises:
         InputError: A file is missing or damaged.
@@ -138,7 +138,7 @@ def read_results(path: Path) -> RunData:
     if path.name not in _TABLES and (path.suffix in (".csv", ".parquet") or path.is_file()):
         return _read_alone(path)
     if not is_run(path):
-        raise InputError("holds no results of a run", file=path)
+        raise InputError("has no results of a run", file=path)
     folder = _folder(path)
     units, summary = read_units(folder / UNITS), read_summary(folder / SUMMARY)
     complete = summary.get("status") == "complete"
@@ -149,20 +149,22 @@ def read_results(path: Path) -> RunData:
         table = folder / TABLE
         names, rows = read_csv(table, complete=complete)
     if names[:1] != ("time",):
-        raise InputError("its first column is not 'time', as it is of every run", file=table)
+        raise InputError("its first column must be 'time'", file=table)
     if not complete and len(rows):
-        summary["duration"] = float(rows[-1, 0])  # not known to a run that was killed
+        summary["duration"] = float(rows[-1, 0])  # unknown for a killed run
     times = np.empty((0, 2))
     if (folder / SOLVE_TIMES).is_file():
         names_of_times, times = read_csv(folder / SOLVE_TIMES, complete=complete)
         if len(names_of_times) != 2:
-            raise InputError("is no table of times of ticks", file=folder / SOLVE_TIMES)
+            raise InputError(
+                "is not a table of computation times of ticks", file=folder / SOLVE_TIMES
+            )
     there = (table, folder / UNITS, folder / SUMMARY)
     return RunData(names, rows, units, summary, {f.name: f for f in there}, times)
 
 
 def _read_alone(file: Path) -> RunData:
-    """A table that nothing stands beside."""
+    """Read a table without summary and units."""
     if file.suffix == ".parquet":
         return read_parquet(file)
     names, rows = read_csv(file)

@@ -1,4 +1,4 @@
-"""The summary of a run: tracking, forces, infeasible ticks, speed, versions."""
+"""Summary of a run: tracking, forces, infeasible ticks, speed, versions."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ Columns = Mapping[str, FloatArray]
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Times of a run.
+    """Computation times of a run.
 
     Attributes:
-        wall_time: Time that the loop took, in [s].
+        wall_time: Time of the loop, in [s].
         first_step_after: Time from the start of the program to the first step, in [s].
     """
 
@@ -48,20 +48,20 @@ class Speed:
     first_step_after: float
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of a run that diverged
+@np.errstate(over="ignore", invalid="ignore")  # for diverged runs
 def summarize(
     experiment: Experiment,
     recording: Recording,
     speed: Speed,
     observed: Mapping[str, Any] = {},
 ) -> dict[str, Any]:
-    """The summary of an experiment's run; signals that an external FMU lacks are left out.
+    """Return the summary of a run; signals that an external FMU does not provide are omitted.
 
     Args:
         experiment: The experiment.
-        recording: Its recording.
-        speed: Its times.
-        observed: What the sensors tell of the reference's poses; see `analysis.observable`.
+        recording: Recording of the run.
+        speed: Computation times.
+        observed: Observability of the reference poses; see `analysis.observable`.
     """
     robot, columns = experiment.robot, recording.columns
     followed = followed_signals(
@@ -103,12 +103,12 @@ def summarize_system(
     step: float,
     engine: Mapping[str, str],
 ) -> dict[str, Any]:
-    """The summary of a system's run: by the names of its signals.
+    """Return the summary of a run of a system, based on signal names.
 
     Args:
         name: Name of the system.
-        recording: Its recording.
-        speed: Its times.
+        recording: Recording of the run.
+        speed: Computation times.
         scheme: Name of the coupling scheme.
         step: Communication step, in [s].
         engine: Engines of plant and controller.
@@ -141,7 +141,7 @@ def summarize_system(
 
 
 def _contacts(experiment: Experiment, columns: Columns) -> dict[str, Any]:
-    """The law of friction between bodies, and how far it is from Coulomb's; nothing without any."""
+    """Return the contact friction law and its error; empty without contacts."""
     if experiment.scene is None or experiment.hardware.use or "plant" in experiment.fmus:
         return {}
     from sim_dart.scene import FRICTION_EXCESS
@@ -213,7 +213,7 @@ def _tracking(followed: Sequence[Followed], columns: Columns) -> dict[str, Any]:
 def _slack(
     signals: Mapping[str, str], columns: Columns, ticks: list[int], unsolved: NDArray[np.bool_]
 ) -> dict[str, Any]:
-    """Slack at ticks that are not solved: the largest by signal, first and last time."""
+    """Return the maximum slack by signal, and first and last time of infeasible ticks."""
     missing = {n: np.abs(columns[n][ticks][unsolved]) for n in signals if n in columns}
     times = columns["time"][ticks][unsolved]
     dropped = columns.get("limits_dropped", np.zeros(len(columns["time"])))
@@ -229,7 +229,7 @@ def _slack(
 
 
 def _solve_time(seconds: list[float]) -> dict[str, Any]:
-    """Computation times of the controller's ticks."""
+    """Return the computation times of the controller ticks."""
     if not seconds:
         return {"median": None, "max": None, "unit": "s"}
     return {"median": float(np.median(seconds)), "max": max(seconds), "unit": "s"}
@@ -240,7 +240,7 @@ def _rms(values: FloatArray) -> float:
 
 
 def _bounds(muscle: Muscle) -> tuple[float | None, float | None]:
-    """Bounds of a muscle's force; none for a passive one, which no command limits."""
+    """Return the force limits of a muscle; None for passive muscles."""
     if law_of(muscle.model).command is None:
         return None, None
     return muscle.f_min, _finite(muscle.f_max)
@@ -272,7 +272,7 @@ def _forces(
 def _torques(
     motors: Mapping[str, tuple[float | None, float | None, str]], columns: Columns
 ) -> dict[str, Any]:
-    """The motors' torques or forces; nothing where there are none."""
+    """Return torques or forces of motors; empty without motors."""
     rows = {
         name: {
             "min": float(columns[name].min()),
@@ -300,7 +300,7 @@ def _speed(recording: Recording, speed: Speed) -> dict[str, Any]:
 
 
 def versions() -> dict[str, str]:
-    """Versions of what took part in a run."""
+    """Return the versions of the software of a run."""
     return {
         "cardsflow": __version__,
         "python": platform.python_version(),
@@ -310,6 +310,6 @@ def versions() -> dict[str, str]:
 
 @cache
 def _installed() -> tuple[tuple[str, str], ...]:
-    """Versions of packages; looking for them takes as long as a short run."""
+    """Return package versions; cached, because the search takes as long as a short run."""
     packages = ("numpy", "scipy", "dartpy", "qpsolvers", "daqp", "fmpy")
     return tuple((package, importlib.metadata.version(package)) for package in packages)

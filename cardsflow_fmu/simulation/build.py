@@ -1,4 +1,4 @@
-"""FMUs and systems of FMUs, built from an experiment."""
+"""Builder of FMUs and .ssp files from an experiment."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from cardsflow_fmu.utils.temporary import temporary_folder
 SYSTEM_FILE = "system.ssp"
 
 Libraries = Mapping[bool, Mapping[str, Path] | None]
-"""C libraries of FMUs by platform, of native and Python ones; this platform's own when None."""
+"""C libraries of native and Python FMUs, by platform; None for the current platform."""
 
 
 @refuse_arguments(native="give compute='c' for True, 'python' for False")
@@ -41,27 +41,27 @@ def build(
     platforms: Sequence[str] | None = None,
     compute: Compute | None = None,
 ) -> dict[str, Path]:
-    """Build plant.fmu, controller.fmu, reference.fmu and hardware.fmu, and system.ssp of them.
+    """Build plant.fmu, controller.fmu, reference.fmu, hardware.fmu and their system.ssp.
 
-    Muscles with laws of their own have no hardware.fmu: hardware takes forces.
+    Robots with muscle laws have no hardware.fmu, because hardware is commanded with forces.
 
     Args:
         experiment: The experiment.
         folder: Folder of the files.
-        fmi: Version of FMI of the four; the .ssp holds FMUs of FMI 2.0.
+        fmi: FMI version of the FMUs; the .ssp contains FMUs of FMI 2.0.
         arrays: Whether FMUs of FMI 3.0 have arrays.
-        platforms: Platforms of the FMUs, such as `linux64`. When None, on this platform; native
-            ones on all whose library came with the package. Others need the extra `cross`.
-        compute: `c` for C in all of them, which need no Python where they run: hardware.fmu, which
-            has its model in Python, is left out; `python` for models that a Python process hosts.
-            When None, that of the experiment, and `c` is for those that can.
+        platforms: Platforms of the FMUs, such as `linux64` (default: the current platform; native
+            FMUs also all platforms with a library in the package). Others need the extra `cross`.
+        compute: `c` for FMUs in C, which run without Python; hardware.fmu, a Python model, is
+            omitted. `python` for models that a Python process hosts (default: `run.compute`, with
+            Python for models without a C version).
 
     Returns:
-        The FMUs, by the name of the model; the .ssp stands beside them.
+        The FMUs by model name; the .ssp is in the same folder.
 
     Raises:
-        InputError: The folder cannot be written, the external FMUs do not fit or may not travel,
-            or something is not in C where all is to be.
+        InputError: The folder cannot be written, an external FMU does not match or may not be
+            packed, or `compute` is `c` and a model has no C version.
     """
     native: bool | None = checked(Compute, compute or experiment.run.compute, "compute") == "c"
     if compute is None and native:
@@ -89,20 +89,20 @@ def build(
 
 
 def _buildable(experiment: Experiment) -> list[str]:
-    """All models, but that of the hardware where muscles are not commanded by their forces."""
+    """Return the names of all models; without hardware for robots with muscle laws."""
     names = list(ROLES) if experiment.estimator is None else [*ROLES, SENSORS, ESTIMATOR]
     return names if modelled_muscles(experiment.robot) else [*names, HARDWARE]
 
 
 def native_or_not(experiment: Experiment, name: str, native: bool | None) -> bool:
-    """Whether a model is to compute in C; arguments as of `build`."""
+    """Return whether a model is built in C; arguments as for `build`."""
     return missing_in_c(experiment, name) is None if native is None else native
 
 
 def _libraries(
     platforms: Sequence[str] | None, folder: Path, native: bool
 ) -> dict[str, Path] | None:
-    """Libraries of the named platforms; all prebuilt ones when None."""
+    """Return the libraries of platforms; None for all prebuilt platforms."""
     folder = folder / f"libraries_{'native' if native else 'python'}"
     folder.mkdir()
     if platforms is not None:
@@ -113,7 +113,7 @@ def _libraries(
 
 
 def _of_fmi_2(libraries: Libraries) -> Libraries:
-    """The libraries for platforms that FMI 2.0 has a name for."""
+    """Return the libraries of platforms that FMI 2.0 supports."""
     return {
         kind: files and {name: file for name, file in files.items() if find_platform(name).fmi2}
         for kind, files in libraries.items()
@@ -130,7 +130,7 @@ def build_fmus(
     native: bool | None = None,
     sources: bool = True,
 ) -> dict[str, Path]:
-    """All FMUs but external ones, by the name of the model, in a folder that exists."""
+    """Build all FMUs except external ones in an existing folder; return them by model name."""
     names = [name for name in names if name not in experiment.fmus]
     in_c = {name: model_in_c(experiment, name, native) for name in names}
     resources = experiment_resources(experiment)
@@ -165,7 +165,7 @@ def build_fmus(
 
 
 def _build_system(experiment: Experiment, fmus: Mapping[str, Path], folder: Path) -> Path:
-    """The .ssp of FMI 2 FMUs with scalars, and of the external FMUs that take their place."""
+    """Build the .ssp from FMI 2.0 FMUs with scalars and external FMUs."""
     tables = {name: model_class(name).table(experiment) for name in _buildable(experiment)}
     files = {**fmus} | {name: fmu.file for name, fmu in experiment.fmus.items()}
     system = experiment_system(experiment, files, tables)

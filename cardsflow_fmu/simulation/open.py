@@ -1,4 +1,4 @@
-"""Experiments opened for a run: FMUs, plain objects, or one loop in C, initialised and wired."""
+"""Initialised and connected participants of an experiment: FMUs, objects, or one C loop."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ if TYPE_CHECKING:
 
 
 class PreparedFmu(NamedTuple):
-    """An FMU that is built, and perhaps unpacked, for several runs.
+    """FMU that several runs share.
 
     Attributes:
-        file: The .fmu.
-        folder: Where it is unpacked, or empty.
-        start_values: Values of its parameters, by name; its own where left out.
+        file: The .fmu file.
+        folder: Folder of the unpacked FMU; may be empty.
+        start_values: Values of parameters by name (default: as in the FMU).
     """
 
     file: Path
@@ -56,14 +56,14 @@ class PreparedFmu(NamedTuple):
 
 @dataclass(frozen=True)
 class OpenExperiment:
-    """An experiment whose participants are initialised.
+    """Experiment with initialised participants.
 
     Attributes:
-        experiment: The experiment as it runs: with the approach of its hardware.
-        loop: Steps the participants.
-        contents: Files of the run beside its table, by name; empty where nothing is written.
-        streamed: Names of the files that participants write into the folder.
-        observed: What sensors tell of the reference's poses; see `analysis.observable`.
+        experiment: The experiment, including the approach motion of hardware.
+        loop: Loop that steps the participants.
+        contents: Further files of the results folder, by name; empty without a folder.
+        streamed: Names of files that participants write into the folder.
+        observed: Observability of the reference poses; see `analysis.observable`.
     """
 
     experiment: Experiment
@@ -79,17 +79,17 @@ class OpenExperiment:
 
     @property
     def hardware(self) -> HardwareSettings | None:
-        """Hardware that takes part; None where there is none."""
+        """Hardware of the run; None without hardware."""
         return self.experiment.hardware if self.experiment.hardware.use else None
 
     def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
-        """The summary of a recording, with what could not be observed among its warnings."""
+        """Return the summary of a recording, with warnings about unobservable poses."""
         summary = summarize(self.experiment, recording, speed, self.observed)
         summary["warnings"] = [*observability_warnings(self.observed), *summary["warnings"]]
         return summary
 
     def result(self, recording: Recording, summary: dict[str, Any]) -> Result:
-        """The result of a recording."""
+        """Return the result of a recording."""
         return Result(
             recording.names,
             recording.rows,
@@ -110,18 +110,18 @@ def open_experiment(
     arrays: bool = True,
     prepared: Mapping[str, PreparedFmu] | None = None,
 ) -> Iterator[OpenExperiment]:
-    """Start the participants of an experiment, and wire them.
+    """Start and connect the participants of an experiment.
 
     Args:
-        experiment: The experiment; `run.compute` and `run.coupling` say how it runs.
+        experiment: The experiment; `run.compute` and `run.coupling` specify how it runs.
         aside: Empty folder for temporary files.
-        folder: Folder of the results; None where nothing is written.
-        fmi: Version of FMI of the FMUs that are built.
+        folder: Results folder; None to write nothing.
+        fmi: FMI version of the FMUs.
         arrays: Whether FMUs of FMI 3.0 have arrays.
-        prepared: FMUs that make up this experiment, by the name of the model; none is built.
+        prepared: FMUs of this experiment by model name; None to build them.
 
     Raises:
-        InputError: An FMU cannot be used.
+        InputError: An FMU is invalid.
         SimulationError: A participant does not start.
     """
     driven, fmus = experiment, prepared or {}
@@ -143,7 +143,9 @@ def open_experiment(
             loop = stack.enter_context(NativeLoop(driven))
         else:
             participants: dict[str, Participant] = {}
-            for role in reversed(driven.roles):  # the plant last: hardware does not wait for long
+            for role in reversed(
+                driven.roles
+            ):  # the plant last, because hardware does not wait long
                 with contextlib.nullcontext() if connection is None else connection.exported():
                     participant = _started(driven, role, aside, fmus, connection)
                 stack.callback(participant.close)
@@ -155,16 +157,16 @@ def open_experiment(
 
 @np.errstate(over="ignore", invalid="ignore")  # as in a run
 def require_openable(experiment: Experiment) -> None:
-    """Refuse what a run refuses before its first step, in the same words.
+    """Raise the errors that a run raises before its first step.
 
-    Hardware is not connected to, and no code of others is run, be it in FMUs or Python. Muscles
-    with a law in Python leave nothing to look at.
+    The check does not connect to hardware and does not execute third-party code, neither FMUs nor
+    Python files. Experiments with custom muscle laws are not checked.
 
     Args:
         experiment: The experiment.
 
     Raises:
-        InputError: Something does not fit, or cannot be made.
+        InputError: A part of the experiment is invalid.
         SimulationError: A participant does not start.
     """
     if experiment.hardware.use:
@@ -188,11 +190,11 @@ def require_openable(experiment: Experiment) -> None:
 def _built(
     experiment: Experiment, driven: Experiment, folder: Path, fmi: FmiVersion, arrays: bool
 ) -> dict[str, PreparedFmu]:
-    """Build the FMUs of an experiment that may have been made to begin elsewhere."""
+    """Build the FMUs of an experiment; `driven` includes the approach motion of hardware."""
     names = [experiment.model_of(role) for role in experiment.roles]
     native = None if experiment.run.compute == "c" else False
     files: dict[str, Path] = {}
-    if driven is not experiment:  # the controller is the same wherever the robot begins
+    if driven is not experiment:  # the controller does not depend on the start
         names.remove("controller")
         files |= build_fmus(
             experiment, folder, ["controller"], fmi, arrays, native=native, sources=False
@@ -202,7 +204,7 @@ def _built(
 
 
 def _connection(experiment: Experiment, folder: Path | None) -> Connection | None:
-    """The way to the hardware, with a recording in a folder; None where there is no hardware."""
+    """Return the connection to the hardware, with its recording; None without hardware."""
     hardware = experiment.hardware
     if not (hardware.use or hardware.link):
         return None
@@ -219,7 +221,7 @@ def _started(
     fmus: Mapping[str, PreparedFmu],
     connection: Connection | None,
 ) -> Participant:
-    """Start an FMU where there is one, else the model itself."""
+    """Start the FMU of a role, or its model."""
     name = experiment.model_of(role)
     if (external := experiment.fmus.get(name)) is not None:
         unpacked = aside / f"external_{name}"
@@ -234,7 +236,7 @@ def _started(
 
 
 def _idle(experiment: Experiment, role: str, aside: Path) -> Participant:
-    """The same, but of what is not ours its inputs and outputs alone."""
+    """Return the participant of a role; third-party code is replaced by its inputs and outputs."""
     name = experiment.model_of(role)
     if (external := experiment.fmus.get(name)) is not None:
         unpacked = aside / f"external_{name}"
@@ -246,7 +248,7 @@ def _idle(experiment: Experiment, role: str, aside: Path) -> Participant:
 
 
 def _adapted(experiment: Experiment, role: str, participant: Participant) -> Participant:
-    """The participant under the experiment's names and units, where it is an external FMU."""
+    """Adapt an external FMU to the names and units of the experiment."""
     name = experiment.model_of(role)
     external = experiment.fmus.get(name)
     if external is None:

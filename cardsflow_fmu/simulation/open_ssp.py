@@ -1,4 +1,4 @@
-"""The FMUs of an .ssp file as an open system."""
+"""Initialised and connected FMUs of an .ssp file."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ from .result import SystemResult
 
 @dataclass(frozen=True)
 class OpenSsp:
-    """The FMUs of an .ssp file, initialised.
+    """Initialised FMUs of an .ssp file.
 
     Attributes:
         name: Name of the system.
-        loop: Steps the FMUs.
+        loop: Loop that steps the FMUs.
         step: Communication step, in [s].
         scheme: Name of the coupling scheme.
         engine: Engines of plant and controller.
-        hardware: Hardware that takes part; None where there is none, or it is not known.
-        contents: Files of the run beside its table, by name; empty where nothing is written.
-        streamed: Names of the files that FMUs write into the folder.
+        hardware: Hardware of the run; None without hardware, or if unknown.
+        contents: Further files of the results folder, by name; empty without a folder.
+        streamed: Names of files that FMUs write into the folder.
     """
 
     name: str
@@ -56,13 +56,13 @@ class OpenSsp:
     streamed: list[str]
 
     def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
-        """The summary of a recording."""
+        """Return the summary of a recording."""
         return summarize_system(
             self.name, recording, speed, scheme=self.scheme, step=self.step, engine=self.engine
         )
 
     def result(self, recording: Recording, summary: dict[str, Any]) -> SystemResult:
-        """The result of a recording."""
+        """Return the result of a recording."""
         return SystemResult(
             recording.names,
             recording.rows,
@@ -76,14 +76,14 @@ class OpenSsp:
 def open_ssp(
     path: Path, settings: Mapping[str, Any], hardware: str, aside: Path, folder: Path | None
 ) -> Iterator[OpenSsp]:
-    """Start the FMUs of an .ssp file, and connect them.
+    """Start and connect the FMUs of an .ssp file.
 
     Args:
-        path: The .ssp.
+        path: The .ssp file.
         settings: Settings of the run, see `run_system`.
-        hardware: Address of the hardware; that of the environment or the .ssp when empty.
+        hardware: Address of the hardware (default: from the environment or the .ssp).
         aside: Empty folder for temporary files.
-        folder: Folder of the results; None where nothing is written.
+        folder: Results folder; None to write nothing.
 
     Raises:
         InputError: The file cannot be run.
@@ -129,7 +129,7 @@ def open_ssp(
 
 @contextlib.contextmanager
 def _reached(hardware: str, recording: Path | None) -> Iterator[None]:
-    """FMUs that are started inside find the address of the hardware."""
+    """Provide the address of the hardware to FMUs that are started in the context."""
     if not hardware and recording is None:
         yield
         return
@@ -140,7 +140,7 @@ def _reached(hardware: str, recording: Path | None) -> Iterator[None]:
 
 
 def _hardware(path: Path) -> HardwareSettings | None:
-    """The hardware of the variant of that name; None where it is not known."""
+    """Return the hardware of the variant "hardware"; None if unknown."""
     from cardsflow_fmu.hardware.session.connect import Connection, with_link
 
     known = system_hardware(path)
@@ -150,10 +150,10 @@ def _hardware(path: Path) -> HardwareSettings | None:
 def _run_settings(
     given: Mapping[str, Any], system: System, path: Path
 ) -> tuple[float, int, Coupling]:
-    """Step, number of steps and coupling."""
+    """Return step, number of steps and coupling."""
     for key, known in (("step", system.step), ("duration", system.stop_time)):
         if key not in given and known is None:
-            raise InputError(f"does not say its {key}: give run.{key}", file=path)
+            raise InputError(f"does not specify its {key}; set run.{key}", file=path)
     names = tuple(component.name for component in system.components)
     usual = {
         "step": system.step,
@@ -168,7 +168,7 @@ def _run_settings(
 
 
 def _given(values: Mapping[str, Any], system: System, path: Path) -> dict[str, dict[str, float]]:
-    """Start values from the settings by component."""
+    """Return the start values in the settings, by component."""
     given: dict[str, dict[str, float]] = {}
     known = [component.name for component in system.components]
     for key, value in values.items():
@@ -199,7 +199,7 @@ def _participants(
 
 
 def _start_values(component: Component, file: Path) -> dict[str, float]:
-    """The component's parameters in the units of the FMU's variables."""
+    """Return the parameters of a component in the units of the FMU."""
     units = {}
     if any(parameter.unit for parameter in component.parameters):
         units = variable_units(read_description(file))
@@ -216,5 +216,5 @@ def _require_connectors(component: Component, fmu: Participant, file: Path) -> N
     for connector in component.connectors:
         names = fmu.input_names if connector.kind == "input" else fmu.output_names
         if connector.name not in names:
-            what = f"component {component.name}: the FMU has no {connector.kind}"
-            raise InputError(f"{what} {connector.name!r} that is a number", file=file)
+            what = f"component {component.name}: the FMU has no numeric {connector.kind}"
+            raise InputError(f"{what} {connector.name!r}", file=file)

@@ -1,4 +1,4 @@
-"""Results of runs: their data with loading, plotting and views."""
+"""Results of runs, with methods to load, plot and display them."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 class SystemResult(RunData):
-    """The result of a run of coupled participants; attributes as of `RunData`."""
+    """Result of a run of coupled participants; attributes as for `RunData`."""
 
     @staticmethod
     def load(path: str | Path) -> SystemResult:
-        """The result in a folder that a run has written, or in a table alone.
+        """Read the result in a results folder, or in a single table.
 
         Args:
-            path: The folder, a .csv or a .parquet.
+            path: The folder, a .csv or a .parquet file.
 
         Raises:
             InputError: A file is missing or damaged.
@@ -34,10 +34,10 @@ class SystemResult(RunData):
         return SystemResult(**vars(read_results(Path(path))))
 
     def describe(self, *, every: bool = False) -> str:
-        """A summary for people, a line a topic.
+        """Return a summary as text.
 
         Args:
-            every: Whether all signals are in it; else the worst of each kind.
+            every: Whether to include all signals instead of the worst of each kind.
         """
         lines = describe_summary(self.summary, every=every)
         if self.files:
@@ -46,10 +46,10 @@ class SystemResult(RunData):
         return "\n".join(lines)
 
     def to_pandas(self) -> DataFrame:
-        """The columns as a DataFrame over `time`; `attrs["units"]` holds their units.
+        """Return the columns as a DataFrame over `time`; `attrs["units"]` contains their units.
 
         Raises:
-            InputError: pandas is missing.
+            InputError: pandas is not installed.
         """
         try:
             import pandas as pd
@@ -61,37 +61,37 @@ class SystemResult(RunData):
         return frame
 
     def plot(self, what: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:
-        """A figure of the result.
+        """Return a figure of the result.
 
         Args:
-            what: Such as `forces` and `tracking`; all available when empty.
-            columns: Patterns of names, such as `q.*`, drawn besides, or alone.
+            what: Panels, such as `forces` and `tracking` (default: forces, tracking and errors).
+            columns: Patterns of additional columns, such as `q.*`.
 
         Raises:
-            InputError: The result has nothing of it to draw.
+            InputError: The result has no such data.
         """
         from cardsflow_fmu.results.report.figures import figure_of
 
         return figure_of(self, what, columns)
 
     def _repr_html_(self) -> str:
-        """The summary and a figure, for a notebook."""
+        """Return the summary and a figure for a notebook."""
         from cardsflow_fmu.results.report.notebook import result_html
 
         return result_html(self)
 
 
 class Result(SystemResult, ExperimentRunData):
-    """The result of a run of an experiment; attributes as of `ExperimentRunData`."""
+    """Result of a run of an experiment; attributes as for `ExperimentRunData`."""
 
     @staticmethod
     def load(path: str | Path) -> Result:
-        """The result that a run of an experiment has written, with the experiment.
+        """Read the result of a run with its experiment.
 
         Args:
-            path: The folder of the run, or the table in it.
+            path: The results folder, or the table in it.
 
         Raises:
-            InputError: Something is missing or damaged.
+            InputError: A file is missing or damaged.
         """
         return Result(**vars(load_run(path)))

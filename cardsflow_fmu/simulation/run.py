@@ -42,11 +42,11 @@ _INSTEAD = "give compute='c' or 'python', and coupling='fmu' or 'direct'"
 
 
 class RunError(SimulationError):
-    """A run that ended early.
+    """Error of a run that ended early.
 
     Args:
-        message: Why.
-        result: Its result so far, marked incomplete.
+        message: Reason.
+        result: Result so far, marked incomplete.
     """
 
     def __init__(self, message: str, result: SystemResult) -> None:
@@ -55,14 +55,14 @@ class RunError(SimulationError):
 
 
 class OpenSystem(Protocol[R]):
-    """Participants, initialised: an `OpenExperiment` or an `OpenSsp`.
+    """Initialised participants: an `OpenExperiment` or an `OpenSsp`.
 
     Attributes:
-        loop: Steps the participants.
+        loop: Loop that steps the participants.
         step: Communication step, in [s].
-        hardware: Hardware that takes part; None where there is none, or it is not known.
-        contents: Files of the run beside its table, by name; empty where nothing is written.
-        streamed: Names of the files that participants write into the folder.
+        hardware: Hardware of the run; None without hardware, or if unknown.
+        contents: Further files of the results folder, by name; empty without a folder.
+        streamed: Names of files that participants write into the folder.
     """
 
     @property
@@ -77,10 +77,10 @@ class OpenSystem(Protocol[R]):
     def streamed(self) -> list[str]: ...  # noqa: D102
 
     def summary(self, recording: Recording, speed: Speed) -> dict[str, Any]:
-        """The summary of a recording."""
+        """Return the summary of a recording."""
 
     def result(self, recording: Recording, summary: dict[str, Any]) -> R:
-        """The result of a recording."""
+        """Return the result of a recording."""
 
 
 @refuse_arguments(through=_INSTEAD)
@@ -97,29 +97,29 @@ def run(
 ) -> Result:
     """Run an experiment and write its results: FMUs, table, summary and figure.
 
-    With hardware in the place of the plant, every exchange is recorded beside them.
+    With hardware instead of the plant, every exchange is recorded in the same folder.
 
     Args:
         experiment: The experiment.
-        output: Folder for the results; the experiment's own when None.
-        compute: `c` for models in C wherever C can, `python` for models that a Python process
-            hosts; `run.compute` of the experiment when None.
-        coupling: `fmu` for a co-simulation of FMUs; `direct` for the models without FMUs, in one
-            loop in C where all of them compute in C; `run.coupling` of the experiment when None.
-        realtime: Whether steps wait for their time by the clock, as those with hardware do anyway.
-        progress: Called now and then with the number of steps done.
-        watch: Called now and then with the columns' names and the rows so far.
+        output: Results folder (default: `run.output` of the experiment).
+        compute: `c` for models in C where possible, `python` for models that a Python process
+            hosts (default: `run.compute` of the experiment).
+        coupling: `fmu` for a co-simulation of FMUs; `direct` for models without FMUs, in one C loop
+            if all of them are in C (default: `run.coupling` of the experiment).
+        realtime: Run in real time; runs with hardware always do.
+        progress: Called regularly with the number of completed steps.
+        watch: Called regularly with the column names and the rows so far.
         started: `time.perf_counter()` at the start of the program; now when None.
 
     Returns:
         The result, with the files that were written.
 
     Raises:
-        HardwareError: The hardware does not answer, or is not where it is to start.
+        HardwareError: The hardware does not answer, or is not at the start pose.
         InputError: The output folder cannot be used; nothing has been written.
         RunError: The run ended early; its result so far is written and marked incomplete.
     """
-    from .open import open_experiment  # with all models, which an .ssp needs not
+    from .open import open_experiment  # imports all models, which an .ssp does not need
 
     if experiment.run.format == "parquet":
         require_parquet()
@@ -145,23 +145,23 @@ def run_system(
 ) -> SystemResult:
     """Run an .ssp file and write its results: table, summary, and the experiment in its FMUs.
 
-    With its variant "hardware", every exchange with the hardware is recorded beside them.
+    With the variant "hardware", every exchange with the hardware is recorded in the same folder.
 
     Args:
-        path: The .ssp.
-        output: Folder for the results; `results` beside the file when None.
+        path: The .ssp file.
+        output: Results folder (default: `results` in the folder of the file).
         settings: `variant`, `run.step`, `run.duration`, `run.scheme`, `run.order`, and start
             values such as `plant.q_start.elbow`.
-        hardware: Address of the hardware; that of the environment or the .ssp when empty.
-        realtime: Whether steps wait for their time by the clock.
-        progress: Called now and then with the number of steps done.
+        hardware: Address of the hardware (default: from the environment or the .ssp).
+        realtime: Run in real time.
+        progress: Called regularly with the number of completed steps.
         started: `time.perf_counter()` at the start of the program; now when None.
 
     Raises:
         InputError: The file cannot be run; nothing has been written.
         RunError: The run ended early; its result so far is written and marked incomplete.
     """
-    from .open_ssp import open_ssp  # with FMPy, which takes a second
+    from .open_ssp import open_ssp  # imports FMPy, which takes a second
 
     with _folders(output or Path(path).parent / "results") as (folder, aside):
         opening = open_ssp(Path(path), settings or {}, hardware, aside, folder.path)
@@ -183,7 +183,7 @@ def simulate(
 ) -> Result:
     """Run an experiment and write nothing; arguments and errors as for `run` and `build`.
 
-    With `prepared` FMUs of this experiment, by the name of the model, none is built.
+    `prepared` FMUs of this experiment, by model name, are used instead of new ones.
     """
     from .open import open_experiment
 
@@ -215,27 +215,27 @@ def _with_settings(
     coupling: ModelCoupling | None,
     realtime: bool,
 ) -> Experiment:
-    """The experiment as it is to run.
+    """Return the experiment with the settings of the run.
 
     Raises:
-        InputError: A setting is none of its choices.
+        InputError: A setting is invalid.
     """
     own = experiment.run
     compute, coupling = compute or own.compute, coupling or own.coupling
     RunSettings(compute=compute, coupling=coupling)  # checks them
     if realtime and coupling == "direct":
-        compute = "python"  # the loop in C does not wait for the clock
+        compute = "python"  # the C loop does not support real time
     return replace(experiment, run=own.replaced(compute=compute, coupling=coupling))
 
 
 @contextlib.contextmanager
 def _folders(output: str | Path) -> Iterator[tuple[OutputFolder, Path]]:
-    """The folder of the results, locked, and an empty one for temporary files."""
+    """Lock the results folder, and create a temporary folder."""
     with OutputFolder(Path(output)) as folder, temporary_folder() as aside:
         yield folder, aside
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what is no number is refused in every row
+@np.errstate(over="ignore", invalid="ignore")  # every row is checked for finite values
 def _run(
     opening: AbstractContextManager[OpenSystem[R]],
     folder: OutputFolder | None,
@@ -244,15 +244,15 @@ def _run(
     watch: Watch | None = None,
     started: float | None = None,
 ) -> R:
-    """Open a system, step it to its end, and write its results where there is a folder."""
+    """Open a system, run it, and write its results if there is a folder."""
     started = time.perf_counter() if started is None else started
     with opening as system:
         loop, pace = system.loop, _pace(system, realtime)
         journal = None if folder is None else Journal(folder, system.contents, system.streamed)
         with contextlib.nullcontext() if journal is None else journal:
             if journal is not None:
-                nothing = Recording(loop.names, no_rows(loop.names), loop.units, [], [], STARTED)
-                summary = system.summary(nothing, Speed(0.0, time.perf_counter() - started))
+                empty = Recording(loop.names, no_rows(loop.names), loop.units, [], [], STARTED)
+                summary = system.summary(empty, Speed(0.0, time.perf_counter() - started))
                 journal.begin(loop.names, loop.units, loop.count, summary)
             with pace:
                 begin = time.perf_counter()
@@ -278,7 +278,7 @@ def _pace(system: OpenSystem[R], realtime: bool) -> Pace:
 
 
 def _write(result: SystemResult, written: list[str], folder: OutputFolder) -> None:
-    """Write summary and figures: all of them, or none; the rest is written already."""
+    """Write summary and figures, all or none; other files are already written."""
     contents: Contents = {}
     form = result.experiment.run.format if isinstance(result, Result) else "csv"
     if form == "csv":
@@ -294,7 +294,7 @@ def _write(result: SystemResult, written: list[str], folder: OutputFolder) -> No
 
             write_recording(result, folder.path / MCAP)
             written = [*written, MCAP]
-    there = [name for name in written if (folder.path / name).exists()]
-    names = [*metadata_files(result), *contents, *there]
+    existing = [name for name in written if (folder.path / name).exists()]
+    names = [*metadata_files(result), *contents, *existing]
     result.summary["files"] = {name: name for name in names}
-    result.files = folder.write(metadata_files(result) | contents, there)
+    result.files = folder.write(metadata_files(result) | contents, existing)

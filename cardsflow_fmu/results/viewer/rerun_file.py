@@ -1,7 +1,7 @@
 """Recordings for Rerun: the shapes of every frame, and plots on the same time line.
 
-Rerun's own viewer reports its use to its makers by default; writing a file does not need the
-viewer, opens no connection and leaves nothing but the file.
+The viewer of Rerun sends usage data by default. Writing a file does not use the viewer and opens no
+connection.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from .scene.act import Act
 from .scene.primitives import AXES
 
 _MAX_TRAIL_POINTS = 400
-"""Of a trail: every frame holds all of it."""
+"""Maximum number of points of a trail, because every frame contains the whole trail."""
 
 
 def require_rerun() -> Any:
-    """The module rerun.
+    """Return the module rerun.
 
     Raises:
-        InputError: It is missing.
+        InputError: rerun-sdk is not installed.
     """
     try:
         import rerun
     except ImportError:
-        what = f"a recording needs rerun-sdk: {install('rerun')}"
+        what = f"a recording requires rerun-sdk: {install('rerun')}"
         raise InputError(what, key="--rrd") from None
     return rerun
 
@@ -45,7 +45,7 @@ def write_rrd(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False)
     """Write a recording that Rerun opens.
 
     Raises:
-        InputError: rerun-sdk is missing, or the file cannot be written.
+        InputError: rerun-sdk is not installed, or the file cannot be written.
     """
     target, rr = output_file(file, [".rrd"], overwrite=overwrite), require_rerun()
     with temporary_folder() as aside:
@@ -60,7 +60,7 @@ def write_rrd(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False)
 
 
 class _Recorder:
-    """Logs an act below a root of its own."""
+    """Logger of an act below a root entity."""
 
     def __init__(self, rr: Any, recording: Any, root: str) -> None:
         self._rr, self._recording, self._root = rr, recording, root
@@ -91,7 +91,7 @@ class _Recorder:
             self._log(f"{what}/{self._path(name)}", self._rr.Scalars([float(value)]))
 
     def _draw(self, group: str, shapes: Sequence[s.Shape]) -> None:
-        """One entity for all lines of a group, one for all balls, one for all arrows."""
+        """Log one entity for all lines, balls and arrows of a group."""
         rr, path = self._rr, self._path(group)
         lines, line_colours, line_radii = _lines(shapes)
         if lines:
@@ -137,7 +137,7 @@ class _Recorder:
 
 
 def _lines(shapes: Sequence[s.Shape]) -> tuple[list[FloatArray], list[s.Colour], list[float]]:
-    """Everything long: its corners, colour and radius."""
+    """Corners, colours and radii of lines."""
     found: list[tuple[FloatArray, s.Colour, float]] = []
     for shape in shapes:
         if isinstance(shape, s.Line | s.Capsule | s.Cylinder):
@@ -152,7 +152,7 @@ def _lines(shapes: Sequence[s.Shape]) -> tuple[list[FloatArray], list[s.Colour],
 
 
 def _balls(shapes: Sequence[s.Shape]) -> tuple[list[FloatArray], list[s.Colour], list[float]]:
-    """Everything round: centre, colour and radius."""
+    """Centres, colours and radii of balls."""
     centres: list[FloatArray] = []
     tints: list[s.Colour] = []
     radii: list[float] = []

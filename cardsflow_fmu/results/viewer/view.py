@@ -1,4 +1,4 @@
-"""Views of results and robots, live or as a page."""
+"""Views of results and robots, live or as HTML page."""
 
 from __future__ import annotations
 
@@ -23,34 +23,34 @@ from .scene.motion import Motion, motion_of
 from .scene.stage import Stage
 
 PAGES = (".html", ".htm")
-"""Suffixes of pages."""
+"""Suffixes of HTML pages."""
 
 NoteFindings = Callable[[Sequence[Finding]], object]
 
 
 def run_act(path: str | Path, *, full_scale: bool = False) -> Act:
-    """The motion of the run in a folder.
+    """Return the motion of the run in a results folder.
 
     Args:
-        path: The folder of the run.
-        full_scale: Whether colours reach to f_max, instead of the largest tension of the run.
+        path: The results folder.
+        full_scale: Whether colours range to f_max instead of the maximum tension of the run.
 
     Raises:
-        InputError: The folder does not hold what is needed.
+        InputError: The folder has no complete results.
     """
     with opened_run(path) as result:
         return act_of(result, full_scale=full_scale)
 
 
 def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
-    """The motion of a run.
+    """Return the motion of a run.
 
     Args:
-        result: The run, with its robot's files there.
-        full_scale: Whether colours reach to f_max, instead of the largest tension of the run.
+        result: The run; its robot files must exist.
+        full_scale: Whether colours range to f_max instead of the maximum tension of the run.
 
     Raises:
-        InputError: The run gave no rows, or lacks a joint position.
+        InputError: The run has no rows, or a joint position is missing.
     """
     experiment = result.experiment
     meshes = link_meshes(experiment.robot, experiment.folder, experiment.roots)
@@ -63,16 +63,16 @@ def act_of(result: ExperimentRunData, *, full_scale: bool = False) -> Act:
 def robot_act(
     path: str | Path, cable_set: str | None = None, *, note: NoteFindings | None = None
 ) -> Act:
-    """A robot at its start.
+    """Return a robot in its initial pose.
 
     Args:
-        path: A robot's file, or its folder.
-        cable_set: The cable set to use; the file's own when None.
-        note: Called with what is to be said of its files, such as meshes that are missing.
+        path: Robot file or its folder.
+        cable_set: Name of the cable set (default: as in the robot file).
+        note: Called with notes on the files, such as missing meshes.
 
     Raises:
-        RobotError: The robot cannot be used.
-        InputError: Its files cannot be read.
+        RobotError: The robot is invalid.
+        InputError: The files cannot be read.
     """
     reading = read(path, cable_set)
     robot = reading.require()
@@ -86,18 +86,18 @@ def robot_act(
 
 
 def notes(result: RunData) -> tuple[str, ...]:
-    """Lines about a run: what is wrong with it, how well it tracked, whether it ended early."""
+    """Return notes on a run: warnings, tracking error, completeness."""
     lines = [f"warning: {warning}" for warning in result.summary.get("warnings") or ()]
     tracking = result.summary.get("tracking") or {}
     if tracking.get("rms") is not None:
-        lines.append(f"tracking error RMS {tracking['rms']:.3g} {tracking.get('unit', '')}")
+        lines.append(f"RMS tracking error {tracking['rms']:.3g} {tracking.get('unit', '')}")
     if result.summary.get("status") == "incomplete":
         lines.append("incomplete run")
     return tuple(lines)
 
 
 def write_page(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False) -> Path:
-    """Write the page that shows motions side by side.
+    """Write a self-contained HTML page that shows motions side by side.
 
     Raises:
         InputError: The file cannot be written.
@@ -109,7 +109,7 @@ def write_recording(acts: Sequence[Act], file: str | Path, *, overwrite: bool = 
     """Write a recording of motions for Rerun.
 
     Raises:
-        InputError: rerun-sdk is missing, or the file cannot be written.
+        InputError: rerun-sdk is not installed, or the file cannot be written.
     """
     from .rerun_file import write_rrd
 
@@ -129,20 +129,20 @@ def view(
     """Show one or two runs, or a robot, in the browser until Ctrl-C.
 
     Args:
-        paths: Folders of runs, or a single robot.
-        cable_set: Of a robot: the one to use; the file's own when None.
-        full_scale: Whether colours reach to f_max, instead of the largest tension of the run.
-        port: The port; a free one from 8080 on when None.
+        paths: Results folders, or a single robot.
+        cable_set: Name of the cable set of a robot (default: as in the robot file).
+        full_scale: Whether colours range to f_max instead of the maximum tension of the run.
+        port: The port (default: the first free port from 8080).
         browser: Whether to open the browser.
-        report: Called with the line that has the address.
+        report: Called with a line that contains the address.
         note: As for `robot_act`.
 
     Raises:
-        InputError: There is nothing to show, viser is missing, or the port is taken.
+        InputError: A path cannot be shown, viser is not installed, or the port is used.
     """
     acts = acts_of(paths, cable_set=cable_set, full_scale=full_scale, note=note)
     with interruption() as ended, server(port, browser=browser) as opened:
-        report(f"{address(opened)}  (Ctrl-C ends)")
+        report(f"{address(opened)}  (press Ctrl-C to stop)")
         if is_run(Path(paths[0])):
             replay(opened, acts, ended)
         else:
@@ -157,17 +157,19 @@ def acts_of(
     full_scale: bool = False,
     note: NoteFindings | None = None,
 ) -> list[Act]:
-    """The motions of runs, or a robot. Arguments and errors as for `view`."""
+    """Return the motions of runs, or a robot. Arguments and errors as for `view`."""
     for path in paths:
         if Path(path).suffix == ".ssp":
-            raise InputError("is a system of FMUs: run it, and view its results", file=path)
+            raise InputError("is a system of FMUs; run it, and view its results", file=path)
     runs = [is_run(Path(path)) for path in paths]
     if len(paths) > 1 and not all(runs):
         odd = paths[runs.index(False)]
-        raise InputError("holds no results; only results are shown side by side", file=odd)
+        raise InputError(
+            "is not a results folder; only results can be shown side by side", file=odd
+        )
     if all(runs):
         if cable_set is not None:
-            what = "is for a robot; a run shows the cable set that it was run with"
+            what = "is only for a robot; a run shows its own cable set"
             raise InputError(what, key="--cable-set")
         return [run_act(path, full_scale=full_scale) for path in paths]
     return [robot_act(paths[0], cable_set, note=note)]
@@ -175,7 +177,7 @@ def acts_of(
 
 @contextlib.contextmanager
 def interruption() -> Iterator[Ended]:
-    """Whether Ctrl-C has been pressed, which ends a view."""
+    """Event of a view that Ctrl-C ends."""
     pressed = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield pressed.is_set

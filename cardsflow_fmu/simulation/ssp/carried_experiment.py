@@ -1,4 +1,4 @@
-"""The experiment in the FMUs of an .ssp file."""
+"""Experiment in the FMUs of an .ssp file."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _PARTS = ("robot", "robots", "world")
 
 
 def system_experiment(path: Path) -> bytes | None:
-    """The contents of experiment.zip, from the first FMU that carries an experiment.
+    """Return the content of experiment.zip, from the first FMU with an experiment.
 
-    A damaged archive gives none: its reader reports what is wrong.
+    Damaged archives are ignored here; the reader of the .ssp reports them.
 
     Returns:
-        The archive; None where no FMU of ours is in it.
+        The archive; None without an FMU of CARDSFlow.
     """
     for files in _all_carried(path, first="plant.fmu"):
         return archive_bytes(files)
@@ -37,10 +37,10 @@ def system_experiment(path: Path) -> bytes | None:
 
 
 def system_hardware(path: Path) -> HardwareSettings | None:
-    """The hardware settings in the hardware's FMU.
+    """Return the hardware settings in the hardware FMU.
 
     Returns:
-        The settings; None where there is no hardware's FMU of ours.
+        The settings; None without a hardware FMU of CARDSFlow.
     """
     for files in _all_carried(path, first=f"{HARDWARE}.fmu"):
         with temporary_folder() as aside:
@@ -57,7 +57,7 @@ def system_hardware(path: Path) -> HardwareSettings | None:
 
 
 def _all_carried(path: Path, first: str) -> Iterator[dict[str, bytes]]:
-    """Files of experiments in FMUs, those of an FMU of that name first."""
+    """Yield the experiment files of FMUs; the FMU of the given name comes first."""
     try:
         with opened_archive(path, ".ssp") as system:
             fmus = [entry for entry in system.infolist() if entry.filename.endswith(".fmu")]
@@ -71,7 +71,7 @@ def _all_carried(path: Path, first: str) -> Iterator[dict[str, bytes]]:
 
 
 def _carried(fmu: bytes) -> dict[str, bytes]:
-    """The experiment and its robot's files in an FMU; nothing where it has none."""
+    """Return the experiment and robot files in an FMU; empty without an experiment."""
     with inner_archive(fmu) as archive:
         entries = {
             entry.filename.removeprefix(_RESOURCES): entry

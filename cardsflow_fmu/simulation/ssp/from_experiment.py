@@ -1,4 +1,4 @@
-"""Experiments as systems of FMUs, for .ssp files."""
+"""Conversion of experiments to systems of FMUs for .ssp files."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _TYPES = {"Real": "Real", "Float64": "Real", "Boolean": "Boolean"}
 def experiment_system(
     experiment: Experiment, fmus: Mapping[str, Path], tables: Mapping[str, Sequence[Port]]
 ) -> System:
-    """Reference, controller and plant, wired as in a run of the experiment.
+    """Return reference, controller and plant, connected as in a run of the experiment.
 
     Raises:
-        InputError: Something does not fit, or an FMU has connectors that SSP cannot hold.
+        InputError: The participants do not match, or SSP does not support a connector.
     """
     order = ("reference", *experiment.roles[len(ROLES) :], "controller", "plant")
     parts = [_Part(role, fmus[role], experiment.fmus.get(role), tables[role]) for role in order]
@@ -45,14 +45,14 @@ def experiment_system(
         experiment.name,
         tuple(part.component({c.target for c in connections}) for part in parts),
         tuple(connections),
-        # other masters step everybody at once, and a controller takes whole periods alone
+        # other importers step all FMUs with one step, which must be the controller period
         experiment.controller.period,
         experiment.run.duration,
     )
 
 
 def with_plant(system: System, source: str) -> System:
-    """The same system with another FMU that has the plant's ports, such as the hardware's.
+    """Return the system with another FMU as plant, such as the hardware FMU.
 
     Args:
         system: The system.
@@ -76,7 +76,7 @@ def _connection(source: _Part, output: str, target: _Part, input_: str) -> Conne
 
 
 class _Part:
-    """An FMU of the system under the experiment's names."""
+    """FMU of the system with the names of the experiment."""
 
     def __init__(
         self, role: str, file: Path, external: ExternalFmu | None, ports: Sequence[Port]
@@ -87,8 +87,8 @@ class _Part:
         self._file = file
         try:
             description = read_description(file)
-        except Exception as error:  # damage shows in many errors
-            raise InputError(f"is no FMU: {' '.join(str(error).split())}", file=file) from None
+        except Exception as error:  # damaged files raise errors of any type
+            raise InputError(f"is not an FMU: {' '.join(str(error).split())}", file=file) from None
         self._variables = {v.name: v for v in description.modelVariables}
         self._units: dict[str, Unit] = variable_units(description)
         self._held: list[Parameter] = []
@@ -107,23 +107,22 @@ class _Part:
         self.output_names = tuple(self._own["output"])
 
     def own(self, side: str, port: str) -> str:
-        """The FMU's name of a port."""
+        """Return the variable of the FMU for a port."""
         return self._own[side][port]
 
     def unit(self, side: str, port: str) -> Unit | None:
-        """The FMU's unit of a port."""
+        """Return the unit of the variable of a port."""
         return self._units.get(self.own(side, port))
 
     def hold(self, port: str, value: float) -> None:
-        """Start an input at a value."""
+        """Set the start value of an input."""
         self._held.append(Parameter(self.own("input", port), value))
 
     def component(self, fed: Collection[tuple[str, str]]) -> Component:
-        """The FMU as a component of a system.
+        """Return the FMU as a component of a system.
 
         Args:
-            fed: Inputs that connections lead to. No other input becomes a connector: FMPy would
-                feed it from some connection.
+            fed: Connected inputs. Other inputs have no connectors, because FMPy would connect them.
         """
         inputs = [name for name in self._side("input") if (self.name, name) in fed]
         connectors = [
@@ -147,5 +146,5 @@ class _Part:
 
     def _require_scalar(self, variable: Any) -> None:
         if variable.type not in _TYPES or variable.dimensions:
-            what = f"{variable.causality} {variable.name} is no scalar number, as SSP needs"
+            what = f"{variable.causality} {variable.name} must be a scalar number in SSP"
             raise InputError(what, file=self._file)

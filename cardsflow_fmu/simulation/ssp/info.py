@@ -13,10 +13,10 @@ from .system import Component
 
 
 def system_info(path: str | Path) -> dict[str, Any]:
-    """The participants of a system and who feeds whom, as plain data.
+    """Return components and connections of a system as plain data.
 
     Raises:
-        InputError: It cannot be read, or asks for something that is not supported.
+        InputError: The file cannot be read or uses unsupported features.
     """
     path = Path(path)
     with temporary_folder() as aside, archive_named(path, aside) as folder:
@@ -45,7 +45,7 @@ def system_info(path: str | Path) -> dict[str, Any]:
 
 
 def describe_system(info: dict[str, Any]) -> str:
-    """A system's information as tables for people."""
+    """Return the information about a system as tables of text."""
     times = [
         f"{what} {value:g} s"
         for what, value in (("step", info["step"]), ("until", info["stop_time"]))

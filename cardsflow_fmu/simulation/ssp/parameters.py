@@ -17,15 +17,15 @@ _SET_TYPE = "application/x-ssp-parameter-set"
 
 
 def read_parameters(element: Any, folder: Path, file: Path) -> list[Parameter]:
-    """The start values that an element binds; of two for one variable the later counts.
+    """Return the start values of an element; the last value of a variable is used.
 
     Args:
         element: A System or a Component.
-        folder: What paths of parameter sets are relative to.
-        file: The file that the element stands in, for messages.
+        folder: Folder of relative paths.
+        file: The file of the element, for messages.
 
     Raises:
-        InputError: Something in it is wrong or not supported.
+        InputError: A parameter is invalid or unsupported.
     """
     values: dict[str, Parameter] = {}
     for bindings in children(element, "ParameterBindings"):
@@ -39,7 +39,7 @@ def _bound(binding: Any, folder: Path, file: Path) -> list[Parameter]:
         what = "parameter mappings and sources inside components are not supported"
         raise InputError(what, file=file, line=binding.sourceline)
     if binding.get("type", _SET_TYPE) != _SET_TYPE:
-        raise InputError("is no parameter set", file=file, line=binding.sourceline)
+        raise InputError("is not a parameter set", file=file, line=binding.sourceline)
     source = binding.get("source")
     if source is None:
         inline = [
@@ -49,7 +49,7 @@ def _bound(binding: Any, folder: Path, file: Path) -> list[Parameter]:
     else:
         path = (folder / source).resolve()
         if folder.resolve() not in path.parents:
-            what = f"{source!r} leads out of the archive"
+            what = f"{source!r} is outside of the archive"
             raise InputError(what, file=file, line=binding.sourceline)
         sets = [(parse(path), path)]
     prefix = binding.get("prefix", "")
@@ -72,7 +72,7 @@ def _parameter(element: Any, prefix: str, units: dict[str, Unit], file: Path) ->
     if kind == "Boolean":
         return Parameter(name, float(values[0].get("value") in ("true", "1")))
     if kind not in ("Real", "Integer"):
-        what = f"parameter {name} is {kind}: only numbers and truth values are supported"
+        what = f"parameter {name} is {kind}; only numbers and booleans are supported"
         raise InputError(what, file=file, line=element.sourceline)
     unit = values[0].get("unit")
     if unit is not None and unit not in units:

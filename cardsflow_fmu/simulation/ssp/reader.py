@@ -1,4 +1,4 @@
-"""Reading of .ssp files: flat systems of co-simulation FMUs."""
+"""Reader of .ssp files: flat systems of co-simulation FMUs."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from .xml import children, decimal, local, parse, read_units, require
 
 
 def unpack_ssp(path: Path, folder: Path) -> Path:
-    """Unpack an .ssp file, refusing names that lead out of the folder.
+    """Unpack an .ssp file; names outside of the folder are rejected.
 
     Args:
-        path: The .ssp.
+        path: The .ssp file.
         folder: An empty folder.
 
     Returns:
         The folder.
 
     Raises:
-        InputError: It is no zip archive, or holds what no .ssp should.
+        InputError: The file is not a zip archive, or has invalid content.
     """
     return unpack_archive(path, folder, ".ssp", "a system of FMUs")
 
 
 @contextmanager
 def archive_named(path: Path, folder: Path) -> Iterator[Path]:
-    """Errors about unpacked files name the archive that they are of.
+    """Replace unpacked files by their archive in errors of the context.
 
     Args:
-        path: The .ssp.
-        folder: Where it is unpacked; this is what the context gives.
+        path: The .ssp file.
+        folder: Folder of the unpacked archive; value of the context.
     """
     try:
         yield folder
@@ -56,11 +56,11 @@ def read_system(folder: Path, variant: str | None = None) -> System:
     """Read the system structure of an unpacked .ssp.
 
     Args:
-        folder: Where it is unpacked.
-        variant: Name of another .ssd in it; SystemStructure when None.
+        folder: Folder of the unpacked archive.
+        variant: Name of another .ssd (default: SystemStructure).
 
     Raises:
-        InputError: It is wrong, or asks for something that is not supported.
+        InputError: The system is invalid or uses unsupported features.
     """
     structures = {file.stem: file for file in sorted(folder.glob("*.ssd"))}
     name = variant or "SystemStructure"
@@ -105,15 +105,17 @@ def _component(element: Any, folder: Path, file: Path, units: dict[str, Unit]) -
     name, source = element.get("name") or "", element.get("source") or ""
     line = element.sourceline
     if not name or "." in name:
-        raise InputError(f"{name!r} cannot name a component", file=file, line=line)
+        raise InputError(f"{name!r} is not a valid component name", file=file, line=line)
     if element.get("type", FMU_TYPE) != FMU_TYPE:
-        raise InputError(f"component {name} is no FMU", file=file, line=line)
+        raise InputError(f"component {name} is not an FMU", file=file, line=line)
     if element.get("implementation", "any") not in ("any", "CoSimulation"):
-        what = f"component {name} is meant for model exchange, which is not supported"
+        what = f"component {name} is a model-exchange FMU, which is not supported"
         raise InputError(what, file=file, line=line)
     require_inside(source, file)
     if not (folder / source).is_file():
-        raise InputError(f"component {name}: no file {source!r} in it", file=file, line=line)
+        raise InputError(
+            f"component {name}: {source!r} does not exist in the archive", file=file, line=line
+        )
     connectors = [
         _connector(one, units, file)
         for group in children(element, "Connectors")
@@ -136,7 +138,7 @@ def _connector(element: Any, units: dict[str, Unit], file: Path) -> Connector:
 
 
 def _with_parameters(component: Component, *, system_parameters: list[Any]) -> Component:
-    """A component with those of the system's parameters that are its own; they come first."""
+    """Return a component with its parameters from the system, which come first."""
     lead = f"{component.name}."
     own = [
         replace(p, name=p.name.removeprefix(lead))
@@ -149,7 +151,7 @@ def _with_parameters(component: Component, *, system_parameters: list[Any]) -> C
 
 
 def _experiment(root: Any, file: Path) -> tuple[float | None, float | None]:
-    """Step and end, where they are given."""
+    """Return step and stop time; None if not specified."""
     experiment = next(iter(children(root, "DefaultExperiment")), None)
     if experiment is None:
         return None, None
@@ -163,7 +165,7 @@ def _experiment(root: Any, file: Path) -> tuple[float | None, float | None]:
 
 
 def _connections(system: Any, components: list[Component], file: Path) -> Iterator[Connection]:
-    """Those between components; the system's own connectors lead nowhere."""
+    """Return the connections between components; connectors of the system are ignored."""
     known = {(c.name, one.name): one for c in components for one in c.connectors}
     fed: set[tuple[str, str]] = set()
     for group in children(system, "Connections"):
@@ -183,7 +185,7 @@ def _connections(system: Any, components: list[Component], file: Path) -> Iterat
                     )
             source, target = sorted(ends, key=lambda end: known[end].kind == "input")
             if known[source].kind == "input" or known[target].kind == "output" or target in fed:
-                what = f"{'.'.join(source)} cannot feed {'.'.join(target)}"
+                what = f"{'.'.join(source)} cannot be connected to {'.'.join(target)}"
                 raise InputError(what, file=file, line=element.sourceline)
             fed.add(target)
             yield _connection(element, known, source, target, file)

@@ -1,4 +1,4 @@
-"""Settings for the run of a system: step, duration and coupling scheme."""
+"""Settings of a run of a system: step, duration and coupling scheme."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from cardsflow_fmu.experiment.config.table import Listed, Positive, Table, setti
 
 
 class SystemRunSettings(Table):
-    """The co-simulation of a system."""
+    """Step, duration and coupling scheme of a system."""
 
     step: Positive = setting("communication step, in s")
-    duration: Positive = setting("in s")
-    scheme: Scheme = setting("in what order components are stepped")
-    order: Annotated[tuple[str, ...], Listed] = setting("of the components", None)
+    duration: Positive = setting("duration, in s")
+    scheme: Scheme = setting("coupling scheme: order in which components compute a step")
+    order: Annotated[tuple[str, ...], Listed] = setting("order of the components", None)

@@ -10,13 +10,13 @@ from cardsflow_fmu.cosim.signals.units import Conversion, Unit
 
 @dataclass(frozen=True, slots=True)
 class Connector:
-    """A variable of a component that connections may reach.
+    """Variable of a component that can be connected.
 
     Attributes:
-        name: The variable's.
+        name: Name of the variable.
         kind: `input` or `output`.
-        type: Such as `Real` or `Boolean`.
-        unit: Its unit; None if it has none.
+        type: Type, such as `Real` or `Boolean`.
+        unit: Unit; None for dimensionless variables.
     """
 
     name: str
@@ -27,12 +27,12 @@ class Connector:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A start value.
+    """Start value of a variable.
 
     Attributes:
-        name: The variable's.
-        value: Its value; truth values are 0 and 1.
-        unit: The unit that the value is in; None if it is the variable's own.
+        name: Name of the variable.
+        value: Value; booleans are 0 and 1.
+        unit: Unit of the value; None for the unit of the variable.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Component:
-    """An FMU of a system.
+    """FMU of a system.
 
     Attributes:
         name: Its name in the system.
@@ -59,10 +59,10 @@ class Component:
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """An output that feeds an input; both as name of the component and of the connector.
+    """Connection of an output to an input.
 
     Attributes:
-        source, target: The two ends.
+        source, target: Names of component and connector.
         change: Conversion of the value.
     """
 
@@ -73,14 +73,14 @@ class Connection:
 
 @dataclass(frozen=True, slots=True)
 class System:
-    """FMUs and how they feed each other.
+    """System of connected FMUs.
 
     Attributes:
         name: Its name.
         components: The FMUs.
-        connections: Of outputs to inputs.
-        step: Communication step, in [s]; None if nothing says.
-        stop_time: End, in [s]; None if nothing says.
+        connections: Connections of outputs to inputs.
+        step: Communication step, in [s]; None if not specified.
+        stop_time: Stop time, in [s]; None if not specified.
     """
 
     name: str

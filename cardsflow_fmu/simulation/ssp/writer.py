@@ -1,4 +1,4 @@
-"""Writing of .ssp files: system structure (SSD), parameter sets (SSV) and FMUs, reproducibly."""
+"""Reproducible writer of .ssp files: system structure (SSD), parameters (SSV) and FMUs."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ def write_ssp(
     """Pack a system of FMUs.
 
     Args:
-        path: The .ssp to write.
-        system: What SystemStructure.ssd describes.
-        fmus: The FMUs by their path in the archive.
-        variants: Other systems of FMUs in the same archive, by the name of their .ssd.
+        path: The .ssp file to write.
+        system: The system of SystemStructure.ssd.
+        fmus: The FMUs by path in the archive.
+        variants: Further systems in the archive, by name of their .ssd.
 
     Returns:
         The path.
 
     Raises:
-        InputError: It cannot be written.
+        InputError: The file cannot be written.
     """
     files = {source: contents_of(file) for source, file in fmus.items()}
     for structure, one in {"SystemStructure": system, **(variants or {})}.items():
@@ -54,7 +54,7 @@ def write_ssp(
 
 
 def _parameter_file(component: Component) -> str:
-    """Beside the FMU: two variants may hold different FMUs under one name."""
+    """Return the path of a parameter set; variants may have different FMUs of the same name."""
     return f"{component.source.removesuffix('.fmu')}.ssv"
 
 
@@ -114,7 +114,7 @@ def _connection(connection: Connection) -> ET.Element:
     )
     change = connection.change
     if not change.is_identity:
-        # said outright: few tools convert units by themselves
+        # explicit, because few tools convert units
         element.set("suppressUnitConversion", "true")
         ET.SubElement(
             element,
@@ -142,7 +142,7 @@ def _add_units(root: ET.Element, prefix: str, units: Iterable[Unit | None]) -> N
 
 
 def _add_experiment(root: ET.Element, system: System) -> None:
-    """Start, end, and the step in the only form that another tool reads: libcosim's."""
+    """Return start time, stop time, and the step in the form that libcosim reads."""
     experiment = ET.SubElement(root, "ssd:DefaultExperiment", startTime="0.0")
     if system.stop_time is not None:
         experiment.set("stopTime", repr(system.stop_time))

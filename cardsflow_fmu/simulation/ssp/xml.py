@@ -14,10 +14,10 @@ from cardsflow_fmu.cosim.signals.units import BASES, KNOWN_UNITS, Unit
 
 
 def parse(file: Path) -> Any:
-    """The root of an XML file, without expanding entities or reading anything else.
+    """Parse an XML file without entities and external references; return its root.
 
     Raises:
-        InputError: It is no XML.
+        InputError: The file is not valid XML.
     """
     parser = etree.XMLParser(
         resolve_entities=False,
@@ -34,24 +34,24 @@ def parse(file: Path) -> Any:
             raise InputError(fault, file=file)
         return etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
-        raise InputError(f"is no XML: {error.msg}", file=file, line=error.lineno) from None
+        raise InputError(f"is not valid XML: {error.msg}", file=file, line=error.lineno) from None
 
 
 def local(element: Any) -> str:
-    """An element's name without its namespace."""
+    """Return the name of an element without namespace."""
     return str(etree.QName(element).localname)
 
 
 def children(element: Any, name: str) -> list[Any]:
-    """An element's children of a name, in any namespace."""
+    """Return the children with a name, in any namespace."""
     return [child for child in element.iterchildren(tag=etree.Element) if local(child) == name]
 
 
 def require(element: Any, name: str, file: Path) -> Any:
-    """The one child of a name.
+    """Return the child with a name.
 
     Raises:
-        InputError: There is none.
+        InputError: The child does not exist.
     """
     found = children(element, name)
     if not found:
@@ -60,10 +60,10 @@ def require(element: Any, name: str, file: Path) -> Any:
 
 
 def decimal(element: Any, name: str, file: Path, *, default: float | None = None) -> float:
-    """An attribute that is a finite number.
+    """Return an attribute that is a finite number.
 
     Raises:
-        InputError: It is missing, without a default, or is none.
+        InputError: The attribute is missing without default, or is not a finite number.
     """
     text = element.get(name)
     if text is None and default is not None:
@@ -79,10 +79,10 @@ def decimal(element: Any, name: str, file: Path, *, default: float | None = None
 
 
 def read_units(root: Any, file: Path) -> dict[str, Unit]:
-    """The units that a file defines, and those that are known by name.
+    """Return the units that a file defines, and all known units.
 
     Raises:
-        InputError: A definition is wrong.
+        InputError: A definition is invalid.
     """
     units = dict(KNOWN_UNITS)
     for group in children(root, "Units"):
@@ -98,5 +98,5 @@ def read_units(root: Any, file: Path) -> dict[str, Unit]:
 def _exponents(base: Any, file: Path) -> tuple[int, ...]:
     exponents = [decimal(base, letter, file, default=0.0) for letter in BASES]
     if not all(exponent.is_integer() for exponent in exponents):
-        raise InputError("exponents of units are whole", file=file, line=base.sourceline)
+        raise InputError("exponents of units must be integers", file=file, line=base.sourceline)
     return tuple(map(int, exponents))

@@ -138,7 +138,7 @@ def test_versions_mixed_under_every_coupling(bodies: dict[str, Path], scheme: st
         ({"parameters": {"mass": 1.0}}, "no variable 'mass'"),
         ({"parameters": {"inertia": "big"}}, "must be a number"),
         ({"parameters": {"inertia": -1.0}}, "failed at the start"),
-        ({"path": "nowhere.fmu"}, "there is no file"),
+        ({"path": "nowhere.fmu"}, "nowhere.fmu does not exist"),
         ({"wheels": 3}, "no key 'wheels'"),
     ],
 )

@@ -129,7 +129,7 @@ def test_the_recording_of_a_killed_run_is_replaced(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     mine = tmp_path / "mine" / "hardware.rec"
     mine.write_text("my own notes")
-    with pytest.raises(InputError, match=r"hardware\.rec, which no run has written"):
+    with pytest.raises(InputError, match=r"hardware\.rec that no run has written"):
         run(load(LOCKSTEP), tmp_path / "mine")
     assert mine.read_text() == "my own notes"
 

@@ -35,7 +35,7 @@ def test_results_are_replaced_as_a_whole_and_other_files_left_alone(tmp_path: Pa
 
 def test_an_fmu_that_no_run_has_written_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "plant.fmu").write_text("mine")
-    with pytest.raises(InputError, match=r"holds plant\.fmu, which no run has written"):
+    with pytest.raises(InputError, match=r"has a file plant\.fmu that no run has written"):
         OutputFolder(tmp_path).__enter__()
 
 
@@ -46,7 +46,7 @@ def test_results_that_no_run_has_written_are_not_replaced(
     (tmp_path / "results.csv").write_text("mine")
     if summary is not None:
         (tmp_path / "summary.json").write_text(summary)
-    with pytest.raises(InputError, match=r"holds results\.csv, which no run has written"):
+    with pytest.raises(InputError, match=r"has a file results\.csv that no run has written"):
         OutputFolder(tmp_path).__enter__()
     assert (tmp_path / "results.csv").read_text() == "mine"
 

@@ -40,7 +40,7 @@ def test_a_run_refuses_a_folder_with_links_in_the_place_of_its_files(
         PLANAR_2R,
         {"run.duration": 0.01, "hardware.use": True, "hardware.link": "emulated:"},
     )
-    with pytest.raises(InputError, match=f"holds {name}, which is a link"):
+    with pytest.raises(InputError, match=f"has a link {name}"):
         run(experiment, folder, coupling="direct")
     assert precious.read_text() == PRECIOUS
     assert not (tmp_path / "nothing.txt").exists()

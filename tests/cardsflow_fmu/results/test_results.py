@@ -192,7 +192,7 @@ def test_missing_columns_and_rows_are_reported(tmp_path: Path, cardsflow: Comman
     assert cardsflow(*words[:3], "--rtol", "1e308")[2] == ""
     assert cardsflow("compare", words[1], words[1])[0] == 0
     refused = cardsflow.refused("plot", tmp_path / "nowhere")
-    assert "nowhere: holds no results of a run" in refused
+    assert "nowhere: has no results of a run" in refused
 
 
 # plot

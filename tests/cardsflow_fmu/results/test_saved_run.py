@@ -46,14 +46,14 @@ def test_a_folder_gives_back_what_was_run(finished: tuple[Path, Result]) -> None
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [
-        (EXPERIMENT, None, r"holds no experiment\.zip, so its robot is not known"),
+        (EXPERIMENT, None, r"has no experiment\.zip, which contains the robot"),
         (EXPERIMENT, b"no zip", "is no archive of an experiment"),
         ("results.csv", b"time,q\n0.0,x\n", "is no table of results"),
         ("results.csv", b"time,q\n0.0,1.0\n0.1\n", "is no table of results"),
-        ("results.csv", b"t,q\n0.0,1.0\n", "first column is not 'time'"),
+        ("results.csv", b"t,q\n0.0,1.0\n", "first column must be 'time'"),
         ("results.csv", b"\xff\xfe", "is no table of results"),
         ("summary.json", None, r"summary\.json: cannot be read"),
-        ("summary.json", b"{", "is no JSON"),
+        ("summary.json", b"{", "is not valid JSON"),
         ("results.units.json", b"[]", "is not what a run writes"),
     ],
 )

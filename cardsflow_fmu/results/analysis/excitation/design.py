@@ -109,7 +109,7 @@ def excitations(
         CardsflowError: Muscles cannot move it about its start.
     """
     if robot.loops:
-        raise InputError(f"robot {robot.name!r} has closed loops, for which there is no design")
+        raise InputError(f"robot {robot.name!r} has closed loops, which are not supported")
     least, most = 2 * ORDER * KNOTS, _MAX_SPANS * KNOTS
     if not least <= duration <= most:
         raise InputError(f"must be {least:g} to {most:g} s, not {duration:g}", key="--duration")

@@ -97,8 +97,8 @@ class Motions:
                 return points
             points = self.smaller(points)
         raise CardsflowError(
-            f"robot {self.robot.name!r}: muscles hold the pose where it begins without "
-            f"{100 * _MARGIN:g} % of their range left: there is no motion about it"
+            f"robot {self.robot.name!r}: the muscles hold the start pose with less than "
+            f"{100 * _MARGIN:g} % force margin; no motion is possible"
         )
 
     def smaller(self, points: FloatArray) -> FloatArray:

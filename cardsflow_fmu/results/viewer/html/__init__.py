@@ -1,1 +1,1 @@
-"""The replay page that opens from disk."""
+"""Self-contained HTML page of a replay."""

@@ -1,4 +1,4 @@
-"""The replay page, which opens from disk and needs no network."""
+"""Self-contained HTML page of a replay."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _SCRIPTS = ("decode.js", "bodies.js", "drawing.js", "camera.js", "controls.js", 
 
 
 def replay_page(acts: Sequence[Act]) -> str:
-    """A page that shows motions side by side, with play, scrub, speed and switches."""
+    """Return a page that shows motions side by side, with player controls."""
     title = " and ".join(act.title for act in acts)
     data = base64.b64encode(encode(acts)).decode()
     script = "\n".join(_part(name) for name in _SCRIPTS)
     return html_page(
         title,
         _part("page.css"),
-        "<noscript>The replay is drawn by the script in this page: allow it.</noscript>",
+        "<noscript>This replay requires JavaScript; allow scripts for this page.</noscript>",
         f'<script type="text/plain" id="motion">{data}</script>',
         f"<script>\n'use strict';\n{script}</script>",
     )

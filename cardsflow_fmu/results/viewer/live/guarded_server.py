@@ -1,8 +1,8 @@
-"""A viser server that answers its own pages alone.
+"""Viser server that only answers its own pages.
 
-A page of any site can ask for `http://127.0.0.1:8080`, and open a socket to it: the browser only
-says from where, in `Origin`. A site that gives its own name the address 127.0.0.1 shows in `Host`.
-Viser looks at neither, and lets any client make it open a tunnel to the internet.
+A page of any site can request `http://127.0.0.1:8080` and open a socket to it. The browser reports
+the site in `Origin`; a site whose name resolves to 127.0.0.1 is visible in `Host`. Viser checks
+neither, and any client can make it open a tunnel to the internet.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 HOST = "127.0.0.1"
 _NAMES = (HOST, "localhost")
 
-# Nothing but what the server gives, so that no text of a file makes the browser ask elsewhere.
+# Only content of the server, so that no text of a file makes the browser connect elsewhere.
 _POLICY = (
     "default-src 'self' 'unsafe-inline' 'unsafe-eval' 'wasm-unsafe-eval' data: blob:; "
     "connect-src 'self' ws://127.0.0.1:* ws://localhost:* data: blob:; "
@@ -35,34 +35,36 @@ _HEADERS = {
 
 
 def guarded_server(port: int) -> Any:
-    """A viser server on loopback.
+    """Start a viser server on loopback.
 
     Args:
-        port: The port, or the next one that is free.
+        port: The port; the next free port if it is used.
 
     Raises:
-        ImportError: viser is missing.
-        InputError: This version of viser cannot be guarded.
+        ImportError: viser is not installed.
+        InputError: This version of viser is not supported.
     """
     import viser
 
     class LocalServer(viser.ViserServer):  # type: ignore[misc]
-        """A server that stays on this machine."""
+        """Server without tunnels."""
 
         def request_share_url(self, verbose: bool = True) -> None:
-            """Open no tunnel, whoever asks for one."""
+            """Reject tunnels."""
 
     with _guard() as applied:
         opened = LocalServer(HOST, port, verbose=False)
     if not applied:
         opened.stop()
-        what = "the live view does not know this version of viser: install viser 1.1, or use --html"
+        what = (
+            "the live view does not support this version of viser; install viser 1.1, or use --html"
+        )
         raise InputError(what)
     return opened
 
 
 def is_own(headers: Headers) -> bool:
-    """Whether a request is to this machine by its own name, and not from another site's page."""
+    """Return whether a request has a local host name and is not from a page of another site."""
     hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
     if len(hosts) != 1 or len(origins) > 1 or _name(hosts[0]) not in _NAMES:
         return False
@@ -70,7 +72,7 @@ def is_own(headers: Headers) -> bool:
 
 
 def _name(host: str) -> str | None:
-    """The name in `name:port`."""
+    """Return the name in `name:port`."""
     try:
         parts = urlsplit(f"//{host}")
         whole = parts.port is None or host.endswith(f":{parts.port}")
@@ -81,7 +83,7 @@ def _name(host: str) -> str | None:
 
 @contextlib.contextmanager
 def _guard() -> Iterator[list[bool]]:
-    """Have the server that viser opens look at `Origin` and `Host`; tells whether it does."""
+    """Make the server of viser check `Origin` and `Host`; return whether this worked."""
     import websockets.asyncio.server as websockets_server
     from websockets.datastructures import Headers
     from websockets.http11 import Response

@@ -1,4 +1,4 @@
-"""The live view in a browser: a server on loopback, and its controls."""
+"""Live view in a browser: a server on loopback and its controls."""
 
 from __future__ import annotations
 
@@ -39,25 +39,25 @@ Ended = Callable[[], bool]
 
 @contextlib.contextmanager
 def server(port: int | None = None, *, browser: bool = False) -> Iterator[Any]:
-    """A viser server on loopback, for pages of its own alone.
+    """Start a viser server on loopback that only serves its own pages.
 
     Args:
-        port: The port; a free one from 8080 on when None.
+        port: The port (default: the first free port from 8080).
         browser: Whether to open the browser.
 
     Raises:
-        InputError: viser is missing, or the port is taken.
+        InputError: viser is not installed, or the port is used.
     """
     try:
         with contextlib.redirect_stdout(io.StringIO()):  # its banner
             opened = guarded_server(PORT if port is None else port)
     except ImportError:
-        what = "the live view needs viser, which is not installed; or write a page by --html"
+        what = "the live view requires viser, which is not installed; or write a page with --html"
         raise InputError(what) from None
     opened.gui.configure_theme(show_logo=False, show_share_button=False)
     try:
         if port and opened.get_port() != port:
-            raise InputError(f"port {port} is taken; choose another by --port")
+            raise InputError(f"port {port} is already used; choose another with --port")
         if browser:
             webbrowser.open(address(opened))
         yield opened
@@ -67,12 +67,12 @@ def server(port: int | None = None, *, browser: bool = False) -> Iterator[Any]:
 
 
 def address(opened: Any) -> str:
-    """The address for a browser."""
+    """Return the address for a browser."""
     return f"http://{HOST}:{opened.get_port()}"
 
 
 def _viser_scenes(opened: Any, stages: Sequence[Stage]) -> list[ViserScene]:
-    """A viser scene for each stage, side by side, and a camera that shows all."""
+    """Create a viser scene per stage, side by side, and a camera that shows all."""
     view = view_of(stages[0])
     apart = 1.1 * max(stage.reach for stage in stages)
     opened.scene.set_up_direction(tuple(view.up))
@@ -89,13 +89,13 @@ def _look(opened: Any, view: CameraView, middle: FloatArray, count: int) -> None
     camera = opened.initial_camera
     camera.up = tuple(view.up)
     camera.fov = _FIELD
-    middle = view.centre + middle + 0.15 * view.reach * view.aside  # right of it are the controls
+    middle = view.centre + middle + 0.15 * view.reach * view.aside  # the controls are to the right
     camera.look_at = tuple(middle)
     camera.position = tuple(middle + (view.eye - view.centre) * (0.4 + 0.6 * count))
 
 
 def _switches(opened: Any, scenes: Sequence[ViserScene], stages: Sequence[Stage]) -> None:
-    """A switch a group that has shapes."""
+    """Add one switch per group with shapes."""
     used = {shape.group for stage in stages for shape in stage.scene(len(stage) - 1)}
     with opened.gui.add_folder("Show"):
         for group in s.GROUPS:
@@ -113,7 +113,7 @@ def _shower(scenes: Sequence[ViserScene], group: str) -> Callable[[Any], None]:
 
 
 def replay(opened: Any, acts: Sequence[Act], ended: Ended) -> None:
-    """Show motions side by side with play, scrub, speed and switches, until `ended`."""
+    """Show motions side by side with player controls, until `ended`."""
     opened.scene.reset()
     opened.gui.reset()
     stages = [act.stage for act in acts]
@@ -145,7 +145,7 @@ def replay(opened: Any, acts: Sequence[Act], ended: Ended) -> None:
 
 
 class _Clock:
-    """The time of a replay, which stops at the end."""
+    """Time of a replay; it stops at the end."""
 
     def __init__(self, end: float) -> None:
         self._end = end
@@ -157,7 +157,7 @@ class _Clock:
         self._again = self.playing
 
     def advanced(self, at: float, seconds: float) -> float:
-        """The time so many seconds after `at`."""
+        """Return the time after a number of seconds."""
         begin = 0.0 if self._again and at >= self._end else at
         self._again = False
         self.playing = begin + seconds < self._end
@@ -165,7 +165,7 @@ class _Clock:
 
 
 def frame_at(motion: Motion, t: float) -> int:
-    """The last frame that is not later than t, or the first."""
+    """Return the last frame up to time t, or the first frame."""
     return max(int(np.searchsorted(motion.time, t + 1e-9, side="right")) - 1, 0)
 
 
@@ -182,7 +182,7 @@ def _legend(opened: Any, stage: Stage) -> None:
 
 
 def pose(opened: Any, robot: Robot, meshes: LinkMeshes, ended: Ended) -> None:
-    """Show a robot with a slider a joint, muscle lengths and moment arms, until `ended`."""
+    """Show a robot with joint sliders, muscle lengths and moment arms, until `ended`."""
     paths = MusclePaths(robot)
     sliders = []
     opened.gui.add_html(heading(robot.name))
@@ -209,11 +209,11 @@ def pose(opened: Any, robot: Robot, meshes: LinkMeshes, ended: Ended) -> None:
 
 
 def muscle_table(robot: Robot, paths: MusclePaths, q: Sequence[float]) -> str:
-    """Length and moment arms r = -dl/dq of every muscle at q, as HTML.
+    """Return lengths and moment arms r = -dl/dq of all muscles at q, as HTML.
 
     Args:
         robot: The robot.
-        paths: Its muscle paths.
+        paths: The muscle paths.
         q: Joint positions, in [rad] or [m].
     """
     state = paths.evaluate(q)
@@ -230,7 +230,7 @@ def muscle_table(robot: Robot, paths: MusclePaths, q: Sequence[float]) -> str:
 
 
 def heading(title: str, *notes: str) -> str:
-    """A title and the lines below it, plain texts, as HTML."""
+    """Return a title and lines of plain text as HTML."""
     lines = "".join(f"<div>{escape(note)}</div>" for note in notes)
     return f'<div style="font-size:13px;padding:4px 12px"><b>{escape(title)}</b>{lines}</div>'
 
@@ -240,7 +240,7 @@ def _row(tag: str, cells: Sequence[str]) -> str:
 
 
 def follower(opened: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None = None) -> Watch:
-    """A drawing of a run in progress, for `run(..., watch=...)`."""
+    """Live drawing of a run in progress, for `run(..., watch=...)`."""
     scenes: list[ViserScene] = []
     due = 0.0
 
@@ -254,7 +254,7 @@ def follower(opened: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None 
         if not scenes:
             scenes.extend(_viser_scenes(opened, [stage]))
         scenes[0].draw(stage.scene(len(stage) - 1))
-        # the run has at least three quarters of the time
+        # leaves at least three quarters of the time to the run
         due = begin + max(1.0 / _FRAME_RATE, 4.0 * (time.perf_counter() - begin))
 
     return watch

@@ -87,16 +87,16 @@ def motion_of(
         world: Objects around the robot.
 
     Raises:
-        InputError: The result has no rows, or lacks a joint position.
+        InputError: The result has no rows, or a joint position is missing.
     """
     if not len(result.rows):
-        raise InputError("the run gave no rows: there is nothing to show")
+        raise InputError("the run has no rows")
     rows = frame_rows(result["time"]) if rows is None else rows
     columns = _Columns(result, rows)
     q = columns.all(coordinate_signals("q", robot))
     if q is None:
         missing = next(n for n in coordinate_signals("q", robot) if n not in result.names)
-        raise InputError(f"the results have no column {missing!r}: what moves is not known")
+        raise InputError(f"the results have no column {missing!r}, which a view requires")
     return Motion(
         result["time"][rows],
         q,

@@ -51,7 +51,7 @@ def started(*words: object) -> subprocess.Popen[str]:
 def address_of(process: subprocess.Popen[str]) -> str:
     """The address that the command prints."""
     line = process.stderr.readline()
-    found = re.match(r"(http://127\.0\.0\.1:\d+)  \(Ctrl-C ends\)$", line)
+    found = re.match(r"(http://127\.0\.0\.1:\d+)  \(press Ctrl-C to stop\)$", line)
     assert found, line + process.stderr.read()
     return found[1]
 
@@ -108,7 +108,7 @@ def test_only_this_machine_reaches_the_server(opened: Any) -> None:
 
 def test_a_port_that_is_taken_is_an_input_error(opened: Any) -> None:
     with (
-        pytest.raises(InputError, match=r"port \d+ is taken; choose another by --port"),
+        pytest.raises(InputError, match=r"port \d+ is already used; choose another with --port"),
         live.server(opened.get_port()),
     ):
         pass
@@ -116,7 +116,7 @@ def test_a_port_that_is_taken_is_an_input_error(opened: Any) -> None:
 
 def test_without_viser_the_message_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "viser", None)
-    with pytest.raises(InputError, match=r"needs viser.*--html"), live.server():
+    with pytest.raises(InputError, match=r"requires viser.*--html"), live.server():
         pass
 
 
@@ -221,7 +221,7 @@ def test_meshes_that_are_missing_are_said_first(tmp_path: Path, cardsflow: Comma
     ("words", "message"),
     [
         (["nowhere"], "cannot be read"),
-        ([PLANAR_2R / "robot", PLANAR_2R / "robot"], "only results are shown side by side"),
+        ([PLANAR_2R / "robot", PLANAR_2R / "robot"], "only results can be shown side by side"),
         ([PLANAR_2R / "robot", "--cable-set", "basik"], "did you mean 'basic"),
     ],
 )

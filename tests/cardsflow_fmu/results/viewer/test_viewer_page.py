@@ -31,7 +31,7 @@ def act(robot: Robot, seconds: float, title: str = "waving") -> Act:
     loop = 0.1 * np.stack([np.cos(result["time"]), np.sin(result["time"]), 0 * result["time"]])
     names = [f"y_d.{robot.task_frames[0].name}.{axis}" for axis in "xyz"]
     motion = motion_of(robot, with_columns(result, dict(zip(names, loop, strict=True))))
-    return Act(Stage(robot, motion), title, ("tracking error RMS 1 m",))
+    return Act(Stage(robot, motion), title, ("RMS tracking error 1 m",))
 
 
 @pytest.fixture(scope="module")

@@ -233,7 +233,7 @@ def test_results_that_cannot_be_drawn_are_refused() -> None:
     robot = planar_2r()
     result = waving(robot)
     nothing = SystemResult(result.names, result.rows[:0], {}, {})
-    with pytest.raises(InputError, match="gave no rows"):
+    with pytest.raises(InputError, match="has no rows"):
         motion_of(robot, nothing)
     lacking = SystemResult(("time", "q.joint_1"), result.rows[:, :2], {}, {})
     with pytest.raises(InputError, match=r"no column 'q\.joint_2'"):
