@@ -69,7 +69,7 @@ def read_snapshot(file: str | Path) -> DesignSnapshot:
     except (ValueError, RecursionError) as error:
         raise InputError(f"is not JSON: {error}", file=file) from None
     if not isinstance(plain, dict) or plain.keys() - {"$schema"} != {"format", "design"}:
-        raise InputError("is no design snapshot: see docs/reference/snapshot.md", file=file)
+        raise InputError("is not a design snapshot; see docs/reference/snapshot.md", file=file)
     if plain["format"] not in (1, FORMAT) or type(plain["format"]) is not int:
         what = f"has format {plain['format']!r}, this version reads 1 to {FORMAT}"
         raise InputError(what, file=file, key="format")

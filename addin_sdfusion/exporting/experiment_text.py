@@ -71,7 +71,7 @@ def experiment_text(robot: Robot, trajectory: Trajectory) -> str:
     muscle = robot.muscles[0]
     lines = [
         "# `cardsflow run .` in this folder simulates the robot. Change it as you like: a later",
-        "# export keeps your version, and writes its own beside it as experiment.new.toml.",
+        "# export keeps your version, and writes its own next to it as experiment.new.toml.",
         "",
         "[robot]",
         'path = "model.sdf"          # relative to this file',

@@ -33,7 +33,7 @@ def finite(value: float) -> float:
     """
     number = float(value)
     if not math.isfinite(number):
-        raise ValueError(f"Fusion gives {number}, which is no number")
+        raise ValueError(f"Fusion returned {number}, which is not finite")
     return number
 
 

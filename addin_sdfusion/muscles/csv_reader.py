@@ -173,7 +173,7 @@ class _Reader:
         axes = tuple(axis for axis in _AXES if axis in given)
         unknown = [axis for axis in given if axis not in _AXES]
         if unknown:
-            self.error("bad-axes", f"axes: {unknown[0]!r} is none of {', '.join(_AXES)}")
+            self.error("bad-axes", f"axes: {unknown[0]!r} is not one of {', '.join(_AXES)}")
         elif any((point.role, point.name) == (role, name) for point in self.others):
             kind = "task point" if role == "task" else "marker"
             self.error("duplicate-name", f"{kind} {name!r} is there already")

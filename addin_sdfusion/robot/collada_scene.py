@@ -55,7 +55,7 @@ class ColladaScene:
     def fault(self) -> str | None:
         """What keeps it from being a mesh; None if nothing does."""
         if "COLLADA" not in self.elements or self.elements.isdisjoint(_FACES):
-            return "it is no mesh of type .dae: it has no faces"
+            return "it is not a .dae mesh: it has no faces"
         placed = [self._placed(scene, 0) for scene in self._scenes]
         if sum(parts for parts, _ in placed) > limits.MESH_NODES:
             return f"its scene has more than {limits.MESH_NODES} parts"

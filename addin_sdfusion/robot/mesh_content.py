@@ -30,11 +30,11 @@ def mesh_problem(suffix: str, data: bytes) -> str | None:
     """
     test = _TESTS.get(suffix.lower())
     if test is None:
-        return f"{suffix or 'no suffix'!s} is no type of meshes ({', '.join(_TESTS)})"
+        return f"{suffix or 'no suffix'!s} is not a mesh type ({', '.join(_TESTS)})"
     try:
         return _too_much(suffix.lower(), data) or test(data)
     except (ValueError, RecursionError, struct.error, expat.ExpatError) as error:
-        return f"it is no mesh of type {suffix}: {error}"
+        return f"it is not a {suffix} mesh: {error}"
 
 
 def _too_much(suffix: str, data: bytes) -> str | None:
@@ -73,7 +73,8 @@ def _stl(data: bytes) -> str | None:
     if b"\0" in data[:_BINARY_HEAD] and data[80:_BINARY_HEAD].strip(b"\0"):
         (facets,) = struct.unpack_from("<I", data, _BINARY_HEAD - 4)
         there = (len(data) - _BINARY_HEAD) / _BINARY_FACET
-        return f"it is no mesh of type .stl: its head says {facets} facets, and {there:g} are there"
+        numbers = f"its header specifies {facets} facets, but it contains {there:g}"
+        return f"it is not a .stl mesh: {numbers}"
     return _lines(data, ".stl", _STL_WORDS, b"solid", b"vertex")
 
 
@@ -98,10 +99,10 @@ def _lines(data: bytes, kind: str, words: bytes, *needed: bytes) -> str | None:
     stranger = re.search(rb"(?im)^[ \t]*(?!(?:" + words + rb")(?:\s|$))[^\s]", data)
     if stranger is not None:
         line = data.count(b"\n", 0, stranger.start()) + 1
-        return f"it is no mesh of type {kind}: line {line} is of another kind"
+        return f"it is not a {kind} mesh: line {line} is of another kind"
     for word in needed:
         if not re.search(rb"(?im)^[ \t]*" + word + rb"\s", data):
-            return f"it is no mesh of type {kind}: no line begins with {word.decode()}"
+            return f"it is not a {kind} mesh: no line begins with {word.decode()}"
     if re.search(rb"(?im)^[ \t]*v(?:ertex)?[ \t][^\n#]*\b(?:nan|inf(?:inity)?)\b", data):
         return _NO_NUMBER
     return None
@@ -112,16 +113,16 @@ def _ply(data: bytes) -> str | None:
     lines = head.split(b"\n")
     parts = [line.strip().split(b" ")[:2] for line in lines]
     if lines[0].strip() != b"ply" or not end:
-        return "it is no mesh of type .ply: its header is none"
+        return "it is not a .ply mesh: its header is invalid"
     if [b"element", b"vertex"] not in parts or [b"element", b"face"] not in parts:
-        return "it is no mesh of type .ply: it has no faces"
+        return "it is not a .ply mesh: it has no faces"
     return None
 
 
 def _off(data: bytes) -> str | None:
     text = re.sub(rb"#[^\n]*", b"", data).strip()
     if not text.startswith(b"OFF") or text.translate(None, b"0123456789+-.eE \t\r\n") != b"OFF":
-        return "it is no mesh of type .off: there is more in it than numbers"
+        return "it is not a .off mesh: it contains more than numbers"
     return None
 
 
@@ -133,7 +134,7 @@ def _glb(data: bytes) -> str | None:
     magic, _, length = _GLB_HEAD.unpack_from(data)
     size, kind = _GLB_CHUNK.unpack_from(data, _GLB_HEAD.size)
     if magic != b"glTF" or length != len(data) or kind != b"JSON":
-        return "it is no mesh of type .glb: its header is none"
+        return "it is not a .glb mesh: its header is invalid"
     begin = _GLB_HEAD.size + _GLB_CHUNK.size
     return _scene(json.loads(data[begin : begin + size]), ".glb")
 
@@ -145,7 +146,7 @@ def _gltf(data: bytes) -> str | None:
 def _scene(scene: Any, kind: str) -> str | None:
     """Of the scene in a glTF file."""
     if not isinstance(scene, dict) or not scene.get("asset") or not scene.get("meshes"):
-        return f"it is no mesh of type {kind}: it has no faces"
+        return f"it is not a {kind} mesh: it has no faces"
     parts = [*(scene.get("buffers") or ()), *(scene.get("images") or ())]
     for part in parts:
         uri = part.get("uri", "data:") if isinstance(part, dict) else ""

@@ -96,7 +96,7 @@ def mesh_bytes(file: Path, roots: Iterable[Path] | None) -> bytes:
     data = read_file(file, MESH)
     problem = mesh_problem(file.suffix, data)
     if problem is not None:
-        raise InputError(f"is no mesh that can be used: {problem}", file=file)
+        raise InputError(f"cannot be used as a mesh: {problem}", file=file)
     return data
 
 

@@ -29,7 +29,7 @@ def own_class(file: Path, name: str, base: type) -> type[Any]:
     module = f"_own_{file.stem}"
     spec = importlib.util.spec_from_file_location(module, file.absolute())
     if spec is None or spec.loader is None:
-        raise InputError("is no file of Python", file=file)
+        raise InputError("is not a Python file", file=file)
     made = importlib.util.module_from_spec(spec)
     sys.modules[module] = made  # dataclasses look there
     loader = spec.loader
@@ -51,7 +51,9 @@ class NoSubclassError(InputError):
 
     def __init__(self, found: type, base: type, file: Path) -> None:
         package = base.__module__.partition(".")[0]
-        super().__init__(f"{found.__name__} is no subclass of {package}.{base.__name__}", file=file)
+        super().__init__(
+            f"{found.__name__} is not a subclass of {package}.{base.__name__}", file=file
+        )
         self.found = found
 
 

@@ -66,7 +66,7 @@ def read_design(
         return design.snapshot(_changed(design.settings, settings), file)
     if suffix != ".json":
         what = (
-            "is no design that can be read: neither .json, .py, .step nor .stp; how other CAD "
+            "is not a design in a known format (.json, .py, .step, .stp); how other CAD "
             "systems get here is in docs/reference/snapshot.md"
         )
         raise InputError(what, file=file)

@@ -29,7 +29,7 @@ def read_step(file: Path) -> tuple[str, tuple[Part, ...]]:
     with opened_file(file, limits.STEP) as stream:
         head = stream.read(_HEAD)
     if not head.lstrip().startswith(b"ISO-10303-21"):
-        raise InputError("is no STEP file: it does not begin with ISO-10303-21", file=file)
+        raise InputError("is not a STEP file: it does not begin with ISO-10303-21", file=file)
     document = _document(file)
     shapes = kernel("XCAFDoc").XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colors = kernel("XCAFDoc").XCAFDoc_DocumentTool.ColorTool_s(document.Main())

@@ -221,7 +221,7 @@ def vector(
         return None
     if len(given) < len(columns):
         lacking = next(column for column in columns if column not in row)
-        raise row[given[0]].error(f"{lacking!r} is missing beside it")
+        raise row[given[0]].error(f"{lacking!r} is missing next to it")
     x, y, z = (row[column].number(units) for column in columns)
     return x, y, z
 

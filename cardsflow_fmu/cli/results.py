@@ -103,7 +103,7 @@ def _plot(options: argparse.Namespace) -> int:
         signs = missing_signs(result)
     if signs and file.suffix.lower() != ".svg":
         print_warning(
-            f"the font of the figure lacks {signs!r} and shows boxes; an .svg keeps them as text"
+            f"the font of the figure lacks {signs!r} and shows boxes; an .svg keeps the text"
         )
     print_files([file], options.json)
     return GOOD

@@ -119,7 +119,9 @@ def opened_archive(path: Path, kind: str) -> Iterator[zipfile.ZipFile]:
             full := file_error(error, "cannot be unpacked", path), MachineError
         ):
             raise full from None
-        raise InputError(f"is no {kind}: {' '.join(str(error).split())}", file=path) from None
+        raise InputError(
+            f"is not a valid {kind}: {' '.join(str(error).split())}", file=path
+        ) from None
 
 
 def inner_archive(data: bytes) -> zipfile.ZipFile:

@@ -83,7 +83,7 @@ def read_csv(
         rows = rows.reshape(0, len(names))
     if rows.shape[1] != len(names):
         found = f"{len(names)} columns have names, and rows have {rows.shape[1]} numbers"
-        raise InputError(f"is no {what}: {found}", file=file)
+        raise InputError(f"is not a {what}: {found}", file=file)
     require_table(names, rows, file, what=what)
     return names, rows
 
@@ -121,9 +121,9 @@ def require_bounded(stream: BinaryIO, file: Path, most: int, between: bytes = b"
 def reason(error: Exception, expected: str) -> str:
     """Why a file is not what is expected, in a line."""
     if isinstance(error, UnicodeDecodeError):
-        return f"is no {expected}: it is not UTF-8 text"
+        return f"is not a {expected}: it is not UTF-8 text"
     what = str(error).partition(";")[0].replace("\0", "\\0")  # what follows is for programmers
-    return f"is no {expected}: {what if len(what) < _LONG else what[:_LONG] + '...'}"
+    return f"is not a {expected}: {what if len(what) < _LONG else what[:_LONG] + '...'}"
 
 
 def require_table(
@@ -142,7 +142,7 @@ def require_table(
     """
     found = _fault(names, rows)
     if found is not None:
-        raise InputError(f"is no {what}: {found}" if any(names) else found, file=file)
+        raise InputError(f"is not a {what}: {found}" if any(names) else found, file=file)
 
 
 def _fault(names: Sequence[str], rows: FloatArray) -> str | None:

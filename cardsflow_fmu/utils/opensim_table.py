@@ -60,7 +60,7 @@ def read_opensim_table(file: Path) -> OpenSimTable:
     rows = rows if rows.size else rows.reshape(0, len(names))
     if rows.shape[1] != len(names):
         found = f"line {line + 1} names {len(names)} columns, and rows have {rows.shape[1]} numbers"
-        raise InputError(f"is no {_WHAT}: {found}", file=file)
+        raise InputError(f"is not a {_WHAT}: {found}", file=file)
     require_table(names, rows, file, what=_WHAT)
     return OpenSimTable(names, rows, in_degrees)
 
@@ -80,7 +80,9 @@ def _header(stream: TextIO, file: Path) -> tuple[bool, int]:
             if value.strip() not in ("yes", "no"):
                 raise InputError(f"inDegrees is yes or no, not {value.strip()!r}", file=file)
             in_degrees = value.strip() == "yes"
-    raise InputError(f"is no {_WHAT}: there is no line `endheader` before its columns", file=file)
+    raise InputError(
+        f"is not a {_WHAT}: there is no line `endheader` before its columns", file=file
+    )
 
 
 def joint_columns(table: OpenSimTable, lengths: Sequence[str] = ()) -> dict[str, FloatArray]:

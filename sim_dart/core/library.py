@@ -185,7 +185,7 @@ class Core:
         message = ctypes.create_string_buffer(256)
         size = core.core_size(address, len(blob), message, len(message))
         if not size:
-            raise InputError(f"the C core refuses the robot: {message.value.decode()}")
+            raise InputError(f"the C core rejects the robot: {message.value.decode()}")
         self._memory = np.empty((size + 7) // 8)
         self.handle = ctypes.c_void_p(core.core_open(address, len(blob), self._memory.ctypes.data))
 

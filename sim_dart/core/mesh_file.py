@@ -42,7 +42,7 @@ def read_mesh(
         faces = np.array(mesh.faces, np.int64).reshape(-1, 3)
     except Exception as error:  # readers of damaged files raise anything
         reason = next(iter(str(error).splitlines()), "") or type(error).__name__
-        raise InputError(f"is no mesh that can be read: {reason}", file=file) from error
+        raise InputError(f"cannot be read as a mesh: {reason}", file=file) from error
     if not len(faces):
         raise InputError("holds no triangles", file=file)
     if faces.min() < 0 or faces.max() >= len(vertices):

@@ -209,7 +209,7 @@ def _in_c(formula: str, law: TensionLaw) -> str:
     try:
         return str(_Translator(law).visit(ast.parse(formula, mode="eval").body))
     except (SyntaxError, LookupError) as error:
-        raise LawTableError(f"{TABLE}: {law.kind}: {formula!r} is no formula: {error}") from None
+        raise LawTableError(f"{TABLE}: {law.kind}: {formula!r} is not a formula: {error}") from None
 
 
 class _Translator(ast.NodeVisitor):

@@ -301,7 +301,7 @@ class Plant:
         values = vector("state", state, int(ends[-1]) + self.world.get_state().size)
         ticks, q, qd, states, work, objects = np.split(values, ends)
         if not (np.isfinite(ticks[0]) and ticks[0] >= 0):
-            raise InputError(f"state: {ticks[0]} is no number of steps")
+            raise InputError(f"state: {ticks[0]} is not a number of steps")
         finite("the muscles' states", states, x.size)
         finite("work", work, works)
         finite("state of objects", objects, objects.size)

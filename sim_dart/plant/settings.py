@@ -35,7 +35,7 @@ def check_step(step: float, integrator: str, substeps: int) -> None:
     if not _is_number(step) or not (np.isfinite(step) and step > 0):
         raise InputError(f"the plant's step must be a positive time in s, not {step!r}")
     if integrator not in get_args(Rule):
-        raise InputError(f"integrator {integrator!r} is none of {', '.join(get_args(Rule))}")
+        raise InputError(f"integrator {integrator!r} is not one of {', '.join(get_args(Rule))}")
     is_whole = _is_number(substeps) and 1 <= substeps <= MAX_SUBSTEPS
     if not is_whole or substeps != int(substeps):
         raise InputError(

@@ -113,7 +113,7 @@ def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding
             continue
         members = sorted(known.intersection(group.occurrences))
         if not members:
-            problem = "has no components, so it is no link; add them or delete the group"
+            problem = "has no components and is not a link; add components or delete the group"
             findings.append(warning(Subject("group", group.name), "empty-group", problem))
             continue
         names.append(bare_name(group.name))

@@ -54,7 +54,7 @@ def added(points: Any, new: Any) -> Any:
     """Return the construction point that Fusion makes of an input."""
     made = points.add(new)
     if made is None:
-        raise InputError("Fusion refuses to make a construction point there")
+        raise InputError("Fusion cannot create a construction point there")
     return native(made)
 
 

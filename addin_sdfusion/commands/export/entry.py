@@ -120,7 +120,7 @@ class Export(Window):
             f"To simulate the robot:\n\n    cardsflow run {_quoted(folder)}",
         ]
         if done.findings:
-            lines.append(f"{summary(list(done.findings))} They are in findings.txt beside it.")
+            lines.append(f"{summary(list(done.findings))} They are in findings.txt next to it.")
         if done.changed is not None:
             changed = _listed(list(done.changed)) or "nothing of the robot"
             lines.append(f"Changed since the export before:\n{changed}")

@@ -99,7 +99,7 @@ def _not_simulated(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
 def _friction(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     for where, mu in _coefficients(muscle):
         if mu < 0.0 or mu > MAX_FRICTION:
-            problem = f"friction {mu!r}{where} is no coefficient from 0 to {MAX_FRICTION:g}"
+            problem = f"friction {mu!r}{where} must be from 0 to {MAX_FRICTION:g}"
             problem += "; cables in Bowden tubes and guides have 0.05 to 0.2"
             yield error(subject, "bad-cable-friction", problem)
     for k, point in enumerate(muscle.via_points, start=1):
@@ -109,7 +109,7 @@ def _friction(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
             yield warning(subject, "idle-cable-friction", problem)
     if not 0.0 < muscle.presliding <= MAX_PRESLIDING:
         problem = (
-            f"presliding {muscle.presliding!r} is no way above 0 m and up to {MAX_PRESLIDING:g} m"
+            f"presliding {muscle.presliding!r} must be above 0 m and at most {MAX_PRESLIDING:g} m"
         )
         problem += "; cables turn round within 0.0001 to 0.0005"
         yield error(subject, "bad-cable-friction", problem)

@@ -52,7 +52,7 @@ def _numbers(subject: Subject, pulley: BasePulley) -> Iterator[Finding]:
         problem = f"pulley_radius {_text(radius)} m of its base pulley is above {MAX_RADIUS:g} m; "
         yield error(subject, "bad-pulley", problem + "is it in mm?")
     if len(entry) != 3 or not any(entry):
-        problem = f"{pulley.entry_name} {_text(entry)} of its base pulley is no direction"
+        problem = f"{pulley.entry_name} {_text(entry)} of its base pulley is not a direction"
         yield error(subject, "bad-pulley", problem)
     given = dict(pulley.parameters)
     for name in _OF_BEARING:

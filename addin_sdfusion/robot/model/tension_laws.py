@@ -22,7 +22,7 @@ def law_of(model: CableModel) -> TensionLaw:
     """Return the law that a muscle is simulated by: `ideal` for what is described only."""
     if model.own is not None:
         command = None if model.own.command is None else Command(*model.own.command)
-        return TensionLaw("own", "a law of one's own", f"{model.own.file}:{model.own.name}",
+        return TensionLaw("own", "a custom law", f"{model.own.file}:{model.own.name}",
                           command=command)  # fmt: skip
     return TENSION_LAWS.get(model.kind, TENSION_LAWS["ideal"])
 

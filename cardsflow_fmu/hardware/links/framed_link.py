@@ -135,7 +135,9 @@ class FramedLink(ABC):
 
     def _give_up(self, busy: bool) -> None:
         if busy:
-            raise HardwareError(f"the device at {self.uri} refuses: {REFUSALS[ErrorCode.BUSY]}")
+            raise HardwareError(
+                f"the device at {self.uri} rejected the run: {REFUSALS[ErrorCode.BUSY]}"
+            )
         remedy = "is it running, and is the address right?"
         if self.counters["signature"] or self.counters["unsigned"]:
             remedy = "its frames have another signature: give both sides the same key file"
@@ -153,7 +155,7 @@ class FramedLink(ABC):
             return True
         known = code in REFUSALS
         why = REFUSALS[ErrorCode(code)] if known else f"it gives the unknown reason {code}"
-        raise HardwareError(f"the device at {self.uri} refuses: {why}")
+        raise HardwareError(f"the device at {self.uri} rejected the run: {why}")
 
     def _begin(self, handshake: Handshake, answer: Frame) -> None:
         """Start the agreed run."""

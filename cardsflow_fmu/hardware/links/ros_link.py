@@ -198,7 +198,7 @@ class RosLink:
             return int(Flag.SAFE) if status == SAFE else 0
         if status in (READY, SAFE) and since > self.silence:
             what = f"it has not followed commands for {self.silence:g} s; see its messages"
-            raise HardwareError(f"the device at {self.uri} refuses: {what}")
+            raise HardwareError(f"the device at {self.uri} rejected the run: {what}")
         return 0
 
     def stop(self) -> bool:

@@ -123,7 +123,7 @@ def resolved(host: str, port: int, uri: str) -> tuple[int, Any]:
     family, _, _, _, address = found[0]
     number = _without_zone(str(address[0]))
     if number == _EVERYBODY or ipaddress.ip_address(number).is_multicast:
-        raise HardwareError(f"{uri} is no address of one machine: a run has two sides")
+        raise HardwareError(f"{uri} is not the address of one machine")
     return family, address
 
 

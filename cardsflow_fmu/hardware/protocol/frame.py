@@ -91,7 +91,7 @@ class FrameError(HardwareError):
 
     def __init__(self, reason: str) -> None:
         self.reason = reason
-        super().__init__(f"a frame was refused: {reason}")
+        super().__init__(f"a frame was rejected: {reason}")
 
 
 class Frame(NamedTuple):

@@ -213,7 +213,7 @@ def _whole_records(data: bytes, begin: int, length: int) -> int:
 def _read_header(data: bytes, file: Path) -> tuple[RecordingHeader, int]:
     """Return the header, and where the records begin."""
     if len(data) < _PREAMBLE.size or not data.startswith(_MAGIC):
-        raise InputError("is no hardware recording", file=file)
+        raise InputError("is not a hardware recording", file=file)
     _, version, length, checksum = _PREAMBLE.unpack_from(data)
     if version != _VERSION:
         what = f"is a recording of version {version}; this program reads version {_VERSION}"
@@ -240,7 +240,7 @@ def _require_recording(file: Path) -> None:
     if not file.is_file():
         raise InputError("is not a regular file", file=file)
     if not is_recording(file):
-        raise InputError("is there already, and is no hardware recording", file=file)
+        raise InputError("already exists and is not a hardware recording", file=file)
 
 
 def is_recording(file: Path) -> bool:

@@ -90,7 +90,7 @@ class MotorMap:
             found = self._of_springs(forces, lengths, rates, tensions, h)
         if not np.isfinite(found).all():
             name = self._springs.muscle_names[int(np.isfinite(found).argmin())]
-            what = f"the command of the motor of {name!r} is no number; look at hardware.motors"
+            what = f"the command of the motor of {name!r} is not finite; check hardware.motors"
             raise SimulationError(what)
         return found
 

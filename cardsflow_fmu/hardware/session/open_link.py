@@ -52,7 +52,7 @@ def open_link(
         return SerialLink(uri, key=key)
     if scheme == ROS:
         if make_topics is None:
-            raise InputError(f"{uri!r} needs the names of a robot; here is none")
+            raise InputError(f"{uri!r} requires the names of a robot")
         if key is not None:
             what = "messages of ROS are not signed: leave out the key, or use our protocol"
             raise InputError(what, key="hardware.key_file")
@@ -61,7 +61,7 @@ def open_link(
     if uri not in ("loopback:", "emulated:"):
         raise InputError(f"no hardware at {uri!r}: an address is one of {ADDRESSES}")
     if make_device is None:
-        raise InputError(f"{scheme}: needs a device in this process; here is none")
+        raise InputError(f"{scheme}: requires a device in this process")
     if scheme == "loopback":
         return LoopbackLink(make_device, key=key)
     return EmulatedLink(EmulatedWorld(make_device(), faults or Faults()), key=key)

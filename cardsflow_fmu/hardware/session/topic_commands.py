@@ -125,7 +125,7 @@ class TopicCommands:
         try:
             session.open()
         except HardwareError as error:
-            self._report(f"commands by ROS are refused: {error}")
+            self._report(f"commands by ROS are rejected: {error}")
             self._reader.start(ended=True)
             return
         self._session, self._begun = session, time.monotonic()

@@ -43,7 +43,7 @@ def _words(value: Any) -> str:
         return "no number"
     if isinstance(value, int) and not isinstance(value, bool):
         return f"a whole number, {value},"
-    return f"{value!r}, which is no number"
+    return f"{value!r}, which is not a number"
 
 
 def _is_real(value: Any) -> bool:

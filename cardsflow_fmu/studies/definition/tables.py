@@ -54,7 +54,7 @@ def _plain(values: Any) -> Any:
         if isinstance(value, dict | list):
             _plain(value)
         elif isinstance(value, datetime.date | datetime.time):
-            raise SettingError(f"a date or time is no value of a setting: {value}")
+            raise SettingError(f"a date or time is not allowed in a setting: {value}")
         elif isinstance(value, float) and not math.isfinite(value):
             raise SettingError(f"must be finite, not {value!r}")
     return values
@@ -117,7 +117,7 @@ class VarySettings(Table):
     loguniform: Pair = setting("drawn between two numbers, evenly in their logarithm", None)
     normal: Pair = setting("drawn about a mean, by a standard deviation", None)
     box: BoxSettings = setting("a vector drawn in a box", None)
-    seed: Literal[True] = setting("a seed of its own for every run", None)
+    seed: Literal[True] = setting("a different seed for every run", None)
 
     @model_validator(mode="after")
     def _check_range(self) -> Self:

@@ -51,7 +51,7 @@ def test_other_content_is_no_mesh(suffix: str, data: bytes) -> None:
 
 @pytest.mark.parametrize("suffix", ["", ".txt", ".zip", ".3mf", ".pem", ".npz"])
 def test_other_names_are_no_meshes(suffix: str) -> None:
-    assert "is no type of meshes" in str(mesh_problem(suffix, exported("stl")))
+    assert "is not a mesh type" in str(mesh_problem(suffix, exported("stl")))
 
 
 @pytest.mark.parametrize("part", ["buffers", "images"])
@@ -109,7 +109,7 @@ def test_corners_that_are_no_numbers_are_refused_in_text(suffix: str, text: str)
 
 def test_a_binary_stl_that_ends_early_says_how_much_is_there() -> None:
     problem = mesh_problem(".stl", _binary_stl(*range(9), facets=100))
-    assert problem == "it is no mesh of type .stl: its head says 100 facets, and 1 are there"
+    assert problem == "it is not a .stl mesh: its header specifies 100 facets, but it contains 1"
 
 
 def gltf(nodes: list[dict[str, Any]], **changes: Any) -> bytes:

@@ -98,7 +98,7 @@ def test_options_that_do_not_fit(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert said.startswith(f"{EXAMPLE}: ")
     assert "STEP" in said
     assert "--density" in one_line(capsys, "arm.step", "--density", "nan")
-    assert "neither .json" in one_line(capsys, "arm.sldasm")
+    assert "not a design in a known format" in one_line(capsys, "arm.sldasm")
 
 
 HEAD = "name,type,parent,child,x [mm],y [mm],z [mm],axis x,axis y,axis z,lower,upper,value\n"
@@ -133,7 +133,7 @@ def test_joints_are_read_with_their_units(tmp_path: Path) -> None:
         (HEAD + GOOD.replace("0,1,0", "0,0,0"), "joints.csv:2: axis x: an axis must not be"),
         (HEAD + GOOD.replace("0,1,0", ",,"), "joints.csv:2: name: a revolute joint needs an axis"),
         (HEAD + GOOD.replace("10,20,30", ",,"), "joints.csv:2: name: a revolute joint needs an o"),
-        (HEAD + GOOD.replace("10,20,30", "10,20,"), "joints.csv:2: x: 'z' is missing beside it"),
+        (HEAD + GOOD.replace("10,20,30", "10,20,"), "joints.csv:2: x: 'z' is missing next to it"),
         (HEAD + GOOD.replace("upper,lower", ",lower"), "joints.csv:2: 'parent' is empty"),
         (HEAD + GOOD.replace("\n", ",9\n"), "joints.csv:2: has 14 cells, the first line has 13"),
         (HEAD + '"' + "a" * 200_000, "joints.csv:2: cannot be read"),

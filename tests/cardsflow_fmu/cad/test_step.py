@@ -202,7 +202,7 @@ def test_muscles_wrap_over_faces_near_a_point(step: Path, tables: Tables, tmp_pa
         ("w,palm:1,0,0,0,m,0,,,", "wraps.csv:2: part: part 'palm:1' has neither cylinder nor"),
         ("w,händ:1,0,0,0,m,0,,,", "mm away; give a point on the face or on its axis"),
         ("w,händ:1,,,,m,0,,,", "wraps.csv:2: name: a point near the face is missing"),
-        ("w,händ:1,1,,,m,0,,,", "wraps.csv:2: x: 'y' is missing beside it"),
+        ("w,händ:1,1,,,m,0,,,", "wraps.csv:2: x: 'y' is missing next to it"),
         ("w,händ:1,0,0,0,o,0,,,", "wraps.csv:2: muscle: no muscle 'o'"),
         ("w,händ:1,0,0,0,m,-1,,,", "wraps.csv:2: after: must be 0, 1, 2, ..., not '-1'"),
         ("w,händ:1,0,0,0,m,0,left,,", "wraps.csv:2: side: no value 'left'"),

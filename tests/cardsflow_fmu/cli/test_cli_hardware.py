@@ -317,7 +317,7 @@ def test_a_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
         (["device", ARM, "--duration", "0"], 2, "--duration: must be positive"),
         (["device", ARM, "--key-file", "nowhere.key"], 2, "nowhere.key"),
         (["replay-hardware", "nowhere.rec"], 2, "nowhere.rec: cannot be read"),
-        (["replay-hardware", __file__], 2, "is no hardware recording"),
+        (["replay-hardware", __file__], 2, "is not a hardware recording"),
     ],
 )
 def test_wrong_options_are_one_line(

@@ -133,7 +133,7 @@ def test_one_in_task_space_says_so(folder: Path) -> None:
         ("Divides", CardsflowError, f"mine.py:{LINE_OF_DIVIDES}: ZeroDivisionError"),
         ("NoNumbers", SimulationError, "NoNumbers.solve returned forces that are not finite"),
         ("TooFew", SimulationError, "TooFew.solve returned forces of shape (3,), not (4,)"),
-        ("Nothing", InputError, "Nothing is no subclass of controllers.JointSpaceController"),
+        ("Nothing", InputError, "Nothing is not a subclass of controllers.JointSpaceController"),
         ("Hand", InputError, 'set controller.space = "operational"'),
         ("Stif", InputError, "no class 'Stif'; did you mean 'Stiff'?"),
     ],

@@ -170,7 +170,7 @@ def test_what_is_in_c_alone_refuses_it_by_name(
         ("mine.py:Divides", f"mine.py:{line('1 // 0')}: ZeroDivisionError"),
         ("mine.py:NoNumber", "mine.py: NoNumber.tension(0.0, "),
         ("mine.py:NoTension", "TypeError: Can't instantiate abstract class NoTension"),
-        ("mine.py:Nothing", "Nothing is no subclass of sim_dart.MuscleLaw"),
+        ("mine.py:Nothing", "Nothing is not a subclass of sim_dart.MuscleLaw"),
         ("mine.py:Elastc", "no class 'Elastc'; did you mean 'Elastic'?"),
         ("mine.py:Elastic", "mine.py: TypeError: Elastic.__init__() missing 1 required"),
         (

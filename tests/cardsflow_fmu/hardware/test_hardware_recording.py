@@ -178,10 +178,10 @@ def good() -> dict:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "is no hardware recording"),
-        (b"CFHWREC\0", "is no hardware recording"),
-        (b"time,q.a\n0.0,1.0\n0.1,2.0\n", "is no hardware recording"),
-        (altered(good(), magic=b"CFHWREX\0"), "is no hardware recording"),
+        (b"", "is not a hardware recording"),
+        (b"CFHWREC\0", "is not a hardware recording"),
+        (b"time,q.a\n0.0,1.0\n0.1,2.0\n", "is not a hardware recording"),
+        (altered(good(), magic=b"CFHWREX\0"), "is not a hardware recording"),
         (altered(good(), version=2), "of version 2; this program reads version 1"),
         (altered(good())[:-1], "its header is damaged"),
         (altered(good())[:20] + b"x" + altered(good())[21:], "its header is damaged"),
@@ -214,7 +214,7 @@ def test_a_missing_recording_is_refused(tmp_path: Path) -> None:
 def test_files_that_are_no_recordings_are_not_replaced(tmp_path: Path) -> None:
     file = tmp_path / "thesis.txt"
     file.write_text("mine")
-    with pytest.raises(InputError, match="is there already, and is no hardware recording"):
+    with pytest.raises(InputError, match="already exists and is not a hardware recording"):
         Recorder(file, HEADER)
     assert file.read_text() == "mine"
     write(tmp_path / "hardware.rec", 9)

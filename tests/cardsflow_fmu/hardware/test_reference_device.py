@@ -158,7 +158,7 @@ def test_refusals(built: Path, tmp_path: Path) -> None:
     ]
     with running(built, tmp_path) as uri, UdpLink(uri) as link:
         for request, word in requests:
-            with pytest.raises(HardwareError, match=f"refuses: .*{word}"):
+            with pytest.raises(HardwareError, match=f"rejected the run: .*{word}"):
                 link.open(request)
         link.open(handshake(lockstep=True))
         pull(link)

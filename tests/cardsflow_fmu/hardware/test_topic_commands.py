@@ -206,7 +206,9 @@ def test_a_device_that_another_drives_refuses(bus: Bus) -> None:
         other.open()
         other.exchange(0.0, FORCES)
         given = len(served.robot.given)
-        commanding(node, lambda: served.has_said("are refused: the device at loopback: refuses"))
+        commanding(
+            node, lambda: served.has_said("are rejected: the device at loopback: rejected the run")
+        )
         assert len(served.robot.given) == given
         other.end(ramp=False)
 

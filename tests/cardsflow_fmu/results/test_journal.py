@@ -82,7 +82,7 @@ def test_a_line_that_was_cut_off_does_not_count(tmp_path: Path) -> None:
         assert len(read_results(tmp_path).rows) == 1
     summary = json.loads((tmp_path / "summary.json").read_text()) | {"status": "complete"}
     (tmp_path / "summary.json").write_text(json.dumps(summary))
-    with pytest.raises(InputError, match="is no table of results"):
+    with pytest.raises(InputError, match="is not a table of results"):
         read_results(tmp_path)
 
 

@@ -102,7 +102,7 @@ def test_nominal_values_are_those_of_the_file(path: str, number: Any) -> None:
     ("path", "values", "message"),
     [
         ("controller.delay", "values = [1.0]\nrelative = 'factor'", "whole number"),
-        ("controller.solver", "values = [1.0]\nrelative = 'factor'", "no number"),
+        ("controller.solver", "values = [1.0]\nrelative = 'factor'", "not a number"),
         ("controller.kp", "values = [1.0]\nrelative = 'offset'", "is a vector"),
         ("controller.ki.joint_1", "values = [1.0]\nrelative = 'factor'", "is 0"),
         ("controller.kp", "values = ['a']\nrelative = 'factor'", "must be numbers"),

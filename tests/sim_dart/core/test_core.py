@@ -20,7 +20,7 @@ pytestmark = pytest.mark.native
 def test_every_truncation_is_refused() -> None:
     blob = compile_blob(planar_2r())
     for size in range(len(blob)):
-        with pytest.raises(CardsflowError, match="refuses the robot"):
+        with pytest.raises(CardsflowError, match="rejects the robot"):
             Core(blob[:size])
 
 

@@ -198,7 +198,7 @@ def test_a_bad_mesh_is_named(case: str, tmp_path: Path) -> None:
 
 def test_an_unknown_format_is_named(tmp_path: Path) -> None:
     (tmp_path / "mesh.xyz123").write_bytes(b"1 2 3")
-    with pytest.raises(InputError, match="is no mesh that can be used"):
+    with pytest.raises(InputError, match="cannot be used as a mesh"):
         load_mesh(tmp_path / "mesh.xyz123")
 
 

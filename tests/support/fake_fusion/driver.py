@@ -324,7 +324,7 @@ class Driver:
             raise FakeMistake(f"{entity!r}: what the user picks is in the root's context")
         if not passes(entity, data.fields["filters"]):
             expected = ", ".join(data.fields["filters"])
-            raise Refused(f"{data.id}: {entity!r} is none of {expected}")
+            raise Refused(f"{data.id}: {entity!r} is not one of {expected}")
         if any(entity == chosen.entity for chosen in data.fields["selections"]):
             raise Refused(f"{data.id}: {entity!r} is selected already")
 

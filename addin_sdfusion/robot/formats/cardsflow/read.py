@@ -169,7 +169,7 @@ def read_surface(node: Node) -> WrapSurface:
     shape = node.attribute("shape")
     if node.has("shape") and shape not in get_args(WrapShape):
         known = ", ".join(get_args(WrapShape))
-        node.error("unsupported-wrap-shape", f"shape {shortened(shape)} is none of {known}")
+        node.error("unsupported-wrap-shape", f"shape {shortened(shape)} is not one of {known}")
     x, y, z, *angles = node.numbers(6)
     roll, pitch, yaw = angles
     return WrapSurface(
@@ -261,7 +261,7 @@ def _one_of(node: Node, name: str, known: tuple[str, ...]) -> str:
     """Return a word in an attribute; the first of those known if it is not given."""
     word = node.attribute(name, known[0])
     if word not in known:
-        node.error("bad-word", f"{name} {shortened(word)} is none of {', '.join(known)}")
+        node.error("bad-word", f"{name} {shortened(word)} is not one of {', '.join(known)}")
         return known[0]
     return word
 
@@ -314,7 +314,7 @@ def _cable_model(node: Node) -> CableModel:
     kind = child.attribute("kind")
     if child.has("kind") and kind not in get_args(CableKind):
         known = ", ".join(get_args(CableKind))
-        child.error("unsupported-cable", f"kind {shortened(kind)} is none of {known}")
+        child.error("unsupported-cable", f"kind {shortened(kind)} is not one of {known}")
         return CableModel()
     rows = [(name, values[0]) for name, values in _parameters(child) if len(values) == 1]
     return CableModel(kind or "ideal", tuple(rows))

@@ -233,7 +233,7 @@ CASPR = Capabilities(
             changed(
                 "cables without a largest force",
                 "caspr-infinite-force",
-                "f_max is written as inf, which CASPR's solvers may refuse; give a number",
+                "f_max is written as inf, which CASPR's solvers may reject; set a number",
                 of_muscles(lambda muscle: muscle.f_max == math.inf),
             ),
             left_out(
@@ -292,6 +292,6 @@ CASPR = Capabilities(
             "an orientation has no point in CASPR; it is left out",
             _points_of_orientations,
         ),
-        changed("sets with a name that is no XML ID", "caspr-id", NOT_AN_ID, _sets_without_id),
+        changed("sets with a name that is not an XML ID", "caspr-id", NOT_AN_ID, _sets_without_id),
     ),
 )

@@ -64,7 +64,7 @@ def _with_tasks(robot: Robot, old: Node | None, file: Path, notes: Notes) -> Rob
     """Return the robot with its operational spaces."""
     if file.exists():
         if old is not None:
-            problem = f"left out, for {file.name} is beside the file; remove this block"
+            problem = f"left out, because {file.name} is next to the file; remove this block"
             old.warning("old-operational-spaces", f"<operational_spaces> here: {problem}")
         root = parse(file, Subject("robot", robot.name), notes)
     elif old is not None:

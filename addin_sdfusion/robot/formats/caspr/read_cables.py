@@ -117,7 +117,7 @@ def _model(tag: str, properties: Node) -> CableModel:
     known = [*forces, *(item.tag for item in cable.properties)]
     for child in properties.all():
         if child.tag not in known:
-            problem = f"<{child.tag}> is no property of a <{tag}>; left out"
+            problem = f"<{child.tag}> is not a property of <{tag}>; left out"
             child.warning("unknown-property", f"{problem} (known: {', '.join(known)})")
     parameters = [
         (item.name(k), value)

@@ -174,11 +174,11 @@ def _samples_file(node: Node) -> Path:
     name = node.attribute("filename")
     path = PurePosixPath(name.replace("\\", "/"))
     if not path.name or path.is_absolute() or ".." in path.parts or "\0" in name:
-        what = f"filename {shortened(name)} is not the name of a file beside this one"
+        what = f"filename {shortened(name)} is not the name of a file next to this one"
         raise InputError(what, file=node.file, line=node.line)
     file = node.file.parent / path
     if not file.is_file():
-        what = f"trajectory {node.subject.name!r}: there is no file {name!r} beside this one"
+        what = f"trajectory {node.subject.name!r}: there is no file {name!r} next to this one"
         raise InputError(what, file=node.file, line=node.line)
     if not lies_in(file, [node.file.parent]):  # its samples would be in FMUs and results
         what = f"trajectory {node.subject.name!r}: {name!r} {_LEADS_OUT}; copy the file here"

@@ -14,7 +14,7 @@ from .write_trajectories import TIME_TOLERANCE
 
 XML_ID = re.compile(r"[^\W\d][\w.-]*")
 """A name without spaces that begins with a letter or an underscore."""
-NOT_AN_ID = "is no XML ID; begin with a letter, go on with letters, digits, '_', '.', '-'"
+NOT_AN_ID = "is not an XML ID; use a letter, then letters, digits, '_', '.', '-'"
 
 
 def trajectory_losses(robot: Robot, trajectories: Sequence[Trajectory]) -> Iterator[Finding]:

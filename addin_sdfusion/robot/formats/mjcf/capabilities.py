@@ -54,7 +54,7 @@ def mesh_rows(files: MeshFiles) -> tuple[Row, ...]:
         left_out(
             features.MESHES,
             "mesh-left-out",
-            "MuJoCo opens no such file as {uri!r}, or there is none; left out",
+            "MuJoCo cannot read {uri!r}, or it does not exist; left out",
             among(there=False),
             only="but .obj and binary .stl in the robot's folder",
         ),
@@ -238,7 +238,7 @@ MJCF = Capabilities(
         refused(
             "inertias that no body has",
             "inertia-triangle",
-            "MuJoCo refuses a principal moment of inertia above the sum of the other two; correct "
+            "MuJoCo rejects a principal moment of inertia above the sum of the other two; correct "
             "the inertia",
             _impossible_inertias,
         ),

@@ -144,7 +144,7 @@ def _refuse(document: Document, error: str) -> None:
     node = document.node_at(int(line[1])) if line else document.root
     named = node.element.get("name")
     which = f"<{node.tag}>" + (f" {named[:40]!r}" if named else "")
-    node.error("mujoco-refuses", f"MuJoCo refuses {which}: {_in_one_line(problem)}")
+    node.error("mujoco-refuses", f"MuJoCo rejects {which}: {_in_one_line(problem)}")
 
 
 def _in_one_line(text: str) -> str:

@@ -87,7 +87,7 @@ OPENSIM = Capabilities(
         changed(
             "names with spaces, / \\ * +",
             "renamed",
-            "OpenSim refuses the name; written as {given!r}",
+            "OpenSim does not allow the name; written as {given!r}",
             renamed,
         ),
         changed(

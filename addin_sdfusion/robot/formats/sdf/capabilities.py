@@ -114,13 +114,13 @@ SDF = Capabilities(
         refused(
             "limits above 1e16",
             "sdf-limit",
-            f"a limit of {NO_LIMIT:g} or more is none in SDF; make it infinite",
+            f"a limit of {NO_LIMIT:g} or more means no limit in SDF; make it infinite",
             of_coordinates(lambda c: _is_infinite_to_sdf((c.lower, c.upper))),
         ),
         refused(
             "bounds of motors above 1e16",
             "sdf-limit",
-            f"a motor's bound of {NO_LIMIT:g} or more is none in SDF; make it infinite",
+            f"a motor's bound of {NO_LIMIT:g} or more means no limit in SDF; make it infinite",
             of_coordinates(lambda c: _is_infinite_to_sdf((c.tau_min, c.tau_max))),
         ),
         changed(
@@ -152,14 +152,14 @@ SDF = Capabilities(
         changed(
             features.LOOPS,
             "loops-in-drake",
-            "Drake refuses models with joints that close loops: {names}",
+            "Drake rejects models with joints that close loops: {names}",
             of_robot(lambda robot: [loop.name for loop in robot.loops]),
             only="others",
         ),
         changed(
             "inertias that no body has",
             "sdf-inertia-refused",
-            "no body has its inertia: libsdformat refuses it, Drake takes another",
+            "no body has its inertia: libsdformat rejects it, Drake uses another one",
             of_links(lambda link: not positive_semidefinite(density_matrix(link.inertia.matrix))),
         ),
         WRAPS_IN_CARDSFLOW_XML,

@@ -136,7 +136,7 @@ def _included(node: Node, depth: int) -> Node | None:
         return None
     file = _file(uri.text, node.file.parent)
     if file is None:
-        problem = f"{shortened(uri.text)} is not found in the folders here or beside this one"
+        problem = f"{shortened(uri.text)} is not found in the folders here or next to this one"
         node.error("include-not-found", f"{problem}; nothing is downloaded: put the model there")
         return None
     try:

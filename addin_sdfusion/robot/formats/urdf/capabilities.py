@@ -143,7 +143,7 @@ URDF = Capabilities(
         changed_together(
             BESIDE,
             "held-beside-urdf",
-            "URDF has no {what}: they are in the cardsflow.xml beside it, which CARDSFlow reads "
+            "URDF has no {what}: they are in the cardsflow.xml next to it, which CARDSFlow reads "
             "with it and others do not",
         ),
         changed(

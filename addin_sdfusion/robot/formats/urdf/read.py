@@ -29,7 +29,7 @@ from .read_motors import motor_joints
 
 XACRO = (
     "is xacro, not yet URDF; `xacro {0} > {1}` writes the URDF (xacro is a package of ROS, and "
-    "`pip install xacro` where there is none)"
+    "`pip install xacro` if it is missing)"
 )
 KNOWN = {"link", "joint", "transmission", "ros2_control", "material", "mujoco"}
 """Elements that are read, and the colours of what is seen."""

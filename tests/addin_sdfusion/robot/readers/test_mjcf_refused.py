@@ -36,8 +36,8 @@ def errors(file: Path) -> list[Finding]:
 @pytest.mark.parametrize(
     ("world", "more", "line", "message"),
     [
-        ("<body><jiont/></body>", "", 2, "MuJoCo refuses <jiont>: Schema violation"),
-        ('<body name="b"><joint/></body>', "", 2, "refuses <body> 'b': mass and inertia of moving"),
+        ("<body><jiont/></body>", "", 2, "MuJoCo rejects <jiont>: Schema violation"),
+        ('<body name="b"><joint/></body>', "", 2, "rejects <body> 'b': mass and inertia of moving"),
         (BODY + BODY, "", 3, "repeated name 'b'"),
         ('\n<geom size=".1" class="c"/>', "", 3, "unknown default class name 'c'"),
         ('<geom size="1 x"/>', "", 2, "bad format in attribute 'size'"),
@@ -54,7 +54,7 @@ def errors(file: Path) -> list[Finding]:
         (BODY, '<actuator><muscle joint="j" gear="-1" lengthrange="0 1"/></actuator>', 1, "-1"),
         (BODY, '<actuator><muscle joint="j"/></actuator>', 1, "no lengthrange, and joints without"),
         (BODY, '<include file="m.xml"/>', 1, "'m.xml' is included already"),
-        (BODY, "<robot/>", 1, "refuses <robot>: Schema violation"),
+        (BODY, "<robot/>", 1, "rejects <robot>: Schema violation"),
         (MESH, '<asset><mesh name="m" file="gone.stl"/></asset>', 2, "not there.*: 'gone.stl'"),
         (MESH, '<asset><mesh name="m" file="m.xml"/></asset>', None, "'m.xml'"),
         (MESH, '<asset><mesh name="m" file="/dev/zero"/></asset>', 2, "not there.*/dev/zero"),

@@ -181,7 +181,7 @@ def test_samples_need_two_lines_and_a_file_that_is_not_too_large(tmp_path):
 @pytest.mark.parametrize("name", ["", "../t.traj", "/etc/passwd", "none.traj", ".", "C:\\..\\x"])
 def test_samples_are_looked_for_beside_the_trajectories_only(tmp_path, name):
     file = file_with(tmp_path, FILE.replace("t.traj", name))
-    with pytest.raises(InputError, match="beside this one"):
+    with pytest.raises(InputError, match="next to this one"):
         read_trajectory(file, "t")
 
 

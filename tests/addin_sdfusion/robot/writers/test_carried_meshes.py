@@ -51,7 +51,7 @@ def test_meshes_come_along_and_those_of_others_do_not(folder, format_, tmp_path,
     assert [name for name in files if name.endswith(".stl")] == CARRIED
     said = capsys.readouterr().err
     assert "'../outside.stl' does not come along: lies outside" in said
-    assert "'meshes/no.stl' does not come along: is no mesh" in said
+    assert "'meshes/no.stl' does not come along: cannot be used as a mesh" in said
 
 
 def test_what_is_written_finds_its_meshes(folder, tmp_path):
@@ -77,7 +77,7 @@ def test_mujoco_opens_what_comes_along(folder, tmp_path, capsys):
     assert files == [name for name in CARRIED if "ascii" not in name] + ["r.xml"]
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "new/r.xml"))
     assert (model.nmesh, model.body_mass[1]) == (4, 1.0)  # one file twice
-    assert "MuJoCo opens no such file as 'meshes/ascii.stl'" in capsys.readouterr().err
+    assert "MuJoCo cannot read 'meshes/ascii.stl'" in capsys.readouterr().err
 
 
 def test_check_repairs_as_convert_does(shared, capsys):

@@ -269,13 +269,13 @@ def test_what_wrapping_mujoco_lacks_is_said(tmp_path):
 
 def test_the_published_upper_body_is_refused_for_its_inertias(shared, tmp_path):
     robot = read_robot(shared / "robots/caspr/RoboyUpperBody")
-    with pytest.raises(RobotError, match="MuJoCo refuses a principal moment"):
+    with pytest.raises(RobotError, match="MuJoCo rejects a principal moment"):
         write_mjcf(robot, tmp_path)
 
 
 def test_a_matrix_that_no_body_has_is_refused(tmp_path):
     robot = one_link(Inertia(1.0, (0.1, 0.0, 0.0), 0.1, 0.1, 0.3))
-    with pytest.raises(RobotError, match="link 'a': MuJoCo refuses a principal moment"):
+    with pytest.raises(RobotError, match="link 'a': MuJoCo rejects a principal moment"):
         write_mjcf(robot, tmp_path / "new")
     assert not (tmp_path / "new").exists()
 

@@ -133,7 +133,7 @@ WRONG = {
     "no header": ("time\ta\n0\t1\n", "there is no line `endheader`"),
     "degrees": ("inDegrees=maybe\nendheader\ntime\ta\n", "inDegrees is yes or no"),
     "columns": ("endheader\ntime\tjoint_1\tjoint_2\n0 1\n", "line 2 names 3 columns"),
-    "text": ("endheader\ntime\tjoint_1\tjoint_2\n0 1 b\n", "is no table of OpenSim"),
+    "text": ("endheader\ntime\tjoint_1\tjoint_2\n0 1 b\n", "is not a table of OpenSim"),
     "coordinates": ("endheader\ntime\tx\n0 1\n1 2\n2 3\n", "no column q.joint_1"),
 }
 

@@ -49,7 +49,7 @@ def test_the_info_command_describes_systems(
     assert cardsflow.json("info", system) == system_info(system)
     broken = tmp_path / "broken.ssp"
     broken.write_bytes(system.read_bytes()[:3000])
-    assert "broken.ssp: is no .ssp" in cardsflow.refused("info", broken)
+    assert "broken.ssp: is not a valid .ssp" in cardsflow.refused("info", broken)
     assert "none.ssp: cannot be read" in cardsflow.refused("info", tmp_path / "none.ssp")
 
 

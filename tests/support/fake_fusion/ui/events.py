@@ -62,7 +62,7 @@ def _event(name: str, handler: type) -> type:
     def add(self: Any, handler: Base) -> bool:
         if not isinstance(handler, self._handler):
             expected = self._handler.__name__
-            raise TypeError(f"in method {name}.add: {type(handler).__name__} is no {expected}")
+            raise TypeError(f"in method {name}.add: {type(handler).__name__} is not a {expected}")
         self._listeners.handlers.append(weakref.ref(handler))
         return True
 

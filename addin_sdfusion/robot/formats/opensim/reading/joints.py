@@ -163,7 +163,7 @@ def _custom(node: Node, names: list[str]) -> tuple[Motion, ...]:
             motions += _about_axis(by_name[name], kind, default, names)
     for name, axis in by_name.items():
         if name not in AXES:
-            axis.error("unknown-axis", f"<TransformAxis> {name!r} is none of {', '.join(AXES)}")
+            axis.error("unknown-axis", f"<TransformAxis> {name!r} is not one of {', '.join(AXES)}")
     return tuple(motions)
 
 

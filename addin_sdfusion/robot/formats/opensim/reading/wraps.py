@@ -92,7 +92,7 @@ def _quadrant(node: Node) -> Quadrant:
     word = f"+{word}" if word in ("x", "y", "z") else word
     known: Sequence[str] = get_args(Quadrant)
     if word not in known:
-        problem = f"quadrant {shortened(word)} is none of {', '.join(known)}"
+        problem = f"quadrant {shortened(word)} is not one of {', '.join(known)}"
         node.error("bad-word", problem)
         return "all"
     return cast(Quadrant, word)
