@@ -192,7 +192,7 @@ def test_a_mesh_of_the_world_from_elsewhere_travels_if_its_user_names_it(
 def test_a_file_of_the_world_that_is_no_mesh_does_not_travel(home: Path, key: str) -> None:
     (home / "arm/private.txt").write_text("PASSWORD")
     rows = [{**SHAPES[key][0], "file": "private.txt"}]
-    with pytest.raises(InputError, match=r"can be used: \.txt is not a mesh type"):
+    with pytest.raises(InputError, match=r"as a mesh: \.txt is not a mesh type"):
         experiment_resources(Experiment.load(home / "arm", CONTACTS | {f"world.{key}": rows}))
 
 

@@ -531,7 +531,7 @@ NO_ADDRESSES = {
         "serial://host/dev/ttyACM0",
     ],
     "cannot use 'serial:": ["serial:///dev/ttyACM0?baud=" + "9" * 5000],
-    "needs a device in this process": ["loopback:"],
+    "requires a device in this process": ["loopback:"],
 }
 
 
