@@ -308,7 +308,7 @@ def test_a_device_ends_after_its_duration(cardsflow: CommandLine) -> None:
         (["device", ARM, "--loss", "1.5"], 2, "loss: must be from 0 to 1, not 1.5"),
         (["device", ARM, "--delay", "-1"], 2, "delay: must not be negative: -0.001"),
         (["device", ARM, "--outage", "1"], 2, "--outage: must be START:LENGTH"),
-        (["device", ARM, "--outage", "1:0"], 2, "an outage begins"),
+        (["device", ARM, "--outage", "1:0"], 2, "must begin at 0 s or later"),
         (["device", ARM, "--watchdog", "0"], 2, "watchdog must be a positive"),
         (["device", ARM, "--encoder-counts", "0"], 2, "--encoder-counts: must be positive"),
         (["device", ARM, "--noise", "-1"], 2, "noise: must not be negative: -1.0"),
