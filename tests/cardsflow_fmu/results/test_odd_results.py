@@ -129,7 +129,11 @@ REFUSED: dict[str, tuple[Change, str, tuple[str, ...]]] = {
     "latin": (head(b"q.joint_1", b"q.gr\xf6\xdfe"), "is not UTF-8 text", ANY),
     "nul": (at_row(4, lambda x: b"\0" * 200 + x), "could not convert", ANY),
     "folder": (as_folder("results.csv"), "", ANY),
-    "zip": (lambda f: (f / "experiment.zip").write_bytes(b"PK\3\4junk"), "is no archive", ANY),
+    "zip": (
+        lambda f: (f / "experiment.zip").write_bytes(b"PK\3\4junk"),
+        "is not a valid archive",
+        ANY,
+    ),
     "no zip": (lambda f: (f / "experiment.zip").unlink(), "has no experiment.zip", WITH_ROBOT),
     "zip folder": (as_folder("experiment.zip"), "has no experiment.zip", WITH_ROBOT),
     "summary": (note("summary.json", "{"), "summary.json: is not valid JSON", ANY),

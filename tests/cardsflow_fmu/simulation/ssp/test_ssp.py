@@ -248,7 +248,7 @@ def test_units_of_connectors_and_transformations_are_minded(system: Path, tmp_pa
         (lambda files: files.pop(SSD), "no system structure 'SystemStructure'"),
         (lambda files: files.update({"../evil": b""}), "leads out of the archive"),
         (lambda files: files.update({"a/" * 3000 + "b": b""}), "a name of 6001 characters"),
-        (lambda files: files.update({"resources/plant.fmu": b"no zip"}), "is no FMU"),
+        (lambda files: files.update({"resources/plant.fmu": b"no zip"}), "is not a valid FMU"),
     ],
 )
 def test_what_is_wrong_is_refused_in_one_line(
@@ -285,7 +285,7 @@ def test_settings_that_do_not_fit_are_refused(
 def test_a_file_that_is_no_archive_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "a.ssp"
     file.write_bytes(b"PK nothing")
-    with pytest.raises(InputError, match=r"a\.ssp: is no \.ssp"):
+    with pytest.raises(InputError, match=r"a\.ssp: is not a valid \.ssp"):
         simulate_system(file)
 
 
