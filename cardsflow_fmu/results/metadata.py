@@ -117,9 +117,9 @@ def _read(file: Path) -> dict[str, Any]:
     except ValueError as error:
         raise InputError(f"is not valid JSON: {error}", file=file) from None
     if not isinstance(data, dict):
-        raise InputError("is not what a run writes", file=file)
+        raise InputError("is invalid", file=file)
     return data
 
 
 def _malformed(file: Path, key: str) -> InputError:
-    return InputError("is not what a run writes", file=file, key=key)
+    return InputError("is invalid", file=file, key=key)

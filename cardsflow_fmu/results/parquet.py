@@ -103,12 +103,12 @@ def read_parquet(file: Path) -> RunData:
         what = f"is not a results table: {' '.join(str(error).split())}"
         raise InputError(what, file=file) from None
     if not isinstance(metadata, dict) or not isinstance(metadata.get("summary", {}), dict):
-        raise InputError("is not what a run writes: its metadata", file=file)
+        raise InputError("has invalid metadata", file=file)
     require_table(names, rows, file)
     try:
         units = {f.name: _unit(f.metadata) for f in schema}
     except UnicodeDecodeError:
-        raise InputError("is not what a run writes: a unit is not UTF-8", file=file) from None
+        raise InputError("has a unit that is not UTF-8", file=file) from None
     if metadata.get("summary"):
         require_summary(metadata["summary"], file)
     return RunData(tuple(names), rows, units, metadata.get("summary", {}), {file.name: file})

@@ -45,7 +45,7 @@ class Symbol:
     name: str | None
 
 
-def each(
+def named_setting(
     names: str,
     meaning: str,
     default: Any = ...,
@@ -73,13 +73,13 @@ def each(
         alias=alias,
         json_schema_extra={"default": None if default is ... else default},
     )
-    each_of = _Each(names, default, default if others is None else others, word)
-    own.metadata += [each_of, Symbol(symbol)]
+    validator = _NamedValues(names, default, default if others is None else others, word)
+    own.metadata += [validator, Symbol(symbol)]
     return own
 
 
-class _Each:
-    """The validator of `each`."""
+class _NamedValues:
+    """The validator of `named_setting`."""
 
     def __init__(self, names: str, default: Any, others: Any, word: str | None) -> None:
         self._names, self._default, self._others, self._word = names, default, others, word

@@ -20,7 +20,7 @@ from addin_sdfusion.robot import UnknownNameError
 from addin_sdfusion.robot.model.trajectory import Space
 from cardsflow_fmu.experiment.config.messages import SettingError
 from cardsflow_fmu.experiment.config.multiples import require_multiple
-from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     OR_FALSE,
@@ -129,13 +129,13 @@ Law = Annotated[
 class PostureSettings(Table):
     """Posture of a redundant robot in the null space of its tasks; see `controllers.Posture`."""
 
-    kp: tuple[FromZero, ...] = each(
+    kp: tuple[FromZero, ...] = named_setting(
         "coordinate", "position gain, in 1/s²", 25.0, symbol="posture_kp"
     )
-    kd: tuple[FromZero, ...] = each(
+    kd: tuple[FromZero, ...] = named_setting(
         "coordinate", "velocity gain, in 1/s", 10.0, symbol="posture_kd"
     )
-    q0: tuple[float, ...] = each(
+    q0: tuple[float, ...] = named_setting(
         "coordinate", "preferred posture, in rad or m (default: start pose)", None, symbol="q0"
     )
 
@@ -147,29 +147,29 @@ class ControllerSettings(Table):
     custom_space: Literal["joint", "operational"] = setting(
         "space that a custom law controls (default: joint)", None, alias="space"
     )
-    kp: tuple[Positive, ...] = each("followed", "position gain, in 1/s²", symbol="kp")
-    kd: tuple[FromZero, ...] = each("followed", "velocity gain, in 1/s", symbol="kd")
-    ki: tuple[FromZero, ...] = each("followed", "integral gain, in 1/s³", 0.0, symbol="ki")
+    kp: tuple[Positive, ...] = named_setting("followed", "position gain, in 1/s²", symbol="kp")
+    kd: tuple[FromZero, ...] = named_setting("followed", "velocity gain, in 1/s", symbol="kd")
+    ki: tuple[FromZero, ...] = named_setting("followed", "integral gain, in 1/s³", 0.0, symbol="ki")
     period: Positive = setting(
         "sampling period, in s; a multiple of run.step (default: run.step)", None
     )
     solver: Annotated[Text, AfterValidator(_solver)] = setting(
         "QP solver: dual_newton, or a solver of qpsolvers", DEFAULT_SOLVER
     )
-    weights: tuple[Positive, ...] = each(
+    weights: tuple[Positive, ...] = named_setting(
         "muscle", "weight of squared muscle forces, in 1/N²", None, symbol="H_f"
     )
-    motor_weights: tuple[Positive, ...] = each(
+    motor_weights: tuple[Positive, ...] = named_setting(
         "motor", "weight of squared motor torques, in 1/(N·m)² or 1/N²", None
     )
     norm: Norm = setting("norm of the forces that joint-space laws minimise", 2.0, symbol="norm")
-    pretension: tuple[Annotated[FromZero, Field(le=MAX_PRETENSION)], ...] = each(
+    pretension: tuple[Annotated[FromZero, Field(le=MAX_PRETENSION)], ...] = named_setting(
         "muscle", "preferred force, in N", 0.0, symbol="f_p"
     )
-    passive: tuple[bool, ...] = each(
+    passive: tuple[bool, ...] = named_setting(
         "coordinate", "leave the coordinate to its spring and damper", False
     )
-    dependent: tuple[bool, ...] = each(
+    dependent: tuple[bool, ...] = named_setting(
         "coordinate",
         "the closed loops determine the coordinate (default: chosen from the loops)",
         False,
@@ -188,16 +188,16 @@ class ControllerSettings(Table):
     posture: Annotated[PostureSettings | None, OR_FALSE] = setting(
         "posture control in the null space of the tasks; false: none", {}
     )
-    task_weights: tuple[Weight, ...] = each(
+    task_weights: tuple[Weight, ...] = named_setting(
         "task coordinate", 'weight of a task; "exact": the task is a constraint', None, symbol="W"
     )
-    priorities: tuple[Rank, ...] = each(
+    priorities: tuple[Rank, ...] = named_setting(
         "task coordinate", "priority of a task; 1 is the highest", 1.0, symbol="priority"
     )
-    acceleration_weights: tuple[Positive, ...] = each(
+    acceleration_weights: tuple[Positive, ...] = named_setting(
         "coordinate", "weight of squared joint accelerations", 1.0, symbol="H_q"
     )
-    force_rate_weights: tuple[FromZero, ...] = each(
+    force_rate_weights: tuple[FromZero, ...] = named_setting(
         "muscle", "weight of squared force changes", 0.0, symbol="H_r"
     )
     limit_bandwidth: Annotated[Positive | None, OR_FALSE] = setting(

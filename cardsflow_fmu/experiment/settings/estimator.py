@@ -13,7 +13,7 @@ from addin_sdfusion.robot import InputError, Pose, Robot
 from addin_sdfusion.robot.model.tension_laws import law_of
 from cardsflow_fmu.cosim.signals.port import signal_names
 from cardsflow_fmu.experiment.config.file import read_settings
-from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     Context,
@@ -52,25 +52,27 @@ class ImuSettings(Table):
 class SensorsTable(Table):
     """Noise and resolution of the simulated sensors; see `sim_dart.estimation.sensors`."""
 
-    length_noise: tuple[FromZero, ...] = each(
+    length_noise: tuple[FromZero, ...] = named_setting(
         "muscle", f"standard deviation of the length measurement, in m {_AS_ESTIMATOR}", None
     )
-    length_resolution: tuple[FromZero, ...] = each(
+    length_resolution: tuple[FromZero, ...] = named_setting(
         "muscle", "resolution of the length measurement, in m", 0.0
     )
-    length_offset: tuple[float, ...] = each("muscle", "offset of the length measurement, in m", 0.0)
-    tension_noise: tuple[FromZero, ...] = each(
+    length_offset: tuple[float, ...] = named_setting(
+        "muscle", "offset of the length measurement, in m", 0.0
+    )
+    tension_noise: tuple[FromZero, ...] = named_setting(
         "muscle", "standard deviation of the tension measurement, in N", 0.0
     )
-    tension_resolution: tuple[FromZero, ...] = each(
+    tension_resolution: tuple[FromZero, ...] = named_setting(
         "muscle", "resolution of the tension measurement, in N", 0.0
     )
-    encoder_noise: tuple[FromZero, ...] = each(
+    encoder_noise: tuple[FromZero, ...] = named_setting(
         "coordinate",
         f"standard deviation of the joint encoder, in rad or m {_AS_ESTIMATOR}",
         None,
     )
-    encoder_resolution: tuple[FromZero, ...] = each(
+    encoder_resolution: tuple[FromZero, ...] = named_setting(
         "coordinate", "resolution of the joint encoder, in rad or m", 0.0
     )
     gyroscope_noise: FromZero = setting(
@@ -79,7 +81,7 @@ class SensorsTable(Table):
     accelerometer_noise: FromZero = setting(
         f"standard deviation of the accelerometer, in m/s² {_AS_ESTIMATOR}", None
     )
-    stuck: tuple[FromZero, ...] = each(
+    stuck: tuple[FromZero, ...] = named_setting(
         "muscle", "time at which the length measurement freezes, in s; 0 for never", 0.0
     )
     delay: FromZero = setting("delay of all measurements, in s; a multiple of run.step", 0.0)
@@ -103,17 +105,17 @@ class EstimatorTable(Table):
     ramp_in: FromZero = setting(
         "duration of the ramp from f_min after the estimate becomes valid again, in s", 0.2
     )
-    length_noise: tuple[FromZero, ...] = each(
+    length_noise: tuple[FromZero, ...] = named_setting(
         "muscle", "standard deviation of the length measurement, in m; 0: not measured", 1e-4
     )
-    encoder_noise: tuple[FromZero, ...] = each(
+    encoder_noise: tuple[FromZero, ...] = named_setting(
         "coordinate", "standard deviation of the joint encoder, in rad or m; 0: no encoder", 0.0
     )
     gyroscope_noise: FromZero = setting("standard deviation of the gyroscopes, in rad/s", 0.005)
     accelerometer_noise: FromZero = setting(
         "standard deviation of the accelerometers, in m/s²", 0.2
     )
-    offset: tuple[float, ...] | None = each(
+    offset: tuple[float, ...] | None = named_setting(
         "muscle",
         f'known offset of the length measurement, in m; "{CALIBRATED}": the offsets of the '
         f"{CALIBRATION_FILE} in the folder of the robot",
@@ -124,10 +126,10 @@ class EstimatorTable(Table):
     gate: Positive = setting(
         "measurements with a larger normalised innovation are ignored, in standard deviations", 5.0
     )
-    acceleration_noise: tuple[FromZero, ...] = each(
+    acceleration_noise: tuple[FromZero, ...] = named_setting(
         "coordinate", "noise density of the joint accelerations, in rad/s²/√Hz or m/s²/√Hz", 0.01
     )
-    load_drift: tuple[FromZero, ...] = each(
+    load_drift: tuple[FromZero, ...] = named_setting(
         "coordinate",
         "noise density of the rate of unknown loads, in N·m/√s or N/√s; 0: no unknown loads",
         0.05,
@@ -147,13 +149,13 @@ class EstimatorTable(Table):
     start_candidates: Annotated[int, Field(ge=1, le=10000), AS_WHOLE] = setting(
         "number of initial guesses of the search for the first pose", 32
     )
-    start_sd: tuple[FromZero, ...] = each(
+    start_sd: tuple[FromZero, ...] = named_setting(
         "coordinate", "standard deviation of the pose of [start], in rad or m", 1e-3
     )
-    start_speed_sd: tuple[FromZero, ...] = each(
+    start_speed_sd: tuple[FromZero, ...] = named_setting(
         "coordinate", "standard deviation of the initial velocities, in rad/s or m/s", 1e-2
     )
-    start_load_sd: tuple[FromZero, ...] = each(
+    start_load_sd: tuple[FromZero, ...] = named_setting(
         "coordinate", "standard deviation of the initial unknown loads, in N·m or N", 1.0
     )
     gyroscope_bias_sd: FromZero = setting(
@@ -162,7 +164,7 @@ class EstimatorTable(Table):
     accelerometer_bias_sd: FromZero = setting(
         "standard deviation of the initial accelerometer biases, in m/s²", 0.1
     )
-    max_sd: tuple[Positive, ...] = each(
+    max_sd: tuple[Positive, ...] = named_setting(
         "coordinate", "maximum standard deviation of a valid estimate, in rad or m", 0.05
     )
     max_innovation: Positive = setting(

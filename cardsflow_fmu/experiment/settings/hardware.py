@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from addin_sdfusion.robot import Robot
 from cardsflow_fmu.experiment.config.messages import SettingError
 from cardsflow_fmu.experiment.config.multiples import require_multiple
-from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     Context,
@@ -41,15 +41,15 @@ class MotorSettings(Table):
     """Motor commands; see `motors.MotorMap`."""
 
     command: CommandKind = setting("quantity that the motors are commanded with", "force")
-    stiffness: tuple[Positive, ...] = each("muscle", "spring stiffness, in N/m", None)
-    damping: tuple[FromZero, ...] = each("muscle", "spring damping, in N·s/m", 0.0)
-    spindle_radius: tuple[Positive, ...] = each(
+    stiffness: tuple[Positive, ...] = named_setting("muscle", "spring stiffness, in N/m", None)
+    damping: tuple[FromZero, ...] = named_setting("muscle", "spring damping, in N·s/m", 0.0)
+    spindle_radius: tuple[Positive, ...] = named_setting(
         "muscle", "spindle radius of motors that are commanded with angles, in m", None
     )
-    encoder_scale: tuple[Positive, ...] = each(
+    encoder_scale: tuple[Positive, ...] = named_setting(
         "muscle", "encoder counts per rad with a spindle_radius, otherwise per m", None
     )
-    offset: tuple[float, ...] | None = each(
+    offset: tuple[float, ...] | None = named_setting(
         "muscle",
         'set point at which the encoders count 0, in m; "start": the set point of the start pose',
         0.0,
@@ -110,7 +110,9 @@ class SensorSettings(Table):
     noise: FromZero = setting(
         "standard deviation of positions and lengths, in rad or m, and of velocities", 0.0
     )
-    length_offset: tuple[float, ...] = each("muscle", "offset of the length measurement, in m", 0.0)
+    length_offset: tuple[float, ...] = named_setting(
+        "muscle", "offset of the length measurement, in m", 0.0
+    )
     differentiate_positions: bool = setting("compute velocities from position differences", False)
     seed: _Seed = setting("seed of noise and faults", 0)
 
@@ -175,19 +177,19 @@ class SafetySettings(Table):
     ramp_down: Annotated[FromZero, Field(le=MAX_RAMP_DOWN)] = setting(
         f"duration of the ramp to f_min at the end, in s; at most {MAX_RAMP_DOWN:g}", 0.5
     )
-    force_rate: tuple[Positive, ...] = each(
+    force_rate: tuple[Positive, ...] = named_setting(
         "muscle", "maximum force rate, in N/s", None, others=math.inf
     )
-    torque_rate: tuple[Positive, ...] = each(
+    torque_rate: tuple[Positive, ...] = named_setting(
         "motor", "maximum torque rate, in N·m/s or N/s", None, others=math.inf
     )
-    max_tension: tuple[Positive, ...] = each(
+    max_tension: tuple[Positive, ...] = named_setting(
         "muscle", "tension that stops the run, in N", None, others=math.inf
     )
-    position_margin: tuple[FromZero, ...] = each(
+    position_margin: tuple[FromZero, ...] = named_setting(
         "coordinate", "allowed distance beyond the joint limits, in rad or m", 0.05
     )
-    start_tolerance: tuple[FromZero, ...] = each(
+    start_tolerance: tuple[FromZero, ...] = named_setting(
         "coordinate", "maximum distance from the start pose, in rad or m", 0.1
     )
 

@@ -11,7 +11,7 @@ from addin_sdfusion.robot import Robot
 from cardsflow_fmu.cosim.signals.ports import load_signals
 from cardsflow_fmu.cosim.signals.world import wrench_signals
 from cardsflow_fmu.experiment.config.messages import SettingError
-from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import Context, Table, Vector3, setting
 
 from .plant import PlantSettings
@@ -20,7 +20,7 @@ from .plant import PlantSettings
 class DisturbanceSettings(Table):
     """External forces on end-effector points."""
 
-    forces: tuple[Vector3, ...] = each(
+    forces: tuple[Vector3, ...] = named_setting(
         "point",
         "external force in N, by end-effector point",
         None,

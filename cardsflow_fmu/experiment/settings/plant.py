@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     FromZero,
@@ -32,10 +32,10 @@ class PlantSettings(Table):
     step: Positive = setting(
         "integration step, in s; run.step is a multiple of it (default: run.step)", None
     )
-    mass_scale: tuple[Positive, ...] = each(
+    mass_scale: tuple[Positive, ...] = named_setting(
         "link", "factor on the masses of the plant; the controller uses the unscaled masses", 1.0
     )
-    friction_scale: tuple[FromZero, ...] = each(
+    friction_scale: tuple[FromZero, ...] = named_setting(
         "muscle",
         "factor on the cable friction of the plant; the controller uses the unscaled one",
         1.0,
@@ -56,13 +56,13 @@ class PlantSettings(Table):
 class StartSettings(Table):
     """Initial state (default: the first point of the reference)."""
 
-    q: tuple[float, ...] = each("coordinate", "joint positions, in rad or m", None)
-    qd: tuple[float, ...] = each("coordinate", "joint velocities, in rad/s or m/s", 0.0)
-    y: tuple[float, ...] = each(
+    q: tuple[float, ...] = named_setting("coordinate", "joint positions, in rad or m", None)
+    qd: tuple[float, ...] = named_setting("coordinate", "joint velocities, in rad/s or m/s", 0.0)
+    y: tuple[float, ...] = named_setting(
         "task coordinate",
         "task coordinates, in m or rad; inverse kinematics finds the pose",
         None,
     )
-    seed: tuple[float, ...] = each(
+    seed: tuple[float, ...] = named_setting(
         "coordinate", "initial guess of the inverse kinematics, in rad or m", None
     )

@@ -12,7 +12,7 @@ from pydantic import Field, WithJsonSchema, model_validator
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.model.trajectory import Space, Spline, Trajectory, TrajectoryPoint
 from cardsflow_fmu.experiment.config.messages import SettingError
-from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     File,
@@ -68,14 +68,16 @@ class PointSettings(Table):
     """Point of the reference. All points contain q, or all contain y."""
 
     time: float = setting("time, in s; 0 for the first point")
-    q: tuple[float, ...] = each("coordinate", "joint positions, in rad or m", None)
-    qd: tuple[float, ...] = each("coordinate", "joint velocities, in rad/s or m/s", 0.0)
-    qdd: tuple[float, ...] = each("coordinate", "joint accelerations, in rad/s² or m/s²", 0.0)
-    y: tuple[float, ...] = each("task coordinate", "task coordinates, in m or rad", None)
-    yd: tuple[float, ...] = each(
+    q: tuple[float, ...] = named_setting("coordinate", "joint positions, in rad or m", None)
+    qd: tuple[float, ...] = named_setting("coordinate", "joint velocities, in rad/s or m/s", 0.0)
+    qdd: tuple[float, ...] = named_setting(
+        "coordinate", "joint accelerations, in rad/s² or m/s²", 0.0
+    )
+    y: tuple[float, ...] = named_setting("task coordinate", "task coordinates, in m or rad", None)
+    yd: tuple[float, ...] = named_setting(
         "task coordinate", "rates of the task coordinates, in m/s or rad/s", 0.0
     )
-    ydd: tuple[float, ...] = each(
+    ydd: tuple[float, ...] = named_setting(
         "task coordinate", "accelerations of the task coordinates, in m/s² or rad/s²", 0.0
     )
     blend_time: Positive = setting("duration of the parabolic blend, in s", None)

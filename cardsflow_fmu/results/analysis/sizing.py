@@ -1,4 +1,4 @@
-"""Required muscle strengths along a motion, and the attachments that are the bottleneck."""
+"""Required muscle forces along a motion, and attachments that limit them."""
 
 from __future__ import annotations
 
@@ -36,18 +36,18 @@ MAX_POINTS = 1000
 MIN_POINTS = 5
 
 MARGIN = 0.2
-"""Default of what is added to a peak, as a part of it."""
+"""Default force margin, as fraction of the peak force."""
 
-_SHIFT = 1e-3  # of a via point, in [m], to see what it does
-_SMALL = 1e-6  # a bottleneck below this, in [N/mm], is none
+_SHIFT = 1e-3  # finite-difference step of a via point, in [m]
+_SMALL = 1e-6  # bottlenecks below this, in [N/mm], are ignored
 
 
 def reference_motion(experiment: Experiment, points: int | None = None) -> Motion:
-    """The joint motion that an experiment's reference asks for.
+    """Return the joint motion of the reference of an experiment.
 
-    Of a reference in operational space, every point is the configuration nearest to the
-    controller's posture, or to the start, that is there; velocities and accelerations are those of
-    a cubic spline through them.
+    For a reference in operational space, every point is the configuration nearest to the posture of
+    the controller, or to the start. Velocities and accelerations are from a cubic spline through
+    these points.
 
     Args:
         experiment: The experiment.
@@ -65,18 +65,18 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
         periods = math.floor(duration / experiment.controller.period)
         points = min(max(periods + 1, MIN_POINTS), MAX_POINTS)
     if points < MIN_POINTS:
-        raise InputError(f"a motion needs at least {MIN_POINTS} points, not {points}")
+        raise InputError(f"a motion requires at least {MIN_POINTS} points, not {points}")
     times = np.linspace(0.0, duration, points)
     q, qd, qdd = reference.evaluate(times)
     if experiment.reference.space == "operational":
-        return _followed(experiment, times, q)
+        return _inverse_kinematics(experiment, times, q)
     if experiment.robot.loops:
         _close(experiment, q, qd, qdd)
     return Motion(times, q, qd, qdd)
 
 
 def _close(experiment: Experiment, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> None:
-    """Let the dependent coordinates of a motion follow from the others, from one point to the next.
+    """Close the loops of a motion in place, point by point.
 
     Raises:
         InputError: The loops cannot be closed at a point.
@@ -89,8 +89,8 @@ def _close(experiment: Experiment, q: FloatArray, qd: FloatArray, qdd: FloatArra
         qdd[k] = dynamics.complete(q[k], qd[k], qdd[k])
 
 
-def _followed(experiment: Experiment, times: FloatArray, path: FloatArray) -> Motion:
-    """The joint motion that follows task positions, from one point to the next."""
+def _inverse_kinematics(experiment: Experiment, times: FloatArray, path: FloatArray) -> Motion:
+    """Return the joint motion of task positions, by inverse kinematics point by point."""
     dynamics, tasks = control_dynamics(experiment.robot), experiment.controller.tasks
     q: ArrayLike = experiment.start.q
     posture = tasks.posture.q0 if tasks is not None and tasks.posture is not None else q
@@ -108,18 +108,18 @@ def _followed(experiment: Experiment, times: FloatArray, path: FloatArray) -> Mo
 def size(
     experiment: Experiment, *, margin: float = MARGIN, method: str = "least_squares"
 ) -> dict[str, Any]:
-    """Required strengths of an experiment's muscles, as plain data in SI units.
+    """Return the required muscle forces of an experiment, as plain data in SI units.
 
-    The robot is the one that is simulated; its loads from outside count. Passive coordinates are
-    held where the motion begins.
+    The robot is the simulated one; external forces are included. Passive coordinates are locked at
+    the first point of the motion.
 
     Args:
         experiment: The experiment.
-        margin: Margin on the peaks, as a part of them.
-        method: The force distribution, see `controllers.force_distribution`.
+        margin: Force margin, as fraction of the peak forces.
+        method: Force distribution, see `controllers.force_distribution`.
 
     Raises:
-        InputError: The margin is wrong, or the reference is out of the robot's reach.
+        InputError: The margin is invalid, or the robot cannot reach the reference.
     """
     motion = _loaded(experiment, reference_motion(experiment))
     robot, motion = driven_part(experiment, experiment.plant_robot, motion)
@@ -127,12 +127,12 @@ def size(
 
 
 def driven_part(experiment: Experiment, robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
-    """A robot and its motion with passive coordinates locked where the motion begins.
+    """Return a robot and its motion with passive coordinates locked at the first point.
 
     Args:
-        experiment: The experiment, which says what is passive.
-        robot: Its robot, or the one that is simulated.
-        motion: Its motion.
+        experiment: The experiment, which specifies the passive coordinates.
+        robot: Robot of the controller or of the plant.
+        motion: Motion of the robot.
     """
     passive = np.array(experiment.controller.passive, bool)
     if not passive.any():
@@ -145,7 +145,7 @@ def driven_part(experiment: Experiment, robot: Robot, motion: Motion) -> tuple[R
 
 
 def _loaded(experiment: Experiment, motion: Motion) -> Motion:
-    """The motion with w_e = -J_p'F of the forces on task points."""
+    """Return the motion with w_e = -J_p'F of the external forces."""
     disturbance = experiment.disturbance
     if disturbance is None:
         return motion
@@ -158,19 +158,19 @@ def _loaded(experiment: Experiment, motion: Motion) -> Motion:
 def size_robot(
     robot: Robot, motion: Motion, *, margin: float = MARGIN, method: str = "least_squares"
 ) -> dict[str, Any]:
-    """Required strengths of a robot's muscles for a motion, as plain data in SI units.
+    """Return the required muscle forces of a robot for a motion, as plain data in SI units.
 
-    Passive muscles pull as they do, and are not sized.
+    Passive muscles are loads and are not sized.
 
     Args:
         robot: The robot.
         motion: The motion.
-        margin: Margin on the peaks, as a part of them.
-        method: The force distribution, see `controllers.force_distribution`.
+        margin: Force margin, as fraction of the peak forces.
+        method: Force distribution, see `controllers.force_distribution`.
 
     Raises:
         InputError: The robot has no muscles, the motion has another number of coordinates, or the
-            margin is wrong.
+            margin is invalid.
     """
     if not robot.muscles and not robot.motors:
         raise InputError(f"the robot {robot.name!r} has no muscles to size, and no motors")
@@ -198,7 +198,7 @@ def size_robot(
 
 
 def _without_passive(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
-    """The robot with passive muscles that may not be used, and what they pull with as a load."""
+    """Return the robot without passive muscles, and the motion with their forces as load."""
     passive = [k for k in modelled_muscles(robot) if k not in driven_muscles(robot)]
     if not passive:
         return robot, motion
@@ -217,11 +217,11 @@ def _without_passive(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
 
 
 def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, Any]]:
-    """Effect of moving each attachment on the largest muscle force at a point, worst first.
+    """Return the effect of moving each attachment on the peak muscle force, largest effect first.
 
-    The measure is the least possible force of the strongest muscle, without upper bounds: it does
-    not depend on the force distribution. Its gradient is by central differences of the muscle
-    Jacobian of robots with one via point moved.
+    The peak force is the minimum infinity norm of the muscle forces without upper limits. It does
+    not depend on the force distribution. Its gradient is computed by central differences of
+    robots with one moved via point.
 
     Args:
         robot: The robot.
@@ -265,7 +265,7 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
 
 
 def _moved(robot: Robot, muscle: int, via: int, axis: int, shift: float) -> Robot:
-    """The robot with one via point moved along one axis of its link's frame, in [m]."""
+    """Return the robot with one via point moved along one axis of its link frame, in [m]."""
     muscles: list[Muscle] = list(robot.muscles)
     points = list(muscles[muscle].via_points)
     x, y, z = (p + shift * (k == axis) for k, p in enumerate(points[via].position))
@@ -275,7 +275,7 @@ def _moved(robot: Robot, muscle: int, via: int, axis: int, shift: float) -> Robo
 
 
 def _muscle_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
-    """Forces of each muscle within its bounds, and its required bound."""
+    """Return forces of each muscle within its limits, and its required f_max."""
     columns = _columns(sizes, "needed_f_max", "f_min", "f_max")
     return [
         {
@@ -289,7 +289,7 @@ def _muscle_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
 
 
 def _motor_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
-    """Torques of each motor within its bounds, and the effort that it needs."""
+    """Return torques of each motor within its limits, and its required effort."""
     columns = _columns(sizes, "needed_effort", "tau_min", "tau_max")
     return [
         {
@@ -304,7 +304,7 @@ def _motor_rows(robot: Robot, sizes: MuscleSizes) -> list[dict[str, Any]]:
 
 
 def _columns(sizes: MuscleSizes, needed: str, low: str, high: str) -> dict[str, FloatArray]:
-    """What the motion asks of every muscle and motor, by the names of the columns."""
+    """Return the loads of every muscle and motor, by column name."""
     forces = sizes.forces
     at_min, at_max = forces.shares_at_bounds()
     power = np.where(np.isnan(forces.power), 0.0, forces.power)
@@ -321,7 +321,7 @@ def _columns(sizes: MuscleSizes, needed: str, low: str, high: str) -> dict[str, 
 
 
 def _coordinate_rows(sizes: MuscleSizes) -> list[dict[str, Any]]:
-    """The least torque margins of every coordinate along the motion; None where there are none."""
+    """Return the minimum torque margins of every coordinate along the motion; None if unknown."""
     names = sizes.forces.terms.coordinate_names
     rows: list[dict[str, Any]] = [
         {"name": name, "torque_down": None, "torque_up": None} for name in names
@@ -336,5 +336,5 @@ def _coordinate_rows(sizes: MuscleSizes) -> list[dict[str, Any]]:
 
 
 def _finite(value: float) -> float | None:
-    """A number for JSON, which has no infinity."""
+    """Return a number for JSON; None for infinity."""
     return float(value) if math.isfinite(value) else None

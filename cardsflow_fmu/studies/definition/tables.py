@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field, model_validator
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu.experiment.config.key_path import join_path, split_path
 from cardsflow_fmu.experiment.config.messages import SettingError
-from cardsflow_fmu.experiment.config.names import each
+from cardsflow_fmu.experiment.config.names import named_setting
 from cardsflow_fmu.experiment.config.table import (
     AS_WHOLE,
     File,
@@ -223,10 +223,10 @@ class Optimise(Table):
 class Box(Table):
     """Joint positions between which the workspace is looked at."""
 
-    lower: tuple[float, ...] = each(
+    lower: tuple[float, ...] = named_setting(
         "coordinate", "in rad or m; the joint limits when left out", None
     )
-    upper: tuple[float, ...] = each(
+    upper: tuple[float, ...] = named_setting(
         "coordinate", "in rad or m; the joint limits when left out", None
     )
     points: _Count = setting("poses along each coordinate", 5)

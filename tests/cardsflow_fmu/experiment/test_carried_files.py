@@ -76,7 +76,9 @@ def contents(archive: bytes) -> list[bytes]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("uri", OUTER)
-def test_a_visual_mesh_from_elsewhere_is_left_out_with_the_reason(home: Path, uri: str) -> None:
+def test_visual_mesh_outside_the_allowed_folders_is_omitted_with_a_reason(
+    home: Path, uri: str
+) -> None:
     name_meshes(home, uri, "visual")
     experiment = Experiment.load(home / "arm")
     (warning,) = experiment.warnings()
@@ -90,13 +92,13 @@ def test_a_visual_mesh_from_elsewhere_is_left_out_with_the_reason(home: Path, ur
 
 
 @pytest.mark.parametrize("uri", OUTER)
-def test_a_collision_mesh_from_elsewhere_is_refused(home: Path, uri: str) -> None:
+def test_collision_mesh_outside_the_allowed_folders_is_rejected(home: Path, uri: str) -> None:
     name_meshes(home, uri, "collision")
     with pytest.raises(InputError, match="lies outside"):
         Experiment.load(home / "arm")
 
 
-def test_a_mesh_in_the_experiments_folder_travels(home: Path) -> None:
+def test_mesh_in_the_folder_of_the_experiment_is_packed(home: Path) -> None:
     shutil.copy(home / "secret.stl", home / "arm/own.stl")
     for role in ("visual", "collision"):
         name_meshes(home, "%2e%2e/own.stl", role)
@@ -113,7 +115,7 @@ def test_a_mesh_in_the_experiments_folder_travels(home: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["notes.stl", "notes.obj", "notes.txt"])
-def test_what_is_no_mesh_is_left_out_even_from_the_robots_folder(home: Path, name: str) -> None:
+def test_invalid_mesh_in_the_robot_folder_is_not_packed(home: Path, name: str) -> None:
     text = b"PASSWORD=v 1 2 3\n"
     (home / "arm/robot" / name).write_bytes(text)
     name_meshes(home, name, "visual")
@@ -123,7 +125,7 @@ def test_what_is_no_mesh_is_left_out_even_from_the_robots_folder(home: Path, nam
     assert text not in contents(experiment_archive(experiment))
 
 
-def test_two_meshes_do_not_travel_under_one_name(home: Path) -> None:
+def test_two_meshes_with_one_name_are_not_packed(home: Path) -> None:
     (home / "arm/meshes").mkdir()
     shutil.copy(home / "secret.stl", home / "arm/meshes/pad.stl")
     name_meshes(home, "../meshes/pad.stl", "visual")
@@ -134,7 +136,7 @@ def test_two_meshes_do_not_travel_under_one_name(home: Path) -> None:
         experiment_resources(Experiment.load(home / "arm"))
 
 
-def test_files_of_a_robot_that_are_links_to_elsewhere_are_refused(home: Path) -> None:
+def test_robot_files_that_link_outside_are_rejected(home: Path) -> None:
     extra = home / "arm/robot/cardsflow.xml"
     extra.rename(home / "private.xml")
     extra.symlink_to(home / "private.xml")
@@ -152,7 +154,7 @@ INCLUDED = {
 
 
 @pytest.mark.parametrize("name", INCLUDED)
-def test_what_is_included_from_beside_the_robot_stays_beside_it(tmp_path: Path, name: str) -> None:
+def test_included_file_keeps_its_relative_path(tmp_path: Path, name: str) -> None:
     """As MyoSuite's models and Gazebo's do; the experiment's folder has both."""
     write_sdf(one_link(), tmp_path / "robots/common")
     write_mjcf(one_link(), tmp_path / "robots/common", name="arm")
@@ -179,9 +181,7 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("key", SHAPES)
-def test_a_mesh_of_the_world_from_elsewhere_travels_if_its_user_names_it(
-    home: Path, key: str
-) -> None:
+def test_explicitly_named_world_mesh_is_packed(home: Path, key: str) -> None:
     settings = CONTACTS | {f"world.{key}": SHAPES[key]}
     with pytest.raises(InputError, match=rf"world\.{key}\[0\]\.file: lies outside"):
         Experiment.load(home / "arm", settings, names_files=False)
@@ -189,14 +189,14 @@ def test_a_mesh_of_the_world_from_elsewhere_travels_if_its_user_names_it(
 
 
 @pytest.mark.parametrize("key", SHAPES)
-def test_a_file_of_the_world_that_is_no_mesh_does_not_travel(home: Path, key: str) -> None:
+def test_invalid_mesh_of_the_world_is_not_packed(home: Path, key: str) -> None:
     (home / "arm/private.txt").write_text("PASSWORD")
     rows = [{**SHAPES[key][0], "file": "private.txt"}]
     with pytest.raises(InputError, match=r"as a mesh: \.txt is not a mesh type"):
         experiment_resources(Experiment.load(home / "arm", CONTACTS | {f"world.{key}": rows}))
 
 
-def test_an_sdf_world_names_meshes_beside_it_alone(home: Path) -> None:
+def test_sdf_world_only_names_meshes_in_its_folder(home: Path) -> None:
     box = "<mesh><uri>{}</uri></mesh>"
     world = (
         "<sdf version='1.9'><world name='w'><model name='m'><static>1</static><link name='l'>"
@@ -210,7 +210,7 @@ def test_an_sdf_world_names_meshes_beside_it_alone(home: Path) -> None:
     Experiment.load(home / "arm", {"world.sdf": "world.sdf"})
 
 
-def test_a_muscle_law_from_elsewhere_is_run_if_its_user_names_it(home: Path) -> None:
+def test_explicitly_named_muscle_law_is_executed(home: Path) -> None:
     (home / "law.py").write_text("class Own:\n    command = None\n")
     with (home / "arm/experiment.toml").open("a") as stream:
         stream.write('\n[muscles.elbow_bend]\nmodel = "../law.py:Own"\n')
@@ -222,7 +222,7 @@ def test_a_muscle_law_from_elsewhere_is_run_if_its_user_names_it(home: Path) -> 
     assert home / "law.py" in named.roots
 
 
-def test_a_motion_from_elsewhere_is_read_if_its_user_names_it(home: Path) -> None:
+def test_explicitly_named_motion_is_read(home: Path) -> None:
     toml = home / "arm/experiment.toml"
     before, _, rest = toml.read_text().partition("[reference]")
     _, _, plant = rest.partition("[plant]")
@@ -236,7 +236,7 @@ def test_a_motion_from_elsewhere_is_read_if_its_user_names_it(home: Path) -> Non
 
 
 @pytest.mark.slow
-def test_an_fmu_from_elsewhere_is_packed_if_its_user_names_it(home: Path) -> None:
+def test_explicitly_named_fmu_is_packed(home: Path) -> None:
     (home / "mine.fmu").write_bytes(b"no FMU")
     settings = {"fmus.plant": "../mine.fmu"}
     stranger = Experiment.load(home / "arm", settings, names_files=False)
@@ -264,7 +264,7 @@ def test_an_fmu_from_elsewhere_is_packed_if_its_user_names_it(home: Path) -> Non
         ("fmus", {"plant": {"path": "/plant.fmu"}}),
     ],
 )
-def test_an_experiment_in_an_archive_does_not_lead_out_of_it(
+def test_experiment_in_an_archive_only_names_files_of_the_archive(
     tmp_path: Path, key: str, value: object
 ) -> None:
     file = tmp_path / "experiment.json"
@@ -276,7 +276,7 @@ def test_an_experiment_in_an_archive_does_not_lead_out_of_it(
         Experiment.from_resources(tmp_path)
 
 
-def test_an_unpacked_archive_with_a_link_does_not_lead_out_of_it(home: Path) -> None:
+def test_link_to_a_file_outside_of_an_unpacked_archive_is_rejected(home: Path) -> None:
     (home / "out").mkdir()
     (home / "out/robot").symlink_to(home / "arm/robot")
     (home / "out/experiment.json").write_text('{"robot": {"path": "robot/model.sdf"}}')
@@ -285,7 +285,7 @@ def test_an_unpacked_archive_with_a_link_does_not_lead_out_of_it(home: Path) -> 
 
 
 @pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
-def test_no_warning_that_is_kept_tells_where_a_key_is(home: Path) -> None:
+def test_stored_warnings_do_not_contain_the_path_of_a_key(home: Path) -> None:
     key = home / "arm/device.key"
     key.write_bytes(b"k" * 32)
     key.chmod(0o644)
@@ -333,9 +333,7 @@ def mjcf(tmp_path: Path) -> Path:
     return folder
 
 
-def test_a_mesh_that_a_mass_comes_from_is_among_the_robots_files(
-    mjcf: Path, tmp_path: Path
-) -> None:
+def test_mesh_that_defines_a_mass_is_packed(mjcf: Path, tmp_path: Path) -> None:
     experiment = Experiment.load(mjcf)
     assert experiment.robot.link("forearm").inertia.mass > 1.0
     write_resources(experiment, tmp_path / "fmu")
@@ -344,7 +342,7 @@ def test_a_mesh_that_a_mass_comes_from_is_among_the_robots_files(
 
 
 @pytest.mark.parametrize("name", ["parts.xml", "bone.stl"])
-def test_experiments_name_no_file_by_a_path_of_this_machine_alone(mjcf: Path, name: str) -> None:
+def test_experiments_name_no_file_by_an_absolute_path(mjcf: Path, name: str) -> None:
     robot = mjcf / "robot/arm.xml"
     robot.write_text(robot.read_text().replace(f'"{name}"', f'"{mjcf}/robot/{name}"'))
     (finding,) = (each for each in read(robot).findings if each.code == "absolute-path")

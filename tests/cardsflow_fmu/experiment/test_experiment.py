@@ -29,7 +29,7 @@ def edit(folder: Path, old: str, new: str) -> None:
     file.write_text(text.replace(old, new))
 
 
-def test_the_example_says_what_the_paper_says() -> None:
+def test_example_has_the_values_of_the_paper() -> None:
     experiment = Experiment.load(PLANAR_2R)
     assert experiment.controller.kp == (2000.0, 2000.0)
     assert experiment.controller.kd == (90.0, 90.0)
@@ -47,9 +47,7 @@ def test_every_published_variant_is_a_cable_set(name: str) -> None:
     assert len(experiment.robot.muscles) == 4
 
 
-def test_what_travels_in_an_fmu_reads_back_as_the_same_experiment(
-    folder: Path, tmp_path: Path
-) -> None:
+def test_experiment_in_an_fmu_reads_back_as_the_same(folder: Path, tmp_path: Path) -> None:
     edit(folder, "[plant]", "[muscles.cable_2]\nf_min = 12.5\n\n[plant]")
     settings = {"start.q": {"joint_2": 0.1}, "controller.kp": {"joint_1": 1.0, "joint_2": 2.0}}
     experiment = Experiment.load(folder, settings)
@@ -65,7 +63,7 @@ def test_what_travels_in_an_fmu_reads_back_as_the_same_experiment(
     assert again.reference.curve.points == experiment.reference.curve.points
 
 
-def test_points_of_a_reference_may_stand_in_the_experiment(folder: Path) -> None:
+def test_experiment_may_contain_the_points_of_a_reference(folder: Path) -> None:
     points = (
         'spline = "cubic"\n'
         "points = [{ time = 0, q = { joint_1 = 0.1, joint_2 = 0.2 } },"
@@ -96,7 +94,7 @@ def test_whole_numbers_are_kept_exactly(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", b"a = [" + b"[" * 5000, b"[plant"])
-def test_files_that_are_no_toml_are_refused(tmp_path: Path, content: bytes) -> None:
+def test_files_that_are_not_toml_are_rejected(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "experiment.toml"
     file.write_bytes(content)
     with pytest.raises(InputError, match=r"experiment\.toml: "):
@@ -118,7 +116,9 @@ def test_files_that_are_no_toml_are_refused(tmp_path: Path, content: bytes) -> N
     ],
     ids=range(9),
 )
-def test_settings_are_not_nested_without_end(text: str, is_too_deep: bool, tmp_path: Path) -> None:
+def test_too_deeply_nested_settings_are_rejected(
+    text: str, is_too_deep: bool, tmp_path: Path
+) -> None:
     """Tomllib takes minutes for a header of 200000 names; what it gives ended the recursion."""
     file = tmp_path / "experiment.toml"
     file.write_text(text)
@@ -143,7 +143,7 @@ def test_a_setting_may_be_changed_by_its_key() -> None:
 
 
 @pytest.mark.slow
-def test_a_robot_without_operational_space_travels_in_an_fmu(tmp_path: Path) -> None:
+def test_robot_without_operational_space_is_packed(tmp_path: Path) -> None:
     robot = replace(planar_2r(), task_sets=(), task_set="")
     trajectories = PLANAR_2R / "robot/planar_2r_trajectories.xml"
     changes = {"reference.file": str(trajectories), "run.duration": 0.01}
@@ -152,7 +152,7 @@ def test_a_robot_without_operational_space_travels_in_an_fmu(tmp_path: Path) -> 
     np.testing.assert_array_equal(fmu.rows, direct.rows)
 
 
-def test_an_approach_begins_at_rest_whatever_the_velocity_of_what_it_leads_to() -> None:
+def test_approach_begins_at_rest_for_any_final_velocity() -> None:
     points = [{"time": t, "q": [0.1 + t, 0.2], "qd": [1.0, 0.0]} for t in (0.0, 1.0)]
     reference = {"spline": "cubic", "points": points}
     assert Experiment.load(PLANAR_2R, {"reference": reference}).start.qd == (1.0, 0.0)
@@ -163,7 +163,7 @@ def test_an_approach_begins_at_rest_whatever_the_velocity_of_what_it_leads_to() 
 
 
 @pytest.mark.parametrize(("effort", "bounds"), [(30.0, (-30.0, 30.0)), ([-5.0, 9.0], (-5.0, 9.0))])
-def test_a_joint_gets_a_motor_when_asked(effort: object, bounds: tuple[float, float]) -> None:
+def test_motor_setting_adds_a_motor_to_a_joint(effort: object, bounds: tuple[float, float]) -> None:
     changes = {"robot.joints.joint_2.motor": True, "robot.joints.joint_2.effort": effort}
     (motor,) = Experiment.load(PLANAR_2R, changes).robot.motors
     assert (motor.name, motor.tau_min, motor.tau_max) == ("joint_2", *bounds)

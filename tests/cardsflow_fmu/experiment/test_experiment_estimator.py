@@ -72,7 +72,7 @@ def test_both_loops_agree() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("example", ["hill_arm", "planar_2r", "pneumatic_elbow"])
-def test_every_kind_of_muscle_and_motor_has_one(example: str) -> None:
+def test_every_kind_of_muscle_and_motor_has_a_setting(example: str) -> None:
     settings: dict[str, object] = {"estimator": {"exact_transition": False}, "run.duration": 0.2}
     if example == "planar_2r":
         settings |= {"robot.joints.joint_2.motor": True}
@@ -93,7 +93,7 @@ def falling(forces: np.ndarray, valid: np.ndarray, f_min: float, down: float) ->
 
 @pytest.mark.slow
 @pytest.mark.parametrize("through", ["native", "direct"])
-def test_commands_ramp_down_where_the_estimate_is_lost(through: str) -> None:
+def test_commands_ramp_down_while_the_estimate_is_invalid(through: str) -> None:
     """A length that sticks: it is noticed, and forces fall to f_min in a straight line."""
     stuck = {"stuck": {"motor0": 1.0, "motor1": 1.0, "motor2": 1.0}}
     experiment = roboy(1.6, exact_transition=False, sensors=stuck, ramp_down=0.1, gate=1000.0)
@@ -113,7 +113,7 @@ def test_commands_ramp_down_where_the_estimate_is_lost(through: str) -> None:
 
 
 @pytest.mark.slow
-def test_the_first_pose_is_found_by_the_first_reading() -> None:
+def test_first_measurement_determines_the_first_pose() -> None:
     """Without knowing where the arm starts."""
     result = simulate(
         roboy(0.2, exact_transition=False, find_start=True, min_tension=0.5), coupling="direct"
@@ -124,7 +124,7 @@ def test_the_first_pose_is_found_by_the_first_reading() -> None:
 
 
 @pytest.mark.slow
-def test_an_estimator_may_only_watch() -> None:
+def test_estimator_without_feedback_does_not_change_the_run() -> None:
     """The controller has the truth: the run is that without any estimator."""
     watched = simulate(roboy(0.1, feedback=False), coupling="direct")
     alone = simulate(
@@ -175,7 +175,7 @@ def test_offsets_are_those_of_the_robots_calibration(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_cannot_be_observed_is_told_before_a_run() -> None:
+def test_unobservable_poses_are_reported_before_a_run() -> None:
     """No lengths of the elbow's muscles: joint_4 is open, at every pose of the reference."""
     found = observed_poses(roboy(0.1))
     assert not observability_warnings(found)

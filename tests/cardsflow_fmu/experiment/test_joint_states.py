@@ -48,7 +48,7 @@ def test_the_publisher_that_names_all_joints_is_followed(mcap: bool, tmp_path: P
     np.testing.assert_array_equal([p.qd for p in points], found.qd[:, order])  # type: ignore[index]
 
 
-def test_a_run_recorded_and_followed_again_is_the_same_motion(
+def test_recorded_run_as_reference_is_the_same_motion(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     robot = planar_2r()
@@ -63,7 +63,7 @@ def test_a_run_recorded_and_followed_again_is_the_same_motion(
 
 
 @pytest.mark.slow
-def test_what_is_no_recording_of_the_robot_is_told_in_a_line(
+def test_recording_of_another_robot_is_reported_in_one_line(
     tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     other = bag(tmp_path / "other", ("/joint_states", ("wheel",)))
@@ -86,7 +86,7 @@ def test_what_is_no_recording_of_the_robot_is_told_in_a_line(
 
 
 @pytest.mark.slow
-def test_a_recording_that_ends_too_early_gives_what_it_has(tmp_path: Path) -> None:
+def test_truncated_recording_is_read_up_to_its_end(tmp_path: Path) -> None:
     whole = bag(tmp_path / "bag", ("/joint_states", JOINTS)) / "bag_0.mcap"
     file = next(whole.parent.glob("*.mcap"))
     run = waving(planar_2r(), 40.0)
@@ -99,7 +99,7 @@ def test_a_recording_that_ends_too_early_gives_what_it_has(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-def test_damaged_recordings_are_refused_or_read(tmp_path: Path) -> None:
+def test_damaged_recordings_are_rejected_or_read(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     for mcap in (True, False):
         folder = bag(tmp_path / f"bag{mcap}", ("/joint_states", JOINTS), mcap=mcap)
@@ -117,7 +117,7 @@ def test_damaged_recordings_are_refused_or_read(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("compression", ["zstd", "lz4"])
-def test_a_chunk_that_unpacks_to_too_much_is_refused(compression: str, tmp_path: Path) -> None:
+def test_chunk_that_unpacks_to_too_many_bytes_is_rejected(compression: str, tmp_path: Path) -> None:
     """Whether it says so of itself or not."""
     import lz4.frame
     import zstandard
@@ -145,7 +145,7 @@ def test_a_chunk_that_unpacks_to_too_much_is_refused(compression: str, tmp_path:
         ("RECORDING", 12_000, "larger than"),
     ],
 )
-def test_a_folder_of_more_than_memory_holds_is_refused(
+def test_folder_with_too_much_data_is_rejected(
     name: str, most: int, what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its files count together."""
@@ -159,7 +159,7 @@ def test_a_folder_of_more_than_memory_holds_is_refused(
         read_joint_states(folder)
 
 
-def test_a_folder_of_many_publishers_is_refused(tmp_path: Path) -> None:
+def test_folder_with_many_publishers_is_rejected(tmp_path: Path) -> None:
     names = [(f"joint_{k}",) for k in range(17)]
     folder = bag(
         tmp_path / "bag", *(("/joint_states", each * k) for each in names for k in range(60))
@@ -178,7 +178,7 @@ LARGE = "data AS (zeroblob(1000000 + 0 * topic_id))"
 @pytest.mark.parametrize(
     "messages", [f"VIEW messages AS {ENDLESS}", f"TABLE messages(topic_id, timestamp, {LARGE})"]
 )
-def test_sql_in_a_database_is_not_run(messages: str, tmp_path: Path) -> None:
+def test_sql_in_a_database_is_not_executed(messages: str, tmp_path: Path) -> None:
     with contextlib.closing(sqlite3.connect(tmp_path / "a.db3")) as database, database:
         database.execute("CREATE TABLE topics(id, name, type, serialization_format)")
         topic = (1, "/joint_states", "sensor_msgs/msg/JointState", "cdr")
@@ -190,7 +190,7 @@ def test_sql_in_a_database_is_not_run(messages: str, tmp_path: Path) -> None:
         read_joint_states(tmp_path / "a.db3")
 
 
-def test_a_search_without_end_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_endless_query_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Statistics that say there is one topic lead SQLite to look at all for each message."""
     monkeypatch.setattr(recorded_messages, "_ROUNDS", 3)
     with contextlib.closing(sqlite3.connect(tmp_path / "a.db3")) as database, database:

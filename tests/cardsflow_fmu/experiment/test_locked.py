@@ -99,19 +99,17 @@ def test_ways_to_say_it(table: str, value: str, kept: int, tmp_path: Path) -> No
         ),
     ],
 )
-def test_what_cannot_be_locked_is_told(
-    table: str, value: str, message: str, tmp_path: Path
-) -> None:
+def test_invalid_lock_is_reported(table: str, value: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=message):
         locked(tmp_path, table, value)
 
 
-def test_a_robot_that_is_locked_as_a_whole_is_refused(tmp_path: Path) -> None:
+def test_completely_locked_robot_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no movable joint"):
         locked(tmp_path, **{"robot.joints.joint_1.locked": True})
 
 
-def test_trajectories_of_the_robots_file_lose_what_is_locked(tmp_path: Path) -> None:
+def test_trajectories_of_the_robot_file_omit_locked_coordinates(tmp_path: Path) -> None:
     """CASPR's trajectories move all joints; of those that are left, they are the same."""
     named = {"reference": {"trajectory": "simple_joint_motion"}}
     first = {**named, "robot.joints.joint_2.locked": False, "robot.joints.joint_1.locked": True}

@@ -54,7 +54,7 @@ def ports(model: Any, causality: str) -> dict[str, str]:
     return {port.name: port.unit for port in model.ports if port.causality == causality}
 
 
-def test_the_ports_of_ideal_cables_are_those_that_they_were() -> None:
+def test_ports_of_ideal_cables_are_unchanged() -> None:
     plant, controller = PlantModel(arm()), ControllerModel(arm())
     assert list(ports(plant, "input")) == [
         *(f"f.cable_{k}" for k in (1, 2, 3, 4)),
@@ -87,7 +87,7 @@ def test_muscles_with_laws_have_commands_tensions_and_states_with_units() -> Non
     assert list(given)[:6] == [*(f"f.cable_{k}" for k in (1, 2, 3, 4)), "u.cable_1", "u.cable_3"]
 
 
-def test_states_of_one_kind_stand_together() -> None:
+def test_states_of_one_kind_are_adjacent() -> None:
     elastic = HILL | {"kind": "hill_millard2012", "elastic_tendon": 1.0}
     models = {f"muscles.cable_{k}.model": elastic for k in (1, 3)}
     names = list(ports(PlantModel(arm(models)), "output"))
@@ -178,7 +178,7 @@ def test_the_run_begins_with_muscles_that_hold_the_robot() -> None:
     assert np.abs(result["u.cable_1"] - result["u.cable_1"][0]).max() < 50.0
 
 
-def test_an_experiment_with_models_travels_and_reads_back_as_the_same(tmp_path: Path) -> None:
+def test_experiment_with_muscle_laws_is_packed_and_reads_back_as_the_same(tmp_path: Path) -> None:
     settings = {
         "plant.integrator": "rk4",
         "plant.substeps": 2,
@@ -208,7 +208,7 @@ def test_a_model_by_name_keeps_the_robots_own_parameters() -> None:
     assert ideal.muscle("biceps").model.kind == "ideal"
 
 
-def test_a_published_set_of_parameters_goes_by_its_name() -> None:
+def test_published_parameters_are_selected_by_name() -> None:
     own = {"preset": "roboy_myo_muscle", "rest_length": 0.7, "stiffness": 1e4}
     settings = {"muscles.cable_1.model": "roboy_test_bench", "muscles.cable_2.model": own}
     first, second, *_ = arm(settings).robot.muscles
@@ -226,7 +226,7 @@ def test_a_finding_about_a_muscle_names_it() -> None:
 
 
 @pytest.mark.parametrize("settings", [MIXED, DRIVEN])
-def test_models_go_back_bit_by_bit(settings: dict[str, Any]) -> None:
+def test_models_restore_their_state_bit_by_bit(settings: dict[str, Any]) -> None:
     experiment = arm(settings, {"controller.observer": 20.0, "controller.delay": 1})
     plant, controller = PlantModel(experiment), ControllerModel(experiment)
 

@@ -48,6 +48,6 @@ def test_norm_and_pretension_are_the_same_in_every_engine(through: str, norm: An
         np.testing.assert_allclose(other[name], one[name], rtol=1e-6)
 
 
-def test_a_norm_is_written_as_it_is_read() -> None:
+def test_written_norm_reads_back_as_the_same() -> None:
     for norm in (1.0, 4.0, "infinity"):
         assert experiment_data(experiment(norm=norm))["controller"]["norm"] == norm

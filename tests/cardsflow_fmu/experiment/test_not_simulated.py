@@ -16,7 +16,9 @@ SPRING = CableModel("linear_spring", (("K", 2000.0),))
 
 
 @pytest.mark.slow
-def test_springs_in_cables_are_told_with_their_size(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_springs_in_cables_are_reported_with_their_stiffness(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
     robot = planar_2r()
     muscles = [replace(m, model=SPRING) for m in robot.muscles]
     write_caspr(robot.with_muscles(muscles), tmp_path / "robot")
@@ -51,7 +53,7 @@ def test_a_robot_that_cannot_be_simulated_is_shown(tmp_path: Path, cardsflow: Co
     assert f"{problem} cannot be simulated" in cardsflow.refused("init", tmp_path / "robot")
 
 
-def test_a_mass_that_is_too_far_for_numbers_is_told(tmp_path: Path, cardsflow: CommandLine) -> None:
+def test_too_distant_mass_is_reported(tmp_path: Path, cardsflow: CommandLine) -> None:
     robot = planar_2r()
     links = [replace(k, inertia=replace(k.inertia, com=(-1e308, 1e308, 1.0))) for k in robot.links]
     write_sdf(replace(robot, links=tuple(links)), tmp_path / "robot")
@@ -61,5 +63,5 @@ def test_a_mass_that_is_too_far_for_numbers_is_told(tmp_path: Path, cardsflow: C
     assert "its inertia is not finite" in out
 
 
-def test_ideal_cables_are_no_news(cardsflow: CommandLine) -> None:
+def test_ideal_cables_have_no_note(cardsflow: CommandLine) -> None:
     assert cardsflow.json("info", PLANAR_2R / "robot")["not_simulated"] == []

@@ -71,13 +71,13 @@ def with_law(folder: Path, name: str, **settings: Any) -> Experiment:
 
 
 @pytest.mark.slow
-def test_it_controls_as_ours_with_the_same_gains(folder: Path) -> None:
+def test_custom_controller_equals_the_built_in_one_with_equal_gains(folder: Path) -> None:
     ours = simulate(Experiment.load(folder, {"run.duration": 0.2}), coupling="direct")
     own = simulate(with_law(folder, "Stiff"), coupling="direct")
     np.testing.assert_allclose(own["q.joint_1"], ours["q.joint_1"], atol=1e-12)
 
 
-def test_forces_alone_are_held_at_the_bounds(folder: Path) -> None:
+def test_only_forces_are_clipped_at_the_limits(folder: Path) -> None:
     result = simulate(with_law(folder, "Forces"), coupling="direct")
     assert (result["f.cable_1"][1:] == 20.0).all()
     assert (result["f.cable_2"][1:] == 100.0).all()
@@ -85,7 +85,7 @@ def test_forces_alone_are_held_at_the_bounds(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_it_travels_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
+def test_custom_law_is_packed_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
     experiment = with_law(folder, "Stiff")
     direct = simulate(experiment, coupling="direct")
     result = run(experiment, tmp_path / "out", coupling="fmu")
@@ -97,7 +97,7 @@ def test_it_travels_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
         assert law.file.read_text() == CODE
 
 
-def test_no_file_from_elsewhere_travels(folder: Path, tmp_path: Path) -> None:
+def test_no_file_outside_the_allowed_folders_is_packed(folder: Path, tmp_path: Path) -> None:
     """As no mesh does, unless whoever runs it has named it."""
     (tmp_path / "secret.py").write_text(CODE)
     text = (folder / "experiment.toml").read_text()
@@ -113,7 +113,7 @@ def test_loading_runs_nothing(folder: Path) -> None:
     assert not (folder / "ran").exists()
 
 
-def test_one_in_task_space_says_so(folder: Path) -> None:
+def test_custom_controller_in_task_space_requires_a_space(folder: Path) -> None:
     arm = folder.parent / "roboy"
     shutil.copytree(EXAMPLES / "roboy_left_arm", arm, ignore=shutil.ignore_patterns("results"))
     shutil.copy(folder / "mine.py", arm)
@@ -138,7 +138,7 @@ def test_one_in_task_space_says_so(folder: Path) -> None:
         ("Stif", InputError, "no class 'Stif'; did you mean 'Stiff'?"),
     ],
 )
-def test_what_it_does_wrong_is_one_line_with_the_place(
+def test_error_during_a_run_is_one_line_with_file_and_line(
     folder: Path, name: str, error: type[CardsflowError], message: str
 ) -> None:
     with pytest.raises(error) as caught:

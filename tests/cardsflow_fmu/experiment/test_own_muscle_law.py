@@ -109,7 +109,7 @@ def test_a_shipped_law_written_in_python_gives_its_results(
             np.testing.assert_allclose(own[name], shipped[name], rtol=1e-9, atol=1e-9, err_msg=name)
 
 
-def test_a_passive_one_takes_no_command(folder: Path) -> None:
+def test_passive_muscle_has_no_command(folder: Path) -> None:
     result = simulate(with_law(folder, "mine.py:Spring", "cable_1"), coupling="direct")
     assert "u.cable_1" not in result.names
     expected = np.maximum(100.0 * (result["l.cable_1"] - 0.5), 0.0)
@@ -117,7 +117,7 @@ def test_a_passive_one_takes_no_command(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_it_travels_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
+def test_custom_law_is_packed_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
     experiment = with_law(folder, OWN)
     direct = simulate(experiment, coupling="direct")
     result = run(experiment, tmp_path / "out", compute="python")
@@ -129,7 +129,7 @@ def test_it_travels_in_fmus_and_results(folder: Path, tmp_path: Path) -> None:
         assert Path(own.file).read_text() == CODE
 
 
-def test_no_file_from_elsewhere_travels(folder: Path, tmp_path: Path) -> None:
+def test_no_file_outside_the_allowed_folders_is_packed(folder: Path, tmp_path: Path) -> None:
     """As no mesh does, unless whoever runs it has named it."""
     (tmp_path / "secret.py").write_text(CODE)
     with (folder / "experiment.toml").open("a") as file:
@@ -155,7 +155,7 @@ def test_loading_runs_nothing(folder: Path) -> None:
         ),
     ],
 )
-def test_what_is_in_c_alone_refuses_it_by_name(
+def test_c_only_features_reject_a_custom_law_by_name(
     folder: Path, tmp_path: Path, words: list[str], message: str, cardsflow: CommandLine
 ) -> None:
     model = 'muscles."*".model={kind="mine.py:Elastic", parameters={k=2000.0}}'
@@ -185,7 +185,7 @@ def test_what_is_in_c_alone_refuses_it_by_name(
     ],
     ids=str,
 )
-def test_what_is_wrong_is_one_line_with_the_place(folder: Path, model: Any, message: str) -> None:
+def test_error_is_one_line_with_file_and_line(folder: Path, model: Any, message: str) -> None:
     with pytest.raises(CardsflowError) as caught:
         simulate(with_law(folder, model), coupling="direct")
     assert message in str(caught.value)

@@ -100,7 +100,7 @@ def test_the_driven_joint_follows_while_the_passive_one_swings(
     np.testing.assert_allclose(result["q.wrist"], other["q.wrist"], atol=2e-4)
 
 
-def test_what_cannot_be_passive_is_refused(tmp_path: Path) -> None:
+def test_invalid_passive_coordinate_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"passive: requires .* 'joint_space' .*, not 'lyapunov'"):
         experiment(tmp_path, **{"controller.type": "lyapunov"})
     with pytest.raises(InputError, match=r"controller\.passive: must leave at least one"):

@@ -18,7 +18,7 @@ def f_max(experiment: Experiment) -> dict[str, float]:
     return {muscle.name: muscle.f_max for muscle in experiment.robot.muscles}
 
 
-def test_a_pattern_is_for_all_muscles_that_it_fits() -> None:
+def test_pattern_applies_to_all_matching_muscles() -> None:
     bounds = f_max(Experiment.load(ARM, {"muscles.triceps_*.f_max": 321.0}))
     assert {name for name, bound in bounds.items() if bound == 321.0} == {
         "triceps_lateral",
@@ -29,14 +29,14 @@ def test_a_pattern_is_for_all_muscles_that_it_fits() -> None:
     assert set(bounds.values()) == {60.0}
 
 
-def test_a_name_counts_more_than_a_pattern() -> None:
+def test_name_has_precedence_over_a_pattern() -> None:
     tables = {"cable_2": {"f_max": 70.0}, "*": {"f_max": 50.0, "f_min": 5.0}}
     experiment = Experiment.load(PLANAR_2R, {"muscles": tables})
     assert f_max(experiment) == {"cable_1": 50.0, "cable_2": 70.0, "cable_3": 50.0, "cable_4": 50.0}
     assert {muscle.f_min for muscle in experiment.robot.muscles} == {5.0}
 
 
-def test_a_pattern_that_is_set_later_counts_more_than_a_name_of_the_file() -> None:
+def test_pattern_of_a_setting_has_precedence_over_a_name_in_the_file() -> None:
     """As `--set` does over what the file says."""
     settings = {"muscles": {"cable_2": {"f_max": 70.0}}, "muscles.cable_*.f_max": 50.0}
     assert set(f_max(Experiment.load(PLANAR_2R, settings)).values()) == {50.0}
@@ -73,7 +73,7 @@ def test_one_table_gives_every_muscle_fibres_at_their_optimum() -> None:
     assert np.all(plant.tensions < 0.05 * 400.0)  # neither active nor stretched
 
 
-def test_numbers_travel_and_not_what_they_came_from() -> None:
+def test_packed_parameters_are_numbers_instead_of_expressions() -> None:
     settings = {"muscles": {"*": {"f_max": 400.0, "model": "hill_from_path"}}}
     data = experiment_data(Experiment.load(ARM, settings))
     assert set(data["muscles"]) == {m.name for m in Experiment.load(ARM).robot.muscles}

@@ -39,7 +39,7 @@ def write_csv(file: Path, header: str, rows: np.ndarray, delimiter: str = ",") -
         ("time,joint_1,joint_2", [T + 17.5, Q[:, 0], Q[:, 1]], ","),
     ],
 )
-def test_columns_of_a_csv_go_by_their_names(
+def test_columns_of_a_csv_are_read_by_name(
     tmp_path: Path, header: str, rows: list[np.ndarray], delimiter: str
 ) -> None:
     if len(rows) < 3:
@@ -78,7 +78,7 @@ def test_arrays_of_numpy(tmp_path: Path) -> None:
         np.testing.assert_allclose(followed({"samples": samples}), Q, atol=1e-7)
 
 
-def test_velocities_and_accelerations_that_are_there_are_taken() -> None:
+def test_existing_velocities_and_accelerations_are_used() -> None:
     qd, qdd = np.gradient(Q, T, axis=0), 3.0 + 0.0 * Q
     experiment = Experiment.load(PLANAR_2R, {"reference": {"samples": np.c_[T, Q, qd, qdd]}})
     point = SplineReference(experiment.reference.curve).evaluate(float(T[7]))  # type: ignore[arg-type]
@@ -95,7 +95,7 @@ def test_task_coordinates_are_followed_in_task_space(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_it_travels_in_fmus_and_runs_in_c() -> None:
+def test_setting_is_packed_in_fmus_and_runs_in_c() -> None:
     experiment = Experiment.load(
         PLANAR_2R, {"reference": {"samples": np.c_[T, Q]}, "run.duration": 0.2}
     )
@@ -123,7 +123,7 @@ def test_the_run_lasts_to_the_first_step_after_the_recording() -> None:
         ("time,joint_1,joint_2", (4, 0, 0.0), "the time goes back after row 4"),
     ],
 )
-def test_what_is_wrong_is_one_line_with_the_place(
+def test_error_is_one_line_with_file_and_line(
     tmp_path: Path, header: str, change: tuple[int, int, float] | None, message: str
 ) -> None:
     rows = np.c_[T, Q]
@@ -138,13 +138,13 @@ def test_what_is_wrong_is_one_line_with_the_place(
     assert "\n" not in text
 
 
-def test_a_pickle_is_never_run(tmp_path: Path) -> None:
+def test_pickle_is_never_executed(tmp_path: Path) -> None:
     np.save(tmp_path / "motion.npy", np.array([{"time": 0.0}], dtype=object), allow_pickle=True)
     with pytest.raises(InputError, match=r"motion\.npy: is not a valid NumPy file"):
         followed({"file": str(tmp_path / "motion.npy")})
 
 
-def test_a_signalling_nan_is_no_number_like_others(tmp_path: Path) -> None:
+def test_signalling_nan_is_handled_like_other_nans(tmp_path: Path) -> None:
     rows = np.c_[T, Q]
     rows.view(np.uint64)[4, 1] = 0x7FF0000000000001
     np.save(tmp_path / "motion.npy", rows)

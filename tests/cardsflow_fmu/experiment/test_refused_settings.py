@@ -302,7 +302,7 @@ ROWS = [
 
 
 @pytest.mark.parametrize(("example", "settings", "message"), ROWS)
-def test_it_is_one_line_with_file_and_key(
+def test_invalid_setting_is_one_line_with_file_and_key(
     example: str, settings: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(CardsflowError) as caught:

@@ -47,7 +47,7 @@ def errors(kind: str, data: dict[str, Any]) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", VALIDATORS)
-def test_a_schema_is_one(kind: str) -> None:
+def test_schema_is_a_valid_json_schema(kind: str) -> None:
     Draft202012Validator.check_schema(schema(kind))
 
 
@@ -57,7 +57,7 @@ def test_every_examples_experiment_fits_the_schema(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("folder", EXPERIMENTS, ids=lambda folder: folder.name)
-def test_what_is_written_of_an_experiment_fits_the_schema(folder: Path) -> None:
+def test_written_experiment_matches_the_schema(folder: Path) -> None:
     data = experiment_data(Experiment.load(folder, {}))
     assert errors("experiment", data) == []
 
@@ -112,7 +112,7 @@ def read_data(data: dict[str, Any], file: Path) -> None:
 
 
 @pytest.mark.parametrize("path", list(tables(EXPERIMENT)), ids=written)
-def test_an_unknown_key_is_refused_by_schema_and_reader(path: Path_) -> None:
+def test_unknown_key_is_rejected_by_schema_and_reader(path: Path_) -> None:
     file = PLANAR_2R / "experiment.toml"
     data = with_key(content(file), path, "nonsense", 1.0)
     with pytest.raises(UnknownNameError, match="no key 'nonsense'") as caught:
@@ -125,7 +125,7 @@ def test_an_unknown_key_is_refused_by_schema_and_reader(path: Path_) -> None:
     assert errors("experiment", data)
 
 
-def test_of_a_long_key_the_begin_is_quoted() -> None:
+def test_message_quotes_the_begin_of_a_long_key() -> None:
     file = PLANAR_2R / "experiment.toml"
     with pytest.raises(UnknownNameError) as caught:
         read_data(with_key(content(file), ("controller",), "k" * 5000, 1.0), file)
@@ -133,7 +133,7 @@ def test_of_a_long_key_the_begin_is_quoted() -> None:
 
 
 @pytest.mark.parametrize("path", list(tables(STUDY)), ids=written)
-def test_an_unknown_key_of_a_study_is_refused_by_both(path: Path_) -> None:
+def test_unknown_key_of_a_study_is_rejected_by_schema_and_reader(path: Path_) -> None:
     file = STUDIES[0]
     data = with_key(content(file), path, "nonsense", 1.0)
     with pytest.raises(UnknownNameError, match="no key 'nonsense'"):
@@ -226,7 +226,7 @@ LEAVES = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: written(x) or "top")
-def test_the_reader_looks_at_every_key_of_the_schema(place: Path_, key: str) -> None:
+def test_reader_checks_every_key_of_the_schema(place: Path_, key: str) -> None:
     operational = OPERATIONAL & {key, *map(str, place)}
     folder = EXAMPLES / ("roboy_left_arm" if operational else "planar_2r")
     file = folder / "experiment.toml"
@@ -268,7 +268,7 @@ def mutated(data: Any, path: Path_ = ()) -> Iterator[tuple[Path_, Any]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["planar_2r", "hill_arm", "pick_up"])
-def test_what_the_reader_takes_the_schema_takes(name: str) -> None:
+def test_schema_accepts_all_that_the_reader_accepts(name: str) -> None:
     """An editor never marks what runs: values of every kind, at every place."""
     file = EXAMPLES / name / "experiment.toml"
     data = content(file)
@@ -296,7 +296,7 @@ def test_names_in_settings_are_those_that_are_known() -> None:
     assert MAX_SUBSTEPS == plant.MAX_SUBSTEPS
 
 
-def test_defaults_that_the_schema_tells_change_nothing() -> None:
+def test_defaults_of_the_schema_change_nothing() -> None:
     """Written out, every default of [plant], [run] and [controller] gives the same experiment."""
     plain = Experiment.load(PLANAR_2R, {})
     joint = {"ki", "observer", "delay", "predict", "muscle_horizon"}
@@ -310,7 +310,7 @@ def test_defaults_that_the_schema_tells_change_nothing() -> None:
     assert experiment_data(Experiment.load(PLANAR_2R, settings)) == experiment_data(plain)
 
 
-def test_all_wrong_keys_and_values_of_a_file_are_said_at_once() -> None:
+def test_all_invalid_keys_and_values_of_a_file_are_reported_together() -> None:
     """A line each with file and full key; unknown keys first, and nothing of what they lead to."""
     wrong = {
         "run.step": "x",
@@ -345,7 +345,7 @@ ODD: tuple[Any, ...] = (
 @pytest.mark.cases(65)
 @pytest.mark.slow
 @pytest.mark.parametrize(("place", "key"), LEAVES, ids=lambda x: written(x) or "top")
-def test_odd_values_are_read_or_refused_in_lines_with_the_file(place: Path_, key: str) -> None:
+def test_odd_values_are_read_or_rejected_with_the_file(place: Path_, key: str) -> None:
     """No trace, and no words of the library, whatever is given."""
     file = PLANAR_2R / "experiment.toml"
     path = tuple("cable_1" if part == "name" else part for part in place)

@@ -34,7 +34,7 @@ def load(world: dict[str, Any] | None = None, **settings: Any) -> Experiment:
     return Experiment.load(PLANAR_2R, SHORT | given | settings)
 
 
-def test_without_a_world_nothing_is_new() -> None:
+def test_experiment_without_world_has_no_world_ports() -> None:
     """Same ports, and no word of a world in what travels."""
     plain = load()
     assert plain.scene is None
@@ -43,7 +43,7 @@ def test_without_a_world_nothing_is_new() -> None:
     assert not [n for n in names if n.startswith(("contact.", "object.")) or n.endswith(".tx")]
 
 
-def test_a_world_of_nothing_leaves_every_result_as_it_was() -> None:
+def test_empty_world_does_not_change_results() -> None:
     """In the same engine, which a world chooses."""
     alone = load()
     in_dart = replace(alone, plant=alone.plant.replaced(engine="dart"))
@@ -97,7 +97,7 @@ def test_every_key_is_read(tmp_path: Path) -> None:
     assert scene.mesh_folder == (PLANAR_2R / "robot").resolve()
 
 
-def test_all_links_that_collide_report_unless_others_are_named() -> None:
+def test_all_colliding_links_report_contacts_by_default() -> None:
     scene = load({"links": "capsules"}).scene
     assert scene is not None
     assert scene.reported == ("link_1", "link_2")
@@ -121,7 +121,7 @@ def test_an_experiment_in_a_world_reads_back_as_the_same(tmp_path: Path) -> None
     assert experiment_data(second) == experiment_data(first)
 
 
-def test_ports_tell_contacts_objects_and_wrenches_with_units() -> None:
+def test_contacts_objects_and_wrenches_are_ports_with_units() -> None:
     experiment = load(
         {"links": "capsules", "contacts": ["link_2"], "objects": [BALL]},
         **{"plant.wrenches": ["link_2"]},
@@ -140,7 +140,7 @@ def falling() -> dict[str, Any]:
 
 
 @pytest.mark.slow
-def test_a_ball_falls_and_rests_beside_the_arm_in_fmus_as_without() -> None:
+def test_ball_comes_to_rest_next_to_the_arm_with_and_without_fmus() -> None:
     experiment = load(falling(), **{"run.duration": 1.2})
     direct, fmu = (simulate(experiment, **WAYS[way]) for way in ("direct", "python"))
     names = [n for n in direct.names if n != "solve_time"]
@@ -160,7 +160,7 @@ def test_a_ball_falls_and_rests_beside_the_arm_in_fmus_as_without() -> None:
 
 
 @pytest.mark.slow
-def test_a_world_and_its_meshes_travel_in_the_fmus(tmp_path: Path) -> None:
+def test_world_and_its_meshes_are_packed_in_fmus(tmp_path: Path) -> None:
     mesh = write_box_mesh(tmp_path)
     die = DIE | {"file": str(mesh), "position": [4, 0, 0.8]}
     world = falling() | {"objects": [BALL, die]}
@@ -182,7 +182,7 @@ def test_a_world_and_its_meshes_travel_in_the_fmus(tmp_path: Path) -> None:
     assert expected["object.die.z"][-1] < 0.8
 
 
-def test_a_wrench_is_an_input_that_wiring_can_reach() -> None:
+def test_wrench_is_an_input_that_wiring_can_connect() -> None:
     settings = {"plant.wrenches": ["link_2"], "wiring.plant": {"w.link_2.ty": 5.0}}
     pushed, free = load(**settings), load(**{"plant.wrenches": ["link_2"]})
     moved = simulate(pushed, coupling="direct")["q.joint_2"]
@@ -275,7 +275,7 @@ def test_robots_travel_in_fmus_and_read_back(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_two_robots_meet_in_a_world(tmp_path: Path) -> None:
+def test_two_robots_collide_in_a_world(tmp_path: Path) -> None:
     """The right arm stands where the left one is going to: they touch."""
     data = two_arms(world={"links": "capsules", "capsule_radius": 0.05})
     data["robots"][1]["position"] = [1.2, 0.0, 0.0]
@@ -287,7 +287,7 @@ def test_two_robots_meet_in_a_world(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_an_sdf_worlds_objects_stand_in_the_world(tmp_path: Path) -> None:
+def test_objects_of_an_sdf_world_are_in_the_world(tmp_path: Path) -> None:
     (tmp_path / "scene.world").write_text(
         "<sdf version='1.6'><world name='w'><model name='table'><static>1</static>"
         "<pose>3 0 0.4 0 0 0</pose><link name='l'><collision name='c'><geometry><box>"
@@ -321,7 +321,7 @@ BAD_ROBOTS: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
 
 
 @pytest.mark.parametrize("case", BAD_ROBOTS)
-def test_bad_robots_are_refused(case: str, tmp_path: Path) -> None:
+def test_invalid_robots_are_rejected(case: str, tmp_path: Path) -> None:
     change, message = BAD_ROBOTS[case]
     data = two_arms()
     change(data)
@@ -329,7 +329,7 @@ def test_bad_robots_are_refused(case: str, tmp_path: Path) -> None:
         written(tmp_path, data)
 
 
-def test_a_mesh_that_is_none_is_named_when_the_plant_is_made(tmp_path: Path) -> None:
+def test_invalid_mesh_is_reported_when_the_plant_is_created(tmp_path: Path) -> None:
     (tmp_path / "bad.stl").write_bytes(b"nonsense")
     die = DIE | {"file": str(tmp_path / "bad.stl")}
     with pytest.raises(InputError, match=r"bad.stl: "):

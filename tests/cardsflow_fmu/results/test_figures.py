@@ -38,7 +38,7 @@ def many(tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_the_ten_largest_are_drawn_and_the_others_counted(
+def test_ten_largest_curves_are_drawn_and_the_others_are_counted(
     many: Path, cardsflow: CommandLine, tmp_path: Path
 ) -> None:
     assert cardsflow("plot", many, "-o", tmp_path / "f.svg", "--panels", "forces")[0] == 0

@@ -137,20 +137,20 @@ REFUSED: dict[str, tuple[Change, str, tuple[str, ...]]] = {
     "no zip": (lambda f: (f / "experiment.zip").unlink(), "has no experiment.zip", WITH_ROBOT),
     "zip folder": (as_folder("experiment.zip"), "has no experiment.zip", WITH_ROBOT),
     "summary": (note("summary.json", "{"), "summary.json: is not valid JSON", ANY),
-    "list": (note("summary.json", "[]"), "summary.json: is not what a run writes", ANY),
-    "nothing": (note("summary.json", "{}"), "summary.json: status: is not what", ANY),
+    "list": (note("summary.json", "[]"), "summary.json: is invalid", ANY),
+    "nothing": (note("summary.json", "{}"), "summary.json: status: is invalid", ANY),
     "deep": (note("summary.json", '{"a":' * 50_000), "nested too deeply", ANY),
-    "status": (noted(status=5), "status: is not what", ANY),
-    "tracking": (noted(tracking=7), "tracking: is not what", ANY),
-    "rms": (noted(tracking={"rms": "x"}), "tracking.rms: is not what", ANY),
-    "signal": (noted(tracking={"per_signal": {"q": 5}}), "per_signal: is not what", ANY),
-    "muscle": (noted(forces={"per_muscle": {"m": {}}}), "per_muscle: is not what", ANY),
-    "engine": (noted(engine=["core"]), "engine: is not what", ANY),
-    "hardware": (noted(hardware=[1]), "hardware: is not what", ANY),
-    "round trip": (noted(hardware={"round_trip": 3}), "hardware.round_trip: is not", ANY),
-    "lateness": (noted(real_time={"lateness": [1]}), "real_time.lateness: is not", ANY),
-    "versions": (noted(versions=[]), "versions: is not what", ANY),
-    "units": (note("results.units.json", '{"time": 5}'), "time: is not what", ANY),
+    "status": (noted(status=5), "status: is invalid", ANY),
+    "tracking": (noted(tracking=7), "tracking: is invalid", ANY),
+    "rms": (noted(tracking={"rms": "x"}), "tracking.rms: is invalid", ANY),
+    "signal": (noted(tracking={"per_signal": {"q": 5}}), "per_signal: is invalid", ANY),
+    "muscle": (noted(forces={"per_muscle": {"m": {}}}), "per_muscle: is invalid", ANY),
+    "engine": (noted(engine=["core"]), "engine: is invalid", ANY),
+    "hardware": (noted(hardware=[1]), "hardware: is invalid", ANY),
+    "round trip": (noted(hardware={"round_trip": 3}), "hardware.round_trip: is invalid", ANY),
+    "lateness": (noted(real_time={"lateness": [1]}), "real_time.lateness: is invalid", ANY),
+    "versions": (noted(versions=[]), "versions: is invalid", ANY),
+    "units": (note("results.units.json", '{"time": 5}'), "time: is invalid", ANY),
     "no units": (lambda f: (f / "results.units.json").unlink(), "results.units.json", ANY),
     "times": (note("solve_times.csv", "time,solve_time\nx,y\n"), "solve_times.csv", ANY),
     "one time column": (note("solve_times.csv", "time\n1\n"), "times of ticks", ANY),
@@ -158,7 +158,7 @@ REFUSED: dict[str, tuple[Change, str, tuple[str, ...]]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_is_wrong_is_reported_in_one_line(
+def test_invalid_results_are_reported_in_one_line(
     case: str, results: Path, tmp_path: Path, cardsflow: CommandLine
 ) -> None:
     change, message, names = REFUSED[case]

@@ -54,10 +54,10 @@ def test_a_folder_gives_back_what_was_run(finished: tuple[Path, Result]) -> None
         ("results.csv", b"\xff\xfe", "is not a table of results"),
         ("summary.json", None, r"summary\.json: cannot be read"),
         ("summary.json", b"{", "is not valid JSON"),
-        ("results.units.json", b"[]", "is not what a run writes"),
+        ("results.units.json", b"[]", "is invalid"),
     ],
 )
-def test_damaged_folders_say_what_is_wrong(
+def test_damaged_results_folders_are_reported(
     finished: tuple[Path, Result], tmp_path: Path, name: str, content: bytes | None, words: str
 ) -> None:
     shutil.copytree(finished[0], tmp_path, dirs_exist_ok=True)
@@ -68,7 +68,9 @@ def test_damaged_folders_say_what_is_wrong(
         pass
 
 
-def test_an_archive_does_not_write_elsewhere(finished: tuple[Path, Result], tmp_path: Path) -> None:
+def test_archive_does_not_write_outside_of_its_folder(
+    finished: tuple[Path, Result], tmp_path: Path
+) -> None:
     shutil.copytree(finished[0], tmp_path, dirs_exist_ok=True)
     with zipfile.ZipFile(tmp_path / EXPERIMENT, "w") as archive:
         archive.writestr("../evil", "")

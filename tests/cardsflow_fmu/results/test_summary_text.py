@@ -16,7 +16,7 @@ from cardsflow_fmu.simulation.run import simulate
 NUMBER = r"[-+0-9.e]+"
 
 
-def test_no_rms_is_above_its_largest_error() -> None:
+def test_rms_is_at_most_the_largest_error() -> None:
     """Each line is about one signal; that of all together says which norm it is."""
     settings = {"run.duration": 0.5}
     text = simulate(Experiment.load(EXAMPLES / "roboy_left_arm", settings)).describe(every=True)
@@ -26,7 +26,7 @@ def test_no_rms_is_above_its_largest_error() -> None:
     assert "tracking    RMS tracking error " in text
 
 
-def test_the_worst_five_and_all_when_asked() -> None:
+def test_worst_five_signals_and_all_with_verbose() -> None:
     result = simulate(Experiment.load(EXAMPLES / "roboy_left_arm", {"run.duration": 0.1}))
     peaks = {n: m["max"] for n, m in result.summary["forces"]["per_muscle"].items()}
     worst = sorted(peaks, key=lambda name: -peaks[name])
@@ -49,7 +49,7 @@ def test_files_are_one_line_and_the_next_command_follows(
 
 
 @pytest.mark.parametrize("where", ["robot", "robot/model.sdf"])
-def test_a_robot_is_no_experiment_and_the_message_says_what_makes_one(where: str) -> None:
+def test_message_for_a_robot_suggests_init(where: str) -> None:
     path = EXAMPLES / "hill_arm" / where
     with pytest.raises(
         InputError, match=rf"is a robot; create an experiment: `cardsflow init {path} "

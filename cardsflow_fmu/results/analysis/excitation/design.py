@@ -39,7 +39,7 @@ READ = 1e-3
 
 _ROWS = round(WINDOW / GRID) + 1
 _FIRST = 10
-"""Row of a span at which its window begins, one a span while it is designed."""
+"""First row of the window of a span."""
 
 _MAX_STEP = 4e-3
 _MAX_SPANS = 1000
@@ -48,22 +48,22 @@ _MAX_SPEED = 100.0
 _SWEEPS = 6
 _TRIES = 4
 _WORK = 1.2e5
-"""Windows times parameters of all tries: of robots with many numbers less is tried."""
+"""Limit of windows times parameters of all tries."""
 
 _REFINED = 80
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """A motion, and what a recording of it would tell.
+    """Motion, and the information of a recording of it.
 
     Attributes:
         motion: At times `GRID` apart, from rest to rest.
-        forces: Least forces that make it, shape (T, m), in [N].
-        parameters: What it is to identify.
-        information: H by readings with `NOISE` at `READ`, in units of the prior's deviations.
+        forces: Minimum forces of the motion, shape (T, m), in [N].
+        parameters: Parameters to identify.
+        information: H by readings with `NOISE` at `READ`, scaled by the prior standard deviations.
         prior: H0, shape (P, P).
-        notes: What is to be known besides, a line each.
+        notes: Further notes, one line each.
     """
 
     motion: Motion
@@ -75,7 +75,7 @@ class Excitation:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Of the parameters, with the prior, shape (P, P)."""
+        """Covariance of the parameters with prior, shape (P, P)."""
         sd = np.array([one.sd for one in self.parameters])
         C: FloatArray = np.linalg.inv(self.information + self.prior) * sd[:, None] * sd
         return C
@@ -94,25 +94,27 @@ def excitations(
     speed: float = SPEED,
     seed: int = 0,
 ) -> Iterator[Excitation]:
-    """Design a motion that identifies what is free, and ever smaller ones of its shape.
+    """Yield a motion that identifies parameters, then smaller motions of the same shape.
 
     Args:
-        robot: A valid robot, all of whose coordinates muscles or motors drive.
-        start: Where it begins and ends, which muscles can hold, shape (n,).
-        free: As `free_parameters` takes them.
-        duration: In [s].
-        speed: Largest, in [rad/s]; sliding coordinates have one by the robot's size.
-        seed: Of the tries.
+        robot: A valid robot; muscles or motors drive all coordinates.
+        start: Pose at start and end, which the muscles can hold, shape (n,).
+        free: Patterns of parameters, see `free_parameters`.
+        duration: Duration, in [s].
+        speed: Maximum speed, in [rad/s]; scaled by the robot size for sliding coordinates.
+        seed: Seed of the random search.
 
     Raises:
-        InputError: The robot has closed loops, or the duration or speed is none to design for.
-        CardsflowError: Muscles cannot move it about its start.
+        InputError: The robot has closed loops, or the duration or speed is out of range.
+        CardsflowError: The muscles cannot move the robot from its start.
     """
     if robot.loops:
         raise InputError(f"robot {robot.name!r} has closed loops, which are not supported")
     least, most = 2 * ORDER * KNOTS, _MAX_SPANS * KNOTS
     if not least <= duration <= most:
-        raise InputError(f"must be {least:g} to {most:g} s, not {duration:g}", key="--duration")
+        raise InputError(
+            f"must be from {least:g} to {most:g} s, not {duration:g}", key="--duration"
+        )
     if not 0.0 < speed <= _MAX_SPEED:
         what = f"must be above 0 and at most {_MAX_SPEED:g} rad/s, not {speed:g}"
         raise InputError(what, key="--speed")
@@ -133,12 +135,12 @@ def excitations(
 
 
 class Design:
-    """What motions tell of parameters.
+    """Design of motions by their information on parameters.
 
     Args:
-        motions: Those of the robot.
-        parameters: What is to be identified.
-        priors: What is known of it.
+        motions: Motions of the robot.
+        parameters: Parameters to identify.
+        priors: Priors of the parameters.
     """
 
     def __init__(
@@ -148,7 +150,7 @@ class Design:
         n, m = len(motions.robot.coordinates), len(motions.robot.muscles)
         self._columns = n, m
         noise = np.full(n + m, NOISE)
-        thin = _ROWS * READ / KNOTS  # few readings for all of a span
+        thin = _ROWS * READ / KNOTS  # few measurements represent a whole span
         robot, sd = motions.robot, priors.inertia
         few = noise * np.sqrt(thin)
         self._problem = CalibrationProblem(robot, parameters, few, sd, _MAX_STEP)
@@ -156,7 +158,7 @@ class Design:
         self.prior = self._problem.prior(np.zeros(len(parameters)))[2]
 
     def exchanged(self, points: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Control points of a motion that identifies more."""
+        """Return control points of a motion with more information."""
         motions = self._motions
         none = np.zeros_like(self.prior)
         information = [self._information(points, span) for span in range(motions.spans)]
@@ -180,7 +182,7 @@ class Design:
         return points
 
     def _all_information(self, points: FloatArray, spans: range) -> list[FloatArray] | None:
-        """The information of some spans' windows; None where muscles cannot make the motion."""
+        """Return the information of spans; None if the muscles cannot perform the motion."""
         if np.isnan(self._motions.forces(self._motions.terms(points, spans))).any():
             return None
         found = []
@@ -192,7 +194,7 @@ class Design:
         return found
 
     def _information(self, points: FloatArray, span: int) -> FloatArray | None:
-        """The information of a span's window; None where it cannot be rolled."""
+        """Return the information of a span; None if its simulation fails."""
         motions = self._motions
         motion = motions.rows(points, span, _FIRST, _ROWS + 1)
         forces = motions.forces(motion_terms(motions.dynamics, motion))
@@ -203,7 +205,7 @@ class Design:
         return None if found is None else found[0]
 
     def refined(self, motion: Motion, forces: FloatArray) -> FloatArray:
-        """The information of readings at `READ`, from some windows of the whole motion.
+        """Return the information of measurements at `READ`, from windows of the whole motion.
 
         Raises:
             CardsflowError: The robot diverges within a window.
@@ -222,7 +224,7 @@ class Design:
     def _window(
         self, motion: Motion, forces: FloatArray, first: int, rows: int
     ) -> tuple[Window, FloatArray]:
-        """A window as of a recording, and where it begins."""
+        """Return a window of the motion as a recording, and its initial state."""
         motions, (n, m) = self._motions, self._columns
         T = len(motion.times)
         tensions, torques = np.zeros((T, m)), np.zeros((T, n))
@@ -236,7 +238,7 @@ class Design:
 
 
 def _finer(motion: Motion, forces: FloatArray) -> tuple[Motion, FloatArray]:
-    """A motion at `READ`, cubic between its rows, with forces that change linearly."""
+    """Resample a motion at `READ` with cubic interpolation, and its forces linearly."""
     t = motion.times
     fine = READ * np.arange(round(t[-1] / READ) + 1)
     spline = CubicHermiteSpline(t, motion.q, motion.qd)

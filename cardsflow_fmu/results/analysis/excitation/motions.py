@@ -1,4 +1,4 @@
-"""Splines that a robot can follow: within limits, speeds and the forces of its muscles."""
+"""Splines that a robot can track within joint limits, speeds and force limits."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from sim_dart.estimation.estimated_robot import passive_muscles
 from .spline import GRID, KNOTS, ORDER, PER_SPAN, basis
 
 _MARGIN = 0.05
-"""Of the forces' range that a motion leaves at its upper bound, and of the limits' range."""
+"""Margin to upper force limits and joint limits, as fraction of the range."""
 
 _AT_BOUND = 0.7
-"""Part of the proposals at bounds, and of their coordinates: they identify most."""
+"""Fraction of proposals, and of their coordinates, at bounds; these identify most."""
 
 _SMALLER = 0.8
 _SPARSE = 4
 
 _SLIDE = 0.3
-"""Speed of a sliding coordinate over that of a turning one: of the robot's size."""
+"""Ratio of sliding and rotational speed, as fraction of the robot size."""
 
 _WIDE = 1.5
-"""How far coordinates without a limit go, in [rad], or of the robot's size."""
+"""Range of coordinates without limits, in [rad], or as fraction of the robot size."""
 
 
 class Motions:
-    """Motions that a robot can make.
+    """Motions that a robot can perform.
 
     Args:
         robot: The robot.
-        start: Its pose at rest.
-        spans: Between two knots.
-        speed: Largest, in [rad/s].
+        start: Pose at rest.
+        spans: Number of spans between knots.
+        speed: Maximum speed, in [rad/s].
     """
 
     def __init__(self, robot: Robot, start: FloatArray, spans: int, speed: float) -> None:
@@ -61,15 +61,15 @@ class Motions:
 
     @property
     def free(self) -> range:
-        """Indices of the control points that are not the start."""
+        """Indices of the control points after the start."""
         return range(ORDER, self.spans)
 
     def at_rest(self) -> FloatArray:
-        """Control points of a robot that stays, shape (spans + 5, n)."""
+        """Return control points of a robot at rest, shape (spans + 5, n)."""
         return np.tile(self.start, (self.spans + ORDER, 1))
 
     def proposed(self, points: FloatArray, k: int, rng: np.random.Generator) -> FloatArray:
-        """Another control point k within limits and speeds, mostly at some of them, shape (n,)."""
+        """Draw a control point k within limits and speeds, often at a bound, shape (n,)."""
         near = points[[k - 1, k + 1]]
         low = np.maximum(self._low, near.max(axis=0) - self._step)
         high = np.minimum(self._high, near.min(axis=0) + self._step)
@@ -78,7 +78,7 @@ class Motions:
         return np.asarray(low + (high - low) * np.where(at_bound, np.round(share), share))
 
     def random(self, rng: np.random.Generator) -> FloatArray:
-        """Control points of a random motion that can be made."""
+        """Return control points of a random feasible motion."""
         points = self.at_rest()
         for k in self.free:
             points[k] = self.proposed(points, k, rng)
@@ -87,10 +87,10 @@ class Motions:
         return self.shrunk(points)
 
     def shrunk(self, points: FloatArray) -> FloatArray:
-        """The motion made smaller about the start until it can be made.
+        """Shrink a motion towards the start until it is feasible.
 
         Raises:
-            CardsflowError: Even the start cannot be held with margins.
+            CardsflowError: The muscles cannot hold the start with force margins.
         """
         for _ in range(40):
             if np.isfinite(self.whole(points)[1]).all():
@@ -102,11 +102,11 @@ class Motions:
         )
 
     def smaller(self, points: FloatArray) -> FloatArray:
-        """The same way with less of it."""
+        """Return the motion scaled towards the start."""
         return np.asarray(self.start + _SMALLER * (points - self.start))
 
     def rows(self, points: FloatArray, span: int, first: int, count: int) -> Motion:
-        """The motion within a span, and on into the next ones, on the grid."""
+        """Return rows of the motion on the grid, from a row of a span."""
         at = first + np.arange(count)
         which = np.minimum(span + at // PER_SPAN, self.spans - 1)
         inside = at - (which - span) * PER_SPAN
@@ -115,7 +115,7 @@ class Motions:
         return Motion(np.asarray(span * KNOTS + GRID * at, np.float64), q, qd, qdd)
 
     def terms(self, points: FloatArray, spans: range) -> MotionTerms:
-        """Torques and Jacobians in spans, at some rows of the grid."""
+        """Return torques and Jacobians in spans, at selected rows of the grid."""
         m = self.rows(points, spans[0], 0, PER_SPAN * len(spans) + 1)
         some = slice(None, None, _SPARSE)
         return motion_terms(
@@ -123,10 +123,10 @@ class Motions:
         )
 
     def forces(self, terms: MotionTerms) -> FloatArray:
-        """Least forces within the bounds, shape (T, m); NaN where there are none."""
+        """Return minimum forces within the limits, shape (T, m); NaN if infeasible."""
         return terms.with_bounds(*self._bounds).distribute().forces
 
     def whole(self, points: FloatArray) -> tuple[Motion, FloatArray]:
-        """The motion on the grid, and its forces."""
+        """Return the motion on the grid, and its forces."""
         motion = self.rows(points, 0, 0, self.spans * PER_SPAN + 1)
         return motion, self.forces(motion_terms(self.dynamics, motion))

@@ -25,7 +25,7 @@ _BOX_FACES = np.array([face for a, b, c, d in _BOX_SIDES for face in ((a, b, c),
 
 
 class Environment:
-    """Objects and ground at every frame.
+    """Objects and ground in all frames.
 
     Args:
         world: Objects and ground.
@@ -33,7 +33,7 @@ class Environment:
 
     Attributes:
         positions: Position of every object, shape (K, 3) or (1, 3), by name.
-        floor: Height of the ground, in [m]; None where there is none.
+        floor: Height of the ground, in [m]; None without ground.
     """
 
     def __init__(self, world: Scene | None, moved: Mapping[str, FloatArray]) -> None:
@@ -47,7 +47,7 @@ class Environment:
         self.floor = None if world is None or world.ground is None else world.ground.height
 
     def shapes(self, k: int, box: tuple[FloatArray, FloatArray]) -> Iterator[s.Shape]:
-        """The shapes of frame k.
+        """Return the shapes of frame k.
 
         Args:
             k: The frame.
@@ -68,14 +68,14 @@ class Environment:
             half = 0.5 * thing.shape.length * T[:3, 2]
             form = s.Capsule if isinstance(thing.shape, Capsule) else s.Cylinder
             return form(*shared, middle - half, middle + half, thing.shape.radius)
-        # a small sphere for a surface that cannot be read
+        # a small sphere replaces an unreadable surface
         radius = thing.shape.radius if isinstance(thing.shape, Sphere) else 0.01
         return s.Sphere(*shared, middle, radius)
 
 
 @lru_cache(maxsize=64)
 def _triangles(thing: SceneObject) -> Triangles | None:
-    """The surface of a box or mesh; None for others, and for a mesh that cannot be read."""
+    """Return the surface of a box or mesh; None for other shapes and unreadable meshes."""
     if isinstance(thing.shape, Box):
         return box_triangles(0.5 * np.array(thing.shape.size))
     if not isinstance(thing.shape, MeshShape):
@@ -85,13 +85,13 @@ def _triangles(thing: SceneObject) -> Triangles | None:
 
 
 def box_triangles(half: FloatArray) -> Triangles:
-    """The surface of a box about the origin; half its edges in [m]."""
+    """Return the surface of a box at the origin, from half of its edge lengths in [m]."""
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     return Triangles(corners * half, _BOX_FACES)
 
 
 def _ground(height: float, box: tuple[FloatArray, FloatArray]) -> s.Shape:
-    """A square below a box."""
+    """Return a square below a box."""
     low, high = box
     middle = np.array([*(0.5 * (low + high))[:2], height])
     half = 0.5 * _WIDE * max(float(np.linalg.norm(high - low)), 1e-3)

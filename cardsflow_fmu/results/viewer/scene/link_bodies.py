@@ -13,11 +13,11 @@ from .motion import task_points
 from .shapes import Triangles
 
 _WIDE = 0.3
-"""Width of a platform's attachment points, as a part of their length; a bone's are narrower."""
+"""Minimum ratio of width and length of the attachment points of a platform."""
 
 
 def link_capsules(robot: Robot, link: Link) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Both ends of a link's capsules: to its end or its joints, and on to its task points."""
+    """Return the ends of the capsules of a link: joints or end, and end-effector points."""
     origin = np.zeros(3)
     ends = [np.array(link.end)] if link.end is not None else []
     if not any(end.any() for end in ends):
@@ -38,12 +38,12 @@ def link_capsules(robot: Robot, link: Link) -> Iterator[tuple[FloatArray, FloatA
 
 
 def platform_hull(robot: Robot, link: Link, thickness: float) -> Triangles | None:
-    """The convex hull of the muscles' attachment points on a link; None where these span no area.
+    """Return the convex hull of the muscle attachments of a link; None if they span no area.
 
     Args:
         robot: The robot.
-        link: One of its links.
-        thickness: Of a hull whose points lie in a plane, in [m].
+        link: Link of the robot.
+        thickness: Thickness of the hull of coplanar points, in [m].
     """
     found = {p.position for m in robot.muscles for p in m.via_points if p.link == link.name}
     points = np.array(sorted(found))
@@ -59,12 +59,12 @@ def platform_hull(robot: Robot, link: Link, thickness: float) -> Triangles | Non
 
 
 def _hull(points: FloatArray) -> Triangles | None:
-    """The convex hull of points, its faces seen from outside; None where they span no volume."""
+    """Return the convex hull of points with outward faces; None if they span no volume."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
         hull = ConvexHull(points)
-    except (QhullError, ValueError):  # rounding leaves none, or they are not finite
+    except (QhullError, ValueError):  # no volume after rounding, or not finite
         return None
     faces = hull.simplices.astype(np.int64)
     a, b, c = (points[faces[:, i]] for i in range(3))

@@ -1,4 +1,4 @@
-"""The poses of all links at many joint positions at once."""
+"""Poses of all links at many joint positions."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from sim_dart.core.frames import moving_frames, transform
 from sim_dart.core.variables import robot_variables, variable_values
 
 Poses = Mapping[str, FloatArray]
-"""T_world_link at every frame by the name of the link, `world` among them, shape (K, 4, 4)."""
+"""T_world_link of all frames by link name, including `world`, shape (K, 4, 4)."""
 
 
 def link_poses(robot: Robot, q: FloatArray) -> Poses:
-    """The poses of all links.
+    """Return the poses of all links.
 
     Args:
         robot: A valid robot.
@@ -37,12 +37,12 @@ def link_poses(robot: Robot, q: FloatArray) -> Poses:
 
 
 def motor_axes(robot: Robot, q: FloatArray, poses: Poses) -> list[tuple[FloatArray, FloatArray]]:
-    """Where the axis of each motor is, in the order of q: points on it and directions, (K, 3) each.
+    """Return points on the motor axes and their directions, in the order of q, shape (K, 3) each.
 
     Args:
         robot: A valid robot.
         q: Joint positions at K frames, shape (K, n), in [rad] or [m].
-        poses: Of the links there.
+        poses: Poses of the links.
     """
     found: dict[str, tuple[FloatArray, FloatArray]] = {}
     variables = robot_variables(robot)
@@ -59,11 +59,11 @@ def motor_axes(robot: Robot, q: FloatArray, poses: Poses) -> list[tuple[FloatArr
 
 
 def motion_transforms(motion: Motion, values: FloatArray) -> FloatArray:
-    """The transform of a motion at each value of its coordinate, shape (K, 4, 4).
+    """Return the transforms of a motion at values of its coordinate, shape (K, 4, 4).
 
     Args:
         motion: The motion.
-        values: Of its coordinate, shape (K,), in [rad] or [m].
+        values: Values of the coordinate, shape (K,), in [rad] or [m].
     """
     axis = np.array(motion.axis) / np.linalg.norm(motion.axis)
     T = np.tile(np.eye(4), (len(values), 1, 1))
@@ -78,6 +78,6 @@ def motion_transforms(motion: Motion, values: FloatArray) -> FloatArray:
 
 
 def moved_point(T: FloatArray, point: tuple[float, float, float]) -> FloatArray:
-    """A point of a frame in the world at every pose T of it, shape (K, 3)."""
+    """Return the world positions of a point at poses T of its frame, shape (K, 3)."""
     moved: FloatArray = T[:, :3, :3] @ np.array(point) + T[:, :3, 3]
     return moved

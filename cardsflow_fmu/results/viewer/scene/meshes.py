@@ -1,4 +1,4 @@
-"""The surfaces of links, read with trimesh and simplified."""
+"""Surfaces of links, read with trimesh and simplified."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from sim_dart.core.mesh_file import read_mesh
 from .shapes import Colour, Triangles
 
 MAX_FACES = 6000
-"""Most faces of a link's mesh; CAD meshes have a hundred times as many."""
+"""Maximum number of faces of a link mesh; CAD meshes have about 100 times more."""
 
 LinkMeshes = Mapping[str, tuple[Triangles, ...]]
-"""Surfaces of the links, in their own frames; links without an entry have no mesh."""
+"""Surfaces of the links in their link frames; links without mesh have no entry."""
 
 
 def link_meshes(robot: Robot, folder: Path, roots: Sequence[Path] | None = None) -> LinkMeshes:
-    """Read the visual meshes; a link with a mesh that is missing or unreadable has none.
+    """Read the visual meshes; links with missing or unreadable meshes are omitted.
 
     Args:
         robot: The robot.
-        folder: Its folder.
-        roots: Folders and files that meshes may lie in; see `lies_in`. The folder when None.
+        folder: The folder of the robot.
+        roots: Allowed folders and files of meshes, see `lies_in` (default: the folder).
     """
     read = {uri: read_triangles(file) for uri, file in visual_files(robot, folder, roots).items()}
     meshes = {}
@@ -42,7 +42,7 @@ def link_meshes(robot: Robot, folder: Path, roots: Sequence[Path] | None = None)
 
 
 def read_triangles(file: Path) -> Triangles | None:
-    """The surface in a file alone, which may name others; None where trimesh cannot read it."""
+    """Read the surface in a single file; None if trimesh cannot read it."""
     try:
         return simplified(Triangles(*read_mesh(file)))
     except InputError:
@@ -50,7 +50,7 @@ def read_triangles(file: Path) -> Triangles | None:
 
 
 def _placed(mesh: Mesh, triangles: Triangles | None) -> Triangles | None:
-    """A mesh in its link's frame, in metres."""
+    """Return a mesh in its link frame, in [m]."""
     if triangles is None:
         return None
     T = transform(mesh.pose)
@@ -68,7 +68,7 @@ def _colour(mesh: Mesh) -> Colour | None:
 
 
 def simplified(triangles: Triangles, most: int = MAX_FACES) -> Triangles:
-    """The surface with at most so many faces: vertices in one cell of a grid become one."""
+    """Simplify a surface to a maximum number of faces by merging vertices in grid cells."""
     cells = 256
     while len(triangles.faces) > most and cells >= 2:
         candidate = _clustered(triangles, cells)
@@ -79,7 +79,7 @@ def simplified(triangles: Triangles, most: int = MAX_FACES) -> Triangles:
 
 
 def _clustered(triangles: Triangles, cells: int) -> Triangles:
-    """Vertices merged in a grid of cubes, a number along the longest side, without empty faces."""
+    """Merge vertices in a grid of cubes; remove degenerate faces."""
     vertices = triangles.vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     size = float((high - low).max()) / cells or 1.0
@@ -99,7 +99,7 @@ def _rows(sums: FloatArray, count: NDArray[np.int64]) -> FloatArray:
 
 
 def _distinct(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which faces still have three corners."""
+    """Return which faces have three different corners."""
     a, b, c = faces.T
     kept: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
     return kept

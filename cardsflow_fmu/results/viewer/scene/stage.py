@@ -37,10 +37,10 @@ _TRAIL_RADIUS = 0.0045
 
 
 def scene(robot: Robot, result: RunData, k: int, world: Scene | None = None) -> list[s.Shape]:
-    """The shapes at row k of a result; for many rows, keep a `Stage`.
+    """Return the shapes at row k of a result; use a `Stage` for many rows.
 
     Raises:
-        InputError: The result does not hold what is needed, or has no such row.
+        InputError: The result is incomplete or has no such row.
     """
     rows = frame_rows(result["time"])
     with_k = np.union1d(rows, [range(len(result.rows))[k]]) if len(result.rows) else rows
@@ -49,9 +49,9 @@ def scene(robot: Robot, result: RunData, k: int, world: Scene | None = None) -> 
 
 
 class Stage:
-    """A robot and its motion, with the geometry of all frames.
+    """Robot and motion with the geometry of all frames.
 
-    Every frame has the same shapes, by their names; some may have no size.
+    Every frame has shapes with the same names; some may have no size.
 
     Args:
         robot: The robot.
@@ -98,7 +98,7 @@ class Stage:
         return len(self.motion.time)
 
     def scene(self, k: int) -> list[s.Shape]:
-        """The shapes of frame k."""
+        """Return the shapes of frame k."""
         return [
             *self._links(k),
             *self.environment.shapes(k, self.box),
@@ -223,7 +223,7 @@ class Stage:
                 yield s.Sphere(s.VIA_POINTS, key, colours.VIA_POINT, centre, 0.007 * reach)
 
     def _forces(self, k: int) -> Iterator[s.Shape]:
-        """The muscles' forces at their via points; the largest of the run has a fixed length."""
+        """Return muscle forces at via points; the largest force of the run has a fixed length."""
         if self.motion.tensions is None:
             return
         per_newton = 0.16 * self.reach / (self._largest_tension or 1.0)
@@ -237,9 +237,9 @@ class Stage:
                 yield s.Arrow(s.FORCES, key, colours.FORCE, start, end, radius)
 
     def _torques(self, k: int) -> Iterator[s.Shape]:
-        """The motors' torques along their axes, by the right hand; the largest has a fixed length.
+        """Return motor torques along their axes (right-hand rule); the largest has a fixed length.
 
-        Torques and forces have scales of their own.
+        Torques and forces have different scales.
         """
         torques = self.motion.torques
         if torques is None:
@@ -283,7 +283,7 @@ class Stage:
 
     @cached_property
     def up(self) -> FloatArray:
-        """Against gravity, a unit vector; z where nothing falls."""
+        """Return the unit vector against gravity; z without gravity."""
         gravity = np.array(self.robot.gravity)
         size = np.linalg.norm(gravity)
         up: FloatArray = -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
@@ -295,7 +295,7 @@ class Stage:
         return self.environment.floor if self.up[2] > _UPRIGHT else None
 
     def _contacts(self, k: int) -> Iterator[s.Shape]:
-        """The contact force on a body, ending at its middle; the largest has a fixed length."""
+        """Return the contact force at the centre of a body; the largest has a fixed length."""
         contacts = self.motion.contacts
         largest = max(
             (float(np.nanmax(np.abs(f), initial=0.0)) for f in contacts.values()), default=0

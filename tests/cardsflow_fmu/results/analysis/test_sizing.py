@@ -88,7 +88,7 @@ def test_the_bottleneck_is_relieved_by_moving_it(experiment: Experiment) -> None
     assert gain == pytest.approx(2.0 * worst["gain"], rel=0.02)
 
 
-def test_what_no_strength_can_do_is_reported(experiment: Experiment) -> None:
+def test_impossible_points_are_reported(experiment: Experiment) -> None:
     """Two cables less: nothing pulls the arm back."""
     robot = planar_2r()
     weaker = robot.with_muscles(robot.muscles[:2])

@@ -67,7 +67,7 @@ SSD = "SystemStructure.ssd"
 
 
 @pytest.mark.slow
-def test_what_is_written_satisfies_the_schemas_of_ssp(system: Path) -> None:
+def test_written_ssp_matches_the_ssp_schemas(system: Path) -> None:
     files = contents(system)
     assert [name for name in files if name.endswith(".fmu")] == [
         f"resources/{name}.fmu" for name in ("controller", "hardware", "plant", "reference")
@@ -87,7 +87,7 @@ def test_the_same_experiment_gives_the_same_bytes(system: Path, tmp_path: Path) 
     assert again.read_bytes() == system.read_bytes()
 
 
-def test_what_was_written_is_read_back(system: Path, tmp_path: Path) -> None:
+def test_written_experiment_reads_back_as_the_same(system: Path, tmp_path: Path) -> None:
     structure = read_system(unpack_ssp(system, tmp_path / "x"))
     assert [c.name for c in structure.components] == ["reference", "controller", "plant"]
     assert (structure.name, structure.step, structure.stop_time) == ("planar_2r", 1e-3, 0.05)
@@ -114,7 +114,7 @@ def test_a_system_runs_as_its_experiment(system: Path, scheme: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_slower_controller_gives_its_period_to_the_system(tmp_path: Path) -> None:
+def test_system_step_is_the_controller_period(tmp_path: Path) -> None:
     settings = SETTINGS | {"controller.period": 0.005, "plant.step": 0.001, "run.step": 0.001}
     path = built(Experiment.load(PLANAR_2R, settings), tmp_path)
     result = simulate_system(path)
@@ -199,7 +199,9 @@ Q_CONNECTION = (
 )
 
 
-def test_units_of_connectors_and_transformations_are_minded(system: Path, tmp_path: Path) -> None:
+def test_units_of_connectors_and_transformations_are_converted(
+    system: Path, tmp_path: Path
+) -> None:
     def change(files: dict[str, bytes]) -> None:
         replaced(SSD, Q_CONNECTION, f"{Q_CONNECTION[:-2]}>{linear}</ssd:Connection>")(files)
         replaced(SSD, '<ssc:Real unit="rad" />', '<ssc:Real unit="deg" />')(files)
@@ -251,7 +253,7 @@ def test_units_of_connectors_and_transformations_are_minded(system: Path, tmp_pa
         (lambda files: files.update({"resources/plant.fmu": b"no zip"}), "is not a valid FMU"),
     ],
 )
-def test_what_is_wrong_is_refused_in_one_line(
+def test_invalid_ssp_is_rejected_in_one_line(
     system: Path, tmp_path: Path, change: Change, message: str
 ) -> None:
     file = changed(system, tmp_path / "bad.ssp", change)
@@ -275,14 +277,14 @@ def test_what_is_wrong_is_refused_in_one_line(
         ({"plant.stop": 1.0}, "no variable 'stop'"),
     ],
 )
-def test_settings_that_do_not_fit_are_refused(
+def test_invalid_settings_are_rejected(
     system: Path, settings: dict[str, object], message: str
 ) -> None:
     with pytest.raises(InputError, match=message):
         simulate_system(system, settings)
 
 
-def test_a_file_that_is_no_archive_is_refused(tmp_path: Path) -> None:
+def test_invalid_archive_is_rejected(tmp_path: Path) -> None:
     file = tmp_path / "a.ssp"
     file.write_bytes(b"PK nothing")
     with pytest.raises(InputError, match=r"a\.ssp: is not a valid \.ssp"):
@@ -311,7 +313,7 @@ def test_names_of_components_are_no_paths(system: Path, tmp_path: Path, name: st
         ('rad="1" factor="0"', "'rad' is defined by factor 0 and offset 0"),
     ],
 )
-def test_wrong_units_are_refused(system: Path, tmp_path: Path, new: str, message: str) -> None:
+def test_invalid_units_are_rejected(system: Path, tmp_path: Path, new: str, message: str) -> None:
     file = changed(system, tmp_path / "a.ssp", replaced(SSD, 'rad="1"', new))
     with pytest.raises(InputError, match=message):
         simulate_system(file)
@@ -330,7 +332,7 @@ def test_entities_are_not_expanded(system: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_damaged_archives_are_refused(system: Path, tmp_path: Path) -> None:
+def test_damaged_archives_are_rejected(system: Path, tmp_path: Path) -> None:
     good, file = system.read_bytes(), tmp_path / "a.ssp"
     generator = np.random.default_rng(5)
     for k in range(300):

@@ -80,7 +80,7 @@ def test_the_summary_of_a_system_has_its_engines(
     assert summary["master"] == "Python, over FMUs"
 
 
-def test_an_external_fmu_goes_by_its_name(system: Path, tmp_path: Path) -> None:
+def test_external_fmu_is_selected_by_name(system: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.fmu"
     other.write_bytes(b"no FMU at all")
     hardware = system.parent / "hardware.fmu"
