@@ -90,7 +90,7 @@ class Drawing {
       gl.attachShader(program, shader);
     }
     gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error("the graphics driver refuses the shaders");
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error("the graphics driver rejects the shaders");
     for (let i = 0; i < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); i++) {
       const { name } = gl.getActiveUniform(program, i);
       at[name] = gl.getUniformLocation(program, name);
