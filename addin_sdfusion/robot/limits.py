@@ -36,7 +36,7 @@ MUSCLES_WITHOUT_RANGE = 500_000
 MATRIX = 2**22
 """Numbers in a robot's mass matrix or Jacobian: 32 MiB, and there are several."""
 DRIVEN_COORDINATES, DRIVEN_MUSCLES = 300, 2000
-"""Of a robot of which `check` says what is driven, and `init` finds a motion."""
+"""Largest robot that `check` and `init` analyse."""
 BODIES = 500
 """Of a world, that can touch one another: all pairs of them are looked at."""
 WRAPS = 1000

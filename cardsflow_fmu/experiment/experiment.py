@@ -14,7 +14,7 @@ from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.external_fmu import ExternalFmu
 from cardsflow_fmu.cosim.signals.roles import ESTIMATOR, HARDWARE, ROLES, SENSORS
 from cardsflow_fmu.utils.key_file import key_warning
-from sim_dart.muscles.friction import rubs
+from sim_dart.muscles.friction import has_cable_friction
 
 from .carried_files import left_out, mesh_roots
 from .reader import read_carried_experiment, read_experiment
@@ -199,9 +199,10 @@ class Experiment:
     def _idle_friction(self) -> str | None:
         """Warn about cable friction without effect."""
         rough = any(muscle.friction for muscle in self.robot.muscles)
-        if rough and not rubs(self.robot):
+        has_friction = has_cable_friction(self.robot)
+        if rough and not has_friction:
             return "cable friction has no effect: no cable with friction is bent between its ends"
-        if not rubs(self.robot) and any(scale != 1.0 for scale in self.plant.friction_scale):
+        if not has_friction and any(scale != 1.0 for scale in self.plant.friction_scale):
             return "plant.friction_scale has no effect: no muscle has friction"
         return None
 

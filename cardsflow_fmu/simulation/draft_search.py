@@ -32,7 +32,7 @@ from controllers.analysis.stiffness import stiffness
 from controllers.force_distribution.one_way import one_way
 from controllers.force_distribution.quadratic import least_squares
 from sim_dart import control_dynamics, dependent_coordinates
-from sim_dart.muscles.friction import rubs
+from sim_dart.muscles.friction import has_cable_friction
 
 _GAINS = (400.0, 40.0)  # kp in [1/s²], kd in [1/s]: critically damped at 20 rad/s
 _SLOW_GAINS = (150.0, 25.0)  # for muscles with slow laws
@@ -165,7 +165,7 @@ class DraftSearch:
         )
         bandwidth = max(
             _OBSERVER if observed else 0.0,
-            _CABLE_OBSERVER if rubs(motion.robot) else 0.0,
+            _CABLE_OBSERVER if has_cable_friction(motion.robot) else 0.0,
         )
         kp, kd = _SLOW_GAINS if slow else _STIFF_GAINS if observed else _GAINS
         rate = _growth(motion)
@@ -230,7 +230,7 @@ class DraftSearch:
             if a == b
         ]
         if draft.observer:
-            cables = ["cables"] if rubs(motion.robot) else []
+            cables = ["cables"] if has_cable_friction(motion.robot) else []
             names = ", ".join([*_joints_with_friction(motion.robot)[:_SHORT_LINES], *cables])
             notes.append(
                 f"kp {draft.kp:g}, kd {draft.kd:g} and a disturbance observer of "

@@ -75,7 +75,7 @@ def unpack_archive(
         folder: An empty folder.
         kind: What it should be, such as `.ssp`, for messages.
         contents: What it should hold, such as `a system of FMUs`, for messages.
-        without: Beginnings of names of files that stay packed.
+        without: Prefixes of names of files that stay packed.
 
     Returns:
         The folder.

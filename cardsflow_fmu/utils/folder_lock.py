@@ -50,7 +50,7 @@ class FolderLock:
             os.write(self._descriptor, words.encode())
 
     def release(self) -> None:
-        """Remove the file of the lock, and give the folder free."""
+        """Remove the lock file and release the lock."""
         with contextlib.suppress(OSError):
             self._file.unlink()
         with contextlib.suppress(OSError):

@@ -137,7 +137,7 @@ def inverse_kinematics(
         q_start: Where to begin, shape (n,), in [rad] or [m].
         posture: q_p, shape (n,); the start when None.
         tolerance: Largest error of a task coordinate, in [m] or [rad].
-        starts: Beginnings to try before giving up: the given one, then random ones.
+        starts: Number of start poses to try: the given one, then random ones.
         seed: Of the random ones.
 
     Raises:

@@ -155,6 +155,6 @@ def check(problem: BoxProblem, eps: FloatArray, x: FloatArray, y: FloatArray | N
 
 
 def _relative(rest: FloatArray, size: FloatArray) -> float:
-    """Largest |rest| / size, where nothing of nothing is nothing."""
+    """Return the largest |rest| / size; 0/0 is defined as 0."""
     tiny = float(np.finfo(float).tiny)
     return float((np.abs(rest) / np.maximum(size, tiny)).max(initial=0.0))

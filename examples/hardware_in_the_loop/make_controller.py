@@ -28,7 +28,7 @@ from sim_dart import compile_blob
 from sim_dart.core.library import library as core
 from sim_dart.core.tasks import task_rows
 from sim_dart.estimation.estimated_robot import estimated_robot
-from sim_dart.muscles.friction import rubs
+from sim_dart.muscles.friction import has_cable_friction
 
 OF_ESTIMATOR = (
     *("length_noise", "encoder_noise", "compliance", "offset", "slack", "gate"),
@@ -152,7 +152,7 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c sends at every tick: make run.step the controller's period")
     if experiment.robot.loops:
         raise InputError("controller.c knows no closed loops")
-    if rubs(experiment.robot):
+    if has_cable_friction(experiment.robot):
         raise InputError("controller.c knows no friction of cables")
     if experiment.robot.motors:
         raise InputError("controller.c commands muscles, not motors at joints")

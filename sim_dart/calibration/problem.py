@@ -82,8 +82,8 @@ class CalibrationProblem:
         self.sd = np.array([one.sd for one in parameters])
         self.low = np.array([(one.low - one.value) / one.sd for one in parameters])
         self.high = np.array([(one.high - one.value) / one.sd for one in parameters])
-        self._rubs = np.array([one.kind == "friction" for one in parameters], dtype=bool)
-        self.low[self._rubs] += _MIN_FRICTION
+        self._is_friction = np.array([one.kind == "friction" for one in parameters], dtype=bool)
+        self.low[self._is_friction] += _MIN_FRICTION
         self._priors = _inertia_priors(self.robot, self.parameters, inertia_sd)
         self._rolls = RollOuts(robot, parameters, longest_step, seen)
         self._acts = np.arange(len(self.parameters), dtype=np.int32)
@@ -103,7 +103,7 @@ class CalibrationProblem:
 
     def without_traces(self, z: FloatArray) -> FloatArray:
         """Z, but no friction if it is at its least."""
-        return np.where(self._rubs & (z <= self.low), z - _MIN_FRICTION, z)
+        return np.where(self._is_friction & (z <= self.low), z - _MIN_FRICTION, z)
 
     def prior(self, z: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Return the cost of theta by what was believed, half its gradient and half its Hessian."""

@@ -14,7 +14,7 @@ import numpy as np
 from addin_sdfusion.robot import Robot
 from sim_dart.core.arrays import BoolArray, FloatArray, IntArray
 from sim_dart.estimation.estimated_robot import cable_compliances
-from sim_dart.muscles.friction import rubs
+from sim_dart.muscles.friction import has_cable_friction
 
 from .markers import SeenMarkers
 from .parameters import Parameter, calibrated_robot
@@ -186,7 +186,7 @@ class RollOuts:
 
     def _slips_at(self, window: Window) -> FloatArray | None:
         """How cables with friction rub where a window begins, as its recording has moved them."""
-        if not rubs(self._robot):
+        if not has_cable_friction(self._robot):
             return None
         readings = window.readings
         if readings not in self._slips:

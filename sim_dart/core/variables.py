@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import Coordinate, Joint, Motion, Polynomial, Robot
 from addin_sdfusion.robot.model.coupling import all_values, followers
 from addin_sdfusion.robot.model.function import ITSELF, Function, cubics, value
-from addin_sdfusion.robot.model.robot import once_a_robot
+from addin_sdfusion.robot.model.robot import cached_on_robot
 
 from .arrays import FloatArray
 
@@ -59,7 +59,7 @@ class Variables:
     initial: dict[str, float]
 
 
-@once_a_robot
+@cached_on_robot
 def robot_variables(robot: Robot) -> Variables:
     """Return the variables of a valid robot."""
     moving = {c.name for c in robot.coordinates}

@@ -117,7 +117,7 @@ class RobotDynamics(ABC):
     @property
     def cable_slip(self) -> CableSlip | None:
         """Which way cables rub, which `actuator_jacobian` goes by; None without friction."""
-        return CableSlip(self._paths) if self._paths.rubs else None
+        return CableSlip(self._paths) if self._paths.has_friction else None
 
     def muscle_lengths(self, q: ArrayLike) -> FloatArray:
         """l(q), shape (m,), in [m]."""

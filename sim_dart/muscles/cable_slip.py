@@ -1,4 +1,4 @@
-"""Which way cables with friction rub, as one knows who sees the joints move."""
+"""Slip direction of cables with friction, derived from joint motion."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class CableSlip:
 
     @property
     def states(self) -> FloatArray:
-        """Which way each bend rubs, s from -1 to 1, shape (bends,): a view."""
+        """Slip direction of each bend, s from -1 to 1, shape (bends,): a view."""
         return self._slips
 
     def reset(self) -> None:

@@ -20,6 +20,6 @@ def stretches(muscle: Muscle) -> int:
     return bends(muscle) if law_of(muscle.model).stretches else 0
 
 
-def rubs(robot: Robot) -> bool:
+def has_cable_friction(robot: Robot) -> bool:
     """Return whether friction changes the tension of any active muscle."""
     return any(bends(muscle) for muscle in robot.muscles)

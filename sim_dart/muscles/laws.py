@@ -57,7 +57,7 @@ class MuscleLaws:
         state_names: Names of the states, such as `activation.biceps`, S of them. Behind those
             of laws are those of cables with friction, of the first bend `stretch_1.biceps`: by how
             much what lies behind it is stretched, of cables that stretch all along; then
-            `slip_1.biceps`: which way it rubs.
+            `slip_1.biceps`: its slip direction.
         state_units: Their units.
         command_names: What each command is, such as `excitation`; empty for a passive muscle.
         command_units: Their units; empty for a passive muscle.

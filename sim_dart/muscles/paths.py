@@ -14,7 +14,7 @@ from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows, task_rows
 
-from .friction import bends, rubs, stretches
+from .friction import bends, has_cable_friction, stretches
 from .path_shapes import PathShapes, PointForces
 
 
@@ -47,7 +47,7 @@ class MusclePaths:
 
     Attributes:
         core: The robot in the C core.
-        rubs: Whether friction changes tensions along cables.
+        has_friction: Whether friction changes tensions along cables.
         coordinates: n.
         bends: Number of bends with friction.
         law_states: Number of states of the muscles' laws.
@@ -63,11 +63,11 @@ class MusclePaths:
         self._move = self._core.move
         self._handle = self._core.handle
         self._state = PathState(self._core.array("lengths", m), self._core.array("jacobian", m, n))
-        self.rubs, self.coordinates = rubs(robot), n
+        self.has_friction, self.coordinates = has_cable_friction(robot), n
         self.bends = sum(bends(muscle) for muscle in robot.muscles)
         self.law_states = sum(len(states_of(m.model)) + stretches(m) for m in robot.muscles)
         self._pulling = (
-            self._core.array("pull_jacobian", m, n) if self.rubs else self._state.jacobian
+            self._core.array("pull_jacobian", m, n) if self.has_friction else self._state.jacobian
         )
         self._shapes = PathShapes(robot, self._core)
         self.turning = self._core.array("wrap_turning", sum(len(m.wraps) for m in robot.muscles))
@@ -90,7 +90,7 @@ class MusclePaths:
         P is L without friction, and with it what `CableSlip` knows of where cables slide.
         """
         L = self.evaluate(q).jacobian
-        if not self.rubs:
+        if not self.has_friction:
             return L
         self._core.update_pulling(self._handle)
         return self._pulling

@@ -14,7 +14,7 @@ from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.core.tasks import point_rows
-from sim_dart.muscles.friction import rubs
+from sim_dart.muscles.friction import has_cable_friction
 from sim_dart.muscles.laws import MuscleLaws
 
 
@@ -76,7 +76,9 @@ class Mechanism(ABC):
         self.lengths = self.core.array("lengths", m)
         self.jacobian = self.core.array("jacobian", m, n)
         ideal = all(law_of(muscle.model).kind == "ideal" for muscle in robot.muscles)
-        self.laws = None if ideal and not rubs(robot) else MuscleLaws(robot, self.core)
+        self.laws = (
+            None if ideal and not has_cable_friction(robot) else MuscleLaws(robot, self.core)
+        )
         self.q, self.qd = np.zeros(n), np.zeros(n)
         self.load_size = len(point_rows(robot))
         self.wrench_size = 6 * len(wrenched)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from ..errors import RobotError
 from ..finding import Finding, errors_first
-from ..model.robot import Robot, once_a_robot
+from ..model.robot import Robot, cached_on_robot
 from . import (
     driven,
     loops,
@@ -73,7 +73,7 @@ def check(robot: Robot) -> list[Finding]:
     return list(_found(robot))
 
 
-@once_a_robot
+@cached_on_robot
 def _found(robot: Robot) -> tuple[Finding, ...]:
     found = [finding for single in CHECKS for finding in single(robot)]
     if not any(finding.is_error for finding in found):

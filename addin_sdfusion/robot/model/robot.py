@@ -301,7 +301,7 @@ class Robot:
 _Result = TypeVar("_Result")
 
 
-def once_a_robot(compute: Callable[[Robot], _Result]) -> Callable[[Robot], _Result]:
+def cached_on_robot(compute: Callable[[Robot], _Result]) -> Callable[[Robot], _Result]:
     """A function whose result a robot keeps, as that of a cached property: no robot changes."""
     key = f"{compute.__module__}.{compute.__qualname__}"
 

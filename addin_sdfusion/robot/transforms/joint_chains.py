@@ -21,7 +21,7 @@ from ..model.rotations import axis_rotation, compose
 from ..model.transform import Transform
 
 _MAX_UNDERSCORES = 8
-"""So many at the end of a name; more would make names as long as there are names."""
+"""Highest numeric suffix of a name."""
 
 
 class Names:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cardsflow_fmu.results.report.html import Markup, page, table
-from cardsflow_fmu.studies.definition.metrics import parted
+from cardsflow_fmu.studies.definition.metrics import split_metric
 from cardsflow_fmu.studies.definition.rerun_command import only_command
 from cardsflow_fmu.studies.definition.sampling import is_searched
 from cardsflow_fmu.studies.definition.study import Study
@@ -114,7 +114,7 @@ def _heat_maps(study: Study, collected: Collected, units: Mapping[str, str]) -> 
     for name, values in collected.metrics.items():
         values = np.where(np.abs(values) < _MAX_VALUE, values, np.nan)
         there = values[np.isfinite(values)]
-        if parted(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
+        if split_metric(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
             maps.append(heat_map((names[0], names[1]), x, y, (name, units[name]), values))
     if maps:
         what = f"Over {names[0]} and {names[1]}"
@@ -136,7 +136,7 @@ def _distributions(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iter
 def _histograms(collected: Collected, units: Mapping[str, str]) -> Iterable[str]:
     for name, values in collected.metrics.items():
         there = values[np.abs(values) < _MAX_VALUE]
-        if parted(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
+        if split_metric(name)[1] is None and there.size > 1 and np.ptp(there) > 0:
             yield histogram(name, units[name], there)
 
 
@@ -158,7 +158,7 @@ def _worst(study: Study, summary: Mapping[str, Any], units: Mapping[str, str]) -
 
 
 def _sensitivity(summary: Mapping[str, Any]) -> Iterable[str]:
-    found = {n: p for n, p in summary["sensitivity"].items() if parted(n)[1] is None}
+    found = {n: p for n, p in summary["sensitivity"].items() if split_metric(n)[1] is None}
     if found:
         kinds = next(iter(next(iter(found.values())).values()))
         what = "Sobol's indices" if "first" in kinds else "rank correlations, shares of variance"

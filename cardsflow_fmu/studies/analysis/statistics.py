@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from cardsflow_fmu.studies.definition.metrics import parted
+from cardsflow_fmu.studies.definition.metrics import split_metric
 from cardsflow_fmu.studies.definition.outcome import Outcome
 from cardsflow_fmu.studies.definition.sampling import Run, is_searched
 from cardsflow_fmu.studies.definition.study import Study
@@ -106,7 +106,7 @@ def ranked(collected: Collected) -> dict[str, list[int]]:
     """
     found = {}
     for name, values in collected.metrics.items():
-        metric, muscle = parted(name)
+        metric, muscle = split_metric(name)
         there = np.flatnonzero(~np.isnan(values))
         if muscle is None and there.size and np.any(values[there] != values[there[0]]):
             badness = values[there] if metric.large_is_good else -values[there]

@@ -40,7 +40,7 @@ class Metric:
     large_is_good: bool = False
 
 
-def spelled_out(names: Iterable[str], robot: Robot) -> tuple[str, ...]:
+def expand_wildcards(names: Iterable[str], robot: Robot) -> tuple[str, ...]:
     """Return the names with every muscle's for `*`, each once.
 
     Args:
@@ -71,7 +71,7 @@ def _per_muscle() -> list[str]:
     return [name for name, metric in METRICS.items() if metric.is_per_muscle]
 
 
-def parted(name: str) -> tuple[Metric, str | None]:
+def split_metric(name: str) -> tuple[Metric, str | None]:
     """Return the metric of a name, and its muscle if it is of one."""
     if name in METRICS:
         return METRICS[name], None
@@ -83,7 +83,7 @@ def metric_values(names: Iterable[str], result: Result, box: Box | None) -> dict
     """Return the metrics of a run; None if it has no such thing.
 
     Args:
-        names: From `spelled_out`.
+        names: From `expand_wildcards`.
         result: The run, complete.
         box: Where the workspace is looked at.
 
@@ -92,7 +92,7 @@ def metric_values(names: Iterable[str], result: Result, box: Box | None) -> dict
     """
     values: dict[str, Any] = {}
     for name in names:
-        metric, muscle = parted(name)
+        metric, muscle = split_metric(name)
         value = metric.value(result, box, muscle)
         values[name] = None if math.isnan(value) else value
     return values
@@ -102,10 +102,10 @@ def metric_units(names: Iterable[str], tracking: str) -> dict[str, str]:
     """Return the unit of every metric.
 
     Args:
-        names: From `spelled_out`.
+        names: From `expand_wildcards`.
         tracking: Unit of what is followed.
     """
-    units = {name: parted(name)[0].unit for name in names}
+    units = {name: split_metric(name)[0].unit for name in names}
     return {name: tracking if unit is None else unit for name, unit in units.items()}
 
 

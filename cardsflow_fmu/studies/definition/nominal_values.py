@@ -26,7 +26,7 @@ def nominal_value(experiment: Experiment, path: str) -> Nominal:
         path: The full key.
 
     Raises:
-        InputError: There is no number, or one that cannot be scaled.
+        InputError: The setting is not a number, or it cannot be scaled.
     """
     value: Any = _tables(experiment)
     for part in split_path(path):

@@ -17,7 +17,7 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.names import robot_names
 from cardsflow_fmu.utils.extras import install
 
-from .metrics import DEFAULT_METRICS, spelled_out
+from .metrics import DEFAULT_METRICS, expand_wildcards
 from .path_check import PathCheck
 from .tables import MAX_RUNS, Box, Sampler, StudyTables
 from .variation_reader import read_variations, require_free_names
@@ -136,7 +136,7 @@ def _metrics(tables: StudyTables, base: Experiment, context: Context) -> tuple[s
     if (search := tables.optimise) is not None:
         names += [search.objective, *(c.metric for c in search.constraints)]
     with context.at("metrics"):
-        return spelled_out(names, base.robot)
+        return expand_wildcards(names, base.robot)
 
 
 def _require_parquet(tables: StudyTables, context: Context) -> None:

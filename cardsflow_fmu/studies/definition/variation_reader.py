@@ -66,7 +66,7 @@ def _variations(table: VarySettings, check: PathCheck) -> Iterator[Variation]:
     name = table.name or table.paths[0]
     for axis, values in table.ranges():
         one = Variation(f"{name}{axis}", tuple(f"{path}{axis}" for path in table.paths), values)
-        for own in _spelled_out(one, table.together, check):
+        for own in _expand_wildcards(one, table.together, check):
             yield own if table.relative is None else _related(own, table.relative, check)
 
 
@@ -81,7 +81,9 @@ def _related(variation: Variation, relative: Relative, check: PathCheck) -> Vari
     return replace(variation, relative=relative, nominal=nominal)
 
 
-def _spelled_out(variation: Variation, together: bool, check: PathCheck) -> Iterator[Variation]:
+def _expand_wildcards(
+    variation: Variation, together: bool, check: PathCheck
+) -> Iterator[Variation]:
     """The variation with the names that `*` matches, checked on the experiment."""
     value = variation.range.at(0.5)
     paths = [_names(path, value, check) for path in variation.paths]

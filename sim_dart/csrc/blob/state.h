@@ -73,7 +73,7 @@
     ARRAY(met, dofs)          /* indices of coordinates at a limit */                                  \
     ARRAY(grip, dofs)         /* the largest impulse of friction */                                    \
     ARRAY(unbraked, dofs)     /* velocities without limits and friction */                             \
-    ARRAY(slides, dofs)       /* 0 if it is held; else -1 below 0, if it rubs, 1 above */              \
+    ARRAY(slides, dofs)       /* 0 if it is held; else -1 below 0, if it slips, 1 above */              \
     ARRAY(sliding, dofs)      /* velocities found so far */                                            \
     ARRAY(side, dofs)         /* -1 at its lower limit, 1 at its upper one, 0 elsewhere */             \
     ARRAY(closure_gap, closures)                                                                       \

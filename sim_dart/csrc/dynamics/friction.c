@@ -4,7 +4,7 @@
      1/2 (v - v0)' M (v - v0) + sum h f_j |v_j|        within  low  and  high
 
    (Gauss's principle of least constraint). The sum has corners where a coordinate is at a limit and, if it
-   rubs, where it rests. A coordinate is held at a corner, by an impulse that is found; or it slides
+   slips, where it rests. A coordinate is held at a corner, by an impulse that is found; or it slides
    between two of them, against an impulse of h f_j.
 
    A round goes straight towards where the sum is least for those that slide, as far as the first corner

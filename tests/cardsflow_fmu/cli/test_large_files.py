@@ -278,7 +278,7 @@ def test_meshes(tmp_path: Path, make: Callable[[Path], Path]) -> None:
 
 @pytest.mark.parametrize("make", [pipe, sparse], ids=["pipe", "sparse"])
 def test_code_that_is_none(tmp_path: Path, make: Callable[[Path, str], Path]) -> None:
-    """A controller of one's own, of which a check reads the classes."""
+    """A custom controller, whose classes a check reads."""
     make(experiment(tmp_path), "own.py")
     refused(peak(tmp_path, "run", "example", "--set", "controller.type=own.py:Own"))
 

@@ -1,4 +1,4 @@
-"""Controllers of one's own: a class in a file of Python beside the experiment."""
+"""Custom controllers: a class in a Python file next to the experiment."""
 
 from __future__ import annotations
 

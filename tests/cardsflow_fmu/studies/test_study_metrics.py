@@ -14,9 +14,9 @@ from cardsflow_fmu import Experiment, Result
 from cardsflow_fmu.simulation.run import simulate
 from cardsflow_fmu.studies.definition.metrics import (
     METRICS,
+    expand_wildcards,
     metric_units,
     metric_values,
-    spelled_out,
 )
 from cardsflow_fmu.studies.definition.tables import Box
 from controllers.analysis.gains import margins
@@ -54,7 +54,7 @@ def test_energy_is_force_times_distance(result: Result) -> None:
     way = 1.0 + 0.2 * (1.0 - np.abs(np.linspace(-1.0, 1.0, count)))
     one = with_columns(result, f_cable_1=np.full(count, 50.0), l_cable_1=way)
     assert metric_values(["energy.cable_1"], one, None)["energy.cable_1"] == pytest.approx(20.0)
-    each = metric_values(spelled_out(["energy.*"], one.experiment.robot), one, None)
+    each = metric_values(expand_wildcards(["energy.*"], one.experiment.robot), one, None)
     assert sum(each.values()) == pytest.approx(metric_values(["energy"], one, None)["energy"])
 
 
@@ -149,4 +149,4 @@ def test_tracking_is_that_of_the_summary(result: Result) -> None:
 @pytest.mark.parametrize("name", ["force", "force.peak.", "tracking.rms.cable_1", "force.peak.x.y"])
 def test_an_unknown_metric_is_refused(name: str) -> None:
     with pytest.raises(UnknownNameError):
-        spelled_out([name], Experiment.load(Path(PLANAR)).robot)
+        expand_wildcards([name], Experiment.load(Path(PLANAR)).robot)

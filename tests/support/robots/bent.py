@@ -29,7 +29,7 @@ def bent(robot: Robot, friction: float, q: ArrayLike) -> Robot:
 
 
 def elastic_over_bends(robot: Robot) -> Robot:
-    """Every cable stretches all along, and rubs in its bends."""
+    """Every cable stretches all along, and has friction in its bends."""
     values = (("stiffness", 2e3), ("damping", 1.0), ("longest_rest_length", 5.0))
     model = CableModel("elastic_cable", values)
     return robot.with_muscles([replace(m, friction=0.3, model=model) for m in robot.muscles])

@@ -39,7 +39,7 @@ def read_sdf(
         file: The SDF file.
         cable_set: The cable set to make active; the file's own choice if None.
         notes: Where findings, places and files go.
-        repair: Whether to undo the known defects of published inertias.
+        repair: Whether to repair known inertia errors.
 
     Raises:
         InputError: A file is not readable XML.

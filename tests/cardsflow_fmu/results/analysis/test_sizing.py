@@ -89,7 +89,7 @@ def test_the_bottleneck_is_relieved_by_moving_it(experiment: Experiment) -> None
 
 
 def test_impossible_points_are_reported(experiment: Experiment) -> None:
-    """Two cables less: nothing pulls the arm back."""
+    """With two cables less, no cable pulls the arm back."""
     robot = planar_2r()
     weaker = robot.with_muscles(robot.muscles[:2])
     sizes = size_robot(weaker, reference_motion(experiment, 9))

@@ -126,7 +126,7 @@ SOCKET = {
         ("localhost:{}", None, True),
         ("127.0.0.1:{}", "http://127.0.0.1:{}", True),
         ("localhost:{}", "http://localhost:{}", True),
-        ("localhost:9000", "http://localhost:9000", True),  # through a tunnel of one's own
+        ("localhost:9000", "http://localhost:9000", True),  # through a custom tunnel
         ("127.0.0.1:{}", "http://evil.example", False),
         ("127.0.0.1:{}", "http://127.0.0.1:1", False),
         ("127.0.0.1:{}", "http://127.0.0.1.evil.example:{}", False),

@@ -4,7 +4,7 @@
 #include "../../../../../sim_dart/csrc/math/elementary.h"
 #include "../../platform/clock.h"
 #include "controller_settings.h"
-#include "falling.h"
+#include "ramp.h"
 #include "independent_terms.h"
 
 #include <float.h>
@@ -164,7 +164,7 @@ static int initialize(struct model *model)
     memcpy(c->forces, c->in_loop.acting, c->a * sizeof(double));
     if (c->muscles.are_modelled)
         hold(native);
-    native_falling_reset((struct controller *)native->own, c->forces);
+    native_ramp_reset((struct controller *)native->own, c->forces);
     memset(c->slack, 0, c->r * sizeof(double));
     memset(c->report, 0, c->settings.of.report.count * sizeof(double));
     memset(c->slid, 0, (1 + robot->n) * sizeof(double));
@@ -223,10 +223,10 @@ static void fall(struct native_model *native, double period)
 {
     struct controller *c = native->own;
     struct native_robot *robot = &native->robot;
-    native_falling_fall(c, period);
+    native_ramp_down(c, period);
     c->slid[0] = 0;
     if (c->muscles.are_modelled) { /* if they were at last, and at rest */
-        const double *q = c->falling + 1 + c->a;
+        const double *q = c->ramp + 1 + c->a;
         memset(robot->load, 0, robot->n * sizeof(double));
         native_muscles_set_state(&c->muscles, robot, q, robot->load, c->states, c->f_min, c->f_max, period);
         native_muscles_update(&c->muscles, robot, q, robot->load, c->forces, period);
@@ -247,7 +247,7 @@ static int step(struct model *model)
         return 1;
     const double period = (double)periods * c->period[0];
     apply_parameters(native);
-    if (native_falling_is_due(c)) {
+    if (native_ramp_is_due(c)) {
         fall(native, period);
         return 0;
     }
@@ -275,7 +275,7 @@ static int step(struct model *model)
         text_set(&model->error, "no forces within the limits produce the required motion: the QP failed");
         return 1;
     }
-    native_falling_rise(c, period);
+    native_ramp_up(c, period);
     memcpy(c->forces, c->in_loop.acting, c->a * sizeof(double));
     if (c->muscles.are_modelled) {
         native_muscles_update(&c->muscles, robot, c->q, c->qd, c->forces, period);
@@ -299,9 +299,9 @@ static int get_state(struct model *model, void **bytes, size_t *size)
     size_t sizes[6];
     const double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
                                    loop_array(c, "memory", &sizes[1]), c->muscles.memory,
-                                   c->falling, robot->slips, c->slid};
+                                   c->ramp, robot->slips, c->slid};
     sizes[2] = native_muscles_memory(&c->muscles);
-    sizes[3] = native_falling_memory(c);
+    sizes[3] = native_ramp_memory(c);
     sizes[4] = robot->bends;
     sizes[5] = robot->far ? 1 + robot->n : 0;
     return native_save(parts, sizes, 6, bytes, size, &model->error);
@@ -314,10 +314,10 @@ static int set_state(struct model *model, const void *bytes, size_t size)
     const struct native_robot *robot = &native->robot;
     size_t sizes[6];
     double *const parts[] = {loop_array(c, "remembered", &sizes[0]),
-                             loop_array(c, "memory", &sizes[1]), c->muscles.memory, c->falling,
+                             loop_array(c, "memory", &sizes[1]), c->muscles.memory, c->ramp,
                              robot->slips, c->slid};
     sizes[2] = native_muscles_memory(&c->muscles);
-    sizes[3] = native_falling_memory(c);
+    sizes[3] = native_ramp_memory(c);
     sizes[4] = robot->bends;
     sizes[5] = robot->far ? 1 + robot->n : 0;
     return native_restore(parts, sizes, 6, bytes, size, &model->error);
@@ -326,7 +326,7 @@ static int set_state(struct model *model, const void *bytes, size_t size)
 static void free_controller(struct controller *c)
 {
     native_muscles_close(&c->muscles);
-    free(c->falling);
+    free(c->ramp);
     free(c->slid);
     free(c->loop);
     free(c);
@@ -375,7 +375,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
     struct controller *c = calloc(1, sizeof *c);
     int failed = !c || native_controller_settings(c, native, error);
     if (!c || (!failed && (native_muscles_open(&c->muscles, &native->robot, &c->settings) ||
-                           native_falling_open(c) || open_slid(c, &native->robot) || open_loop(native, c)))) {
+                           native_ramp_open(c) || open_slid(c, &native->robot) || open_loop(native, c)))) {
         text_set(error, "not enough memory for the controller");
         failed = 1;
     }

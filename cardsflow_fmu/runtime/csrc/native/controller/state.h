@@ -25,7 +25,7 @@ struct controller {
     size_t r, k; /* rows of the reference; task coordinates that are followed, or 0 */
     size_t a;    /* actuators: muscles, and motors behind them */
     struct native_muscles muscles;
-    double *falling; /* see falling.h */
+    double *ramp; /* see ramp.h */
     double *slid;    /* whether the last position is known, and it; n */
     int has_dependent; /* whether loops make coordinates follow from others; see independent_terms.h */
     int undetermined;       /* 1 + the index of a coordinate that does not follow from the others, or 0 */

@@ -1,30 +1,30 @@
-#include "falling.h"
+#include "ramp.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-size_t native_falling_memory(const struct controller *c)
+size_t native_ramp_memory(const struct controller *c)
 {
     return c->settings.of.valid.count ? 1 + c->a + c->settings.of.q.count : 0;
 }
 
-int native_falling_open(struct controller *c)
+int native_ramp_open(struct controller *c)
 {
-    c->falling = calloc(native_falling_memory(c) + 1, sizeof *c->falling);
-    return !c->falling;
+    c->ramp = calloc(native_ramp_memory(c) + 1, sizeof *c->ramp);
+    return !c->ramp;
 }
 
-void native_falling_reset(struct controller *c, const double *forces)
+void native_ramp_reset(struct controller *c, const double *forces)
 {
     if (!c->settings.of.valid.count)
         return;
-    c->falling[0] = 1;
-    memcpy(c->falling + 1, forces, c->a * sizeof(double));
-    memcpy(c->falling + 1 + c->a, c->settings.q_start, c->settings.of.q.count * sizeof(double));
+    c->ramp[0] = 1;
+    memcpy(c->ramp + 1, forces, c->a * sizeof(double));
+    memcpy(c->ramp + 1 + c->a, c->settings.q_start, c->settings.of.q.count * sizeof(double));
 }
 
-int native_falling_is_due(const struct controller *c)
+int native_ramp_is_due(const struct controller *c)
 {
     return c->settings.of.valid.count && c->valid[0] == 0;
 }
@@ -35,9 +35,9 @@ static double rest(const struct controller *c, size_t i)
     return fmin(fmax(0, c->f_min[i]), c->f_max[i]);
 }
 
-void native_falling_fall(struct controller *c, double period)
+void native_ramp_down(struct controller *c, double period)
 {
-    double *share = c->falling, *law = share + 1;
+    double *share = c->ramp, *law = share + 1;
     const double down = c->settings.ramp_down[0];
     *share = down > 0 ? fmax(0, *share - period / down) : 0;
     for (size_t i = 0; i < c->a; i++)
@@ -47,9 +47,9 @@ void native_falling_fall(struct controller *c, double period)
     memcpy(c->in_loop.coming, c->forces, c->a * sizeof(double));
 }
 
-void native_falling_rise(struct controller *c, double period)
+void native_ramp_up(struct controller *c, double period)
 {
-    double *share = c->falling, *law = share + 1;
+    double *share = c->ramp, *law = share + 1;
     double *acting = c->in_loop.acting;
     const double up = c->settings.ramp_in[0];
     if (!c->settings.of.valid.count)
