@@ -34,7 +34,7 @@ def csv_text(names: Sequence[str], rows: FloatArray) -> str:
 
 
 def rows_text(rows: FloatArray) -> str:
-    """Return rows as CSV, without the end of the last line; values that are not finite are NaN or Infinity.
+    """Return rows as CSV without the last line end; numbers may be NaN or Infinity.
 
     Args:
         rows: Values, shape (rows, columns).

@@ -124,7 +124,8 @@ def calibrate(
 
     Args:
         robot: As it is believed to be.
-        recordings: Of its motion; the last of several, or the end of one, is held out for validation.
+        recordings: Recordings of its motion. The last of several, or the end of one, is held out
+            for validation.
         free: What is free; see `free_parameters`.
         priors: How far numbers may be off.
         markers: What the recordings' markers are, where motion capture has seen some.

@@ -135,6 +135,6 @@ def test_friction_of_an_experiment_is_that_of_the_robot() -> None:
     with pytest.raises(InputError, match=r"muscles\.motor1\.friction: .*-0\.1"):
         Experiment.load(example, {"muscles.motor1.friction": -0.1})
     straight = Experiment.load(EXAMPLES / "planar_2r", given)
-    assert any("none that has one bends" in line for line in straight.warnings())
+    assert any("no cable with friction is bent" in line for line in straight.warnings())
     scaled = Experiment.load(example, {"plant.friction_scale": 2.0})
-    assert any("no muscle has a friction" in line for line in scaled.warnings())
+    assert any("no muscle has friction" in line for line in scaled.warnings())

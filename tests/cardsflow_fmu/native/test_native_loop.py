@@ -136,7 +136,7 @@ def test_the_clock_is_not_its_own() -> None:
 def test_an_engine_is_named_rightly(key: str) -> None:
     with pytest.raises(InputError, match=rf"{key}: no engine 'cor'; did you mean 'core'"):
         load("planar_2r", {key: "cor"})
-    with pytest.raises(InputError, match=r'plant.engine: the core has no contacts.*"dart"'):
+    with pytest.raises(InputError, match=r'plant.engine: "core" does not support contacts.*"dart"'):
         load("planar_2r", {"plant.engine": "core", "world": {"ground": {}}})
     experiment = load("planar_2r", {key: "dart"})
     part = key.partition(".")[0]
