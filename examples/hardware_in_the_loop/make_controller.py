@@ -168,7 +168,7 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
         raise InputError("controller.c commands forces, in SI units")
     estimator = experiment.estimator
     if estimator is not None and (estimator.imus or estimator.delay(experiment.run.step)):
-        raise InputError("controller.c has no inertial units, and takes readings as of now")
+        raise InputError("controller.c supports no IMUs and no delayed measurements")
     if estimator is not None and estimator.believed.exact_transition:
         raise InputError("controller.c has no derivatives: set estimator.exact_transition = false")
     times = np.arange(experiment.run.steps) * experiment.run.step

@@ -106,7 +106,7 @@ class VarySettings(Table):
         AfterValidator(_paths),
         Short(_listed, {"type": "string", "minLength": 1}),
     ] = setting("full key in the experiment, or several; * for all names", alias="path")
-    name: Text = setting("in tables and figures; the path when left out", None)
+    name: Text = setting("in tables and figures (default: the path)", None)
     together: bool = setting("whether all names of * take the same value", False)
     relative: Relative = setting("values are relative to what the experiment has", None)
     values: Annotated[tuple[Any, ...], Listed, Field(min_length=1), AfterValidator(_plain)] = (
@@ -224,10 +224,10 @@ class Box(Table):
     """Joint positions between which the workspace is looked at."""
 
     lower: tuple[float, ...] = named_setting(
-        "coordinate", "in rad or m; the joint limits when left out", None
+        "coordinate", "in rad or m (default: the joint limits)", None
     )
     upper: tuple[float, ...] = named_setting(
-        "coordinate", "in rad or m; the joint limits when left out", None
+        "coordinate", "in rad or m (default: the joint limits)", None
     )
     points: _Count = setting("poses along each coordinate", 5)
 

@@ -133,7 +133,7 @@ def test_a_run_through_a_device_is_that_with_the_plant_and_is_recorded(
 
 @pytest.mark.slow
 def test_a_replay_gives_the_same_run(recorded: Path, plant_run: Result) -> None:
-    """In lock step bit for bit; beyond its end there is a clear status; and by the clock."""
+    """In lock step bit for bit; beyond its end there is a clear status; and in real time."""
     with served("replay-hardware", str(recorded), "--watchdog", "10000") as device:
         driven = experiment(**LOCKSTEP, **{"hardware.link": device.uri})
         result = simulate(driven, coupling="direct")
