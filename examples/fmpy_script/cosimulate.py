@@ -1,8 +1,8 @@
-"""The FMUs of examples/planar_2r, stepped in plain FMPy; no import of this package.
+"""The FMUs of examples/planar_2r, stepped with FMPy only; no import of this package.
 
 cardsflow build examples/planar_2r -o fmus
 python cosimulate.py fmus results.csv plant        # the simulated robot
-python cosimulate.py fmus hardware.csv hardware    # hardware.fmu in its place
+python cosimulate.py fmus hardware.csv hardware    # hardware.fmu instead
 """
 
 import csv

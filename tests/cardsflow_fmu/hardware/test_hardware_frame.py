@@ -308,7 +308,7 @@ def test_the_protocol_document_agrees_with_the_code() -> None:
     assert kinds == {int(kind): kind.name for kind in Kind}
     flags = {int(row[1]): (int(row[0]), row[2]) for row in rows("### Flags")}
     assert flags == {flag.value: (flag.value.bit_length() - 1, flag.name) for flag in Flag}
-    codes = {int(row[0]): row[1] for row in rows("Or it answers with")}
+    codes = {int(row[0]): row[1] for row in rows("Otherwise, it answers with")}
     assert codes == {int(code): code.name for code in ErrorCode}
     letters = {"u8": "B", "u16": "H", "u32": "I", "u64": "Q", "f64": "d"}
     fields = [row for row in rows("## The frame") if row[1] in letters]
