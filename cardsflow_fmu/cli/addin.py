@@ -19,6 +19,7 @@ from .common import (
     settings_of,
 )
 from .parser import Commands
+from .terminal.progress import show_progress
 
 
 def add_import_cad(commands: Commands) -> None:
@@ -154,7 +155,8 @@ def _import_cad(options: argparse.Namespace) -> int:
     folder = options.output or Path(options.design.stem)
     tables = Tables(**given) if given else None
     try:
-        exported = import_cad(options.design, folder, settings_of(options.set), tables, **time)
+        with show_progress("import-cad"):
+            exported = import_cad(options.design, folder, settings_of(options.set), tables, **time)
         findings, files = exported.findings, exported.files
     except RobotError as error:
         findings, files = error.findings, ()

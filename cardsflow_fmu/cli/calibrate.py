@@ -21,6 +21,7 @@ from .common import (
     print_result,
 )
 from .parser import Commands
+from .terminal.progress import show_progress
 
 _PARAMETERS = (
     "muscles.*.offset, .via_points, .stiffness, .friction; links.*.inertia; "
@@ -117,14 +118,16 @@ def _patterns(words: list[str]) -> list[str]:
 def _excite(options: argparse.Namespace) -> int:
     from cardsflow_fmu.simulation.excite import excite
 
-    done = excite(
-        options.robot,
-        _patterns(options.parameters),
-        options.output,
-        options.cable_set,
-        options.duration,
-        options.speed,
-    )
+    with show_progress("excite") as update:
+        done = excite(
+            options.robot,
+            _patterns(options.parameters),
+            options.output,
+            options.cable_set,
+            options.duration,
+            options.speed,
+            progress=update,
+        )
     if not options.json:
         print_findings(done.findings, options.verbose)
         print_result(done.text)
@@ -138,15 +141,17 @@ def _calibrate(options: argparse.Namespace) -> int:
     parameters = _patterns(options.parameters)
     if not parameters:
         raise InputError('is required, such as "muscles.*.offset"', key="--parameters")
-    done = calibrate_files(
-        options.recordings,
-        options.robot,
-        parameters,
-        options.output,
-        options.cable_set,
-        options.markers,
-        options.capture,
-    )
+    with show_progress("calibrate") as update:
+        done = calibrate_files(
+            options.recordings,
+            options.robot,
+            parameters,
+            options.output,
+            options.cable_set,
+            options.markers,
+            options.capture,
+            progress=update,
+        )
     if not options.json:
         print_findings(done.findings, options.verbose)
         print_result(done.text)

@@ -20,6 +20,7 @@ from .common import (
 )
 from .parser import Commands
 from .terminal.messages import print_warning
+from .terminal.progress import show_progress
 
 KINDS = ("experiment", "study", "snapshot")
 SHELLS = ("bash", "zsh", "fish")
@@ -68,7 +69,10 @@ def add_completion(commands: Commands) -> None:
 def _init(options: argparse.Namespace) -> int:
     from cardsflow_fmu.simulation.starter import init
 
-    starter = init(options.robot, options.output, options.cable_set, overwrite=options.overwrite)
+    with show_progress("init"):
+        starter = init(
+            options.robot, options.output, options.cable_set, overwrite=options.overwrite
+        )
     if not options.json:
         print_findings(starter.findings, rest="cardsflow check")
         for note in starter.notes:

@@ -19,6 +19,7 @@ from .common import (
 )
 from .parser import Commands
 from .terminal.messages import print_warning
+from .terminal.progress import show_progress
 
 _RESULTS = "the folder of a run, or a table (.csv, .parquet)"
 _PANELS = (
@@ -120,7 +121,8 @@ def _compare(options: argparse.Namespace) -> int:
 def _report(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.report.page import report
 
-    page = report(options.results, options.output, overwrite=options.overwrite)
+    with show_progress("report"):
+        page = report(options.results, options.output, overwrite=options.overwrite)
     print_files([page], options.json)
     return GOOD
 
@@ -141,7 +143,8 @@ def convert_recording(options: argparse.Namespace) -> int:
         raise UnknownNameError("format", file.name, ["run.mcap", "motion.csv"], key="--to")
     from cardsflow_fmu.ros.recording import convert_run
 
-    recorded = convert_run(options.robot, file)
+    with show_progress("convert"):
+        recorded = convert_run(options.robot, file)
     if not options.json:
         for note in recorded.notes:
             print_warning(note)

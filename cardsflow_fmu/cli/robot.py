@@ -31,6 +31,7 @@ from .common import (
 from .parser import Commands
 from .results import convert_recording
 from .terminal.messages import print_coloured
+from .terminal.progress import show_progress
 
 if TYPE_CHECKING:
     from addin_sdfusion.robot.formats.read import Reading
@@ -193,7 +194,8 @@ def _check(options: argparse.Namespace) -> int:
     failure = _opening_error(experiment) if sound else None
     if sound and failure is None:
         findings += _drive_findings(reading, experiment)
-        findings += _motion_findings(options, reading)
+        with show_progress("check"):
+            findings += _motion_findings(options, reading)
         findings += _losses(options, reading)
         findings = errors_first(findings)
     if options.json:
@@ -305,7 +307,7 @@ def _convert(options: argparse.Namespace) -> int:
         robot = reading.require()
         trajectories, unread = read_trajectories(reading.files[0])
         findings += unread
-        with made_folder(options.output, "convert"):
+        with made_folder(options.output, "convert"), show_progress("convert"):
             files, lost = convert(
                 robot,
                 options.to,
@@ -330,7 +332,8 @@ def _size(options: argparse.Namespace) -> int:
     from cardsflow_fmu.results.analysis.sizing import size
     from cardsflow_fmu.results.analysis.sizing_report import describe_sizes
 
-    sizes = size(experiment_of(options), margin=options.margin)
+    with show_progress("size"):
+        sizes = size(experiment_of(options), margin=options.margin)
     print(json_text(sizes, indent=1) if options.json else describe_sizes(sizes))
     return FAILED if sizes["impossible_points"] else GOOD
 
@@ -348,8 +351,9 @@ def _activations(options: argparse.Namespace) -> int:
 
     reading = read(options.robot, options.cable_set)
     robot = reading.require()
-    motion = recorded(robot, options.motion, options.noise)
-    found = static_optimisation(robot, motion, passive=options.passive)
+    with show_progress("activations"):
+        motion = recorded(robot, options.motion, options.noise)
+        found = static_optimisation(robot, motion, passive=options.passive)
     contents, summary = activation_files(found), activation_summary(found)
     for name, text in contents.items():
         if not options.overwrite:

@@ -266,14 +266,15 @@ def _build(options: argparse.Namespace) -> int:
     from cardsflow_fmu.simulation.build import SYSTEM_FILE, build
 
     experiment = experiment_of(options)
-    files = build(
-        experiment,
-        options.output,
-        fmi=options.fmi,
-        arrays=not options.scalars,
-        platforms=options.platforms,
-        compute=options.compute,
-    )
+    with show_progress("build"):
+        files = build(
+            experiment,
+            options.output,
+            fmi=options.fmi,
+            arrays=not options.scalars,
+            platforms=options.platforms,
+            compute=options.compute,
+        )
     if options.compute is None:
         for model, what in why_python(experiment).items():
             print_note(f"{model}.fmu uses Python; the C engine does not support {what}")

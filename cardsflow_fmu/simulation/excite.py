@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -41,6 +41,9 @@ DEFAULT_PARAMETERS = (
 )
 """Patterns of the parameters that are identified by default."""
 
+_DESIGN_SHARE = 0.6
+"""Expected part of the time for the design; the rest is its refinement and the test run."""
+
 _MAX_MOTIONS = 6
 _MAX_ERROR = 0.05
 """Maximum tracking error of a test run, in [rad] or [m]."""
@@ -68,6 +71,7 @@ def excite(
     cable_set: str | None = None,
     duration: float = DURATION,
     speed: float = SPEED,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Excited:
     """Write an experiment with a motion from which a calibration identifies parameters.
 
@@ -79,6 +83,7 @@ def excite(
         cable_set: Name of the cable set (default: as in the robot file).
         duration: Duration of the motion, in [s].
         speed: Maximum joint speed, in [rad/s].
+        progress: Called during the design with the number of completed steps and their total.
 
     Raises:
         InputError: The robot cannot be read or moved, or has none of the parameters.
@@ -98,7 +103,12 @@ def excite(
             )
         start = np.array(first.motion.points[0].q)
         designed = excitations(
-            _with_force_limits(found, first), start, free or DEFAULT_PARAMETERS, duration, speed
+            _with_force_limits(found, first),
+            start,
+            free or DEFAULT_PARAMETERS,
+            duration,
+            speed,
+            progress=None if progress is None else _design_progress(progress),
         )
         design, draft, test_run = _largest_tracked(search, first, islice(designed, _MAX_MOTIONS))
         text = described(design, test_run, _next(folder, robot, free or DEFAULT_PARAMETERS))
@@ -110,6 +120,11 @@ def excite(
             REPORT: text + "\n",
         }
         return Excited(write_files(folder, contents), text, findings)
+
+
+def _design_progress(progress: Callable[[int, int], None]) -> Callable[[int, int], None]:
+    """Return a function that reports the progress of the design as a part of all work."""
+    return lambda done, total: progress(done, round(total / _DESIGN_SHARE))
 
 
 def _with_force_limits(robot: Robot, draft: ExperimentDraft) -> Robot:

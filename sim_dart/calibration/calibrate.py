@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from sim_dart.muscles.paths import MusclePaths
 
 from .curvature import bends
 from .fit import Fit, fit
+from .fit_progress import FitProgress
 from .inertia import inertia_numbers
 from .markers import Marker, SeenMarkers, shown_poses
 from .parameters import Parameter, PriorSettings, free_parameters
@@ -119,6 +120,7 @@ def calibrate(
     free: Sequence[str],
     priors: PriorSettings | None = None,
     markers: Sequence[Marker] = (),
+    progress: Callable[[int, int], None] | None = None,
 ) -> Calibration:
     """Calibrate a robot.
 
@@ -129,6 +131,7 @@ def calibrate(
         free: What is free; see `free_parameters`.
         priors: How far numbers may be off.
         markers: What the recordings' markers are, where motion capture has seen some.
+        progress: Called with the completed work and its expected total.
 
     Raises:
         RobotError: The robot is not valid.
@@ -152,13 +155,19 @@ def calibrate(
     spread = noise(cut)
     problem = CalibrationProblem(robot, parameters, spread, believed.inertia, seen=seen)
     z = np.zeros(len(parameters))
-    for fraction, every in _STAGES:
-        some = _bounded(_windows_of(cut, fraction)[::every], len(parameters))
-        found = fit(problem, some, z, _STAGE_ITERATIONS, _STAGE_GAIN)
+    stages = [
+        _bounded(_windows_of(cut, fraction)[::every], len(parameters))
+        for fraction, every in _STAGES
+    ]
+    some = _bounded(cut, len(parameters))
+    work = FitProgress(progress, [*stages, some], _STAGE_ITERATIONS)
+    for stage in stages:
+        found = fit(problem, stage, z, _STAGE_ITERATIONS, _STAGE_GAIN, work.add_iteration)
+        work.end_stage()
         problem.skip_idle(found.information)
         z = found.z
-    some = _bounded(cut, len(parameters))
-    found = fit(problem, some, z)
+    found = fit(problem, some, z, end_of_iteration=work.add_iteration)
+    work.end_stage()
     found = replace(found, z=problem.without_traces(found.z))
     require_valid(problem.robot_at(found.z))
     result = _result(robot, problem, found, some, kept, spread, notes)

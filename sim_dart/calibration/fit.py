@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +49,7 @@ def fit(
     z: FloatArray | None = None,
     most: int = _MAX_ITERATIONS,
     small_gain: float = 0.0,
+    end_of_iteration: Callable[[], None] = lambda: None,
 ) -> Fit:
     """Solve a calibration.
 
@@ -59,6 +60,7 @@ def fit(
         most: Most iterations.
         small_gain: Part of the cost; an iteration that gains less is the last, as is one that gains
             less than any deviation.
+        end_of_iteration: Called after each iteration.
 
     Raises:
         CardsflowError: The robot diverges within windows where it begins.
@@ -87,6 +89,7 @@ def fit(
         else:
             return Fit(z, at.information, settled, iteration, True)
         z, settled, damping = new_z, new, damping / 10.0
+        end_of_iteration()
         ends = before - after <= least
         if ends or iteration == most:
             return Fit(z, at.information, settled, iteration, ends)

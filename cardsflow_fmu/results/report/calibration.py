@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -57,6 +57,7 @@ def calibrate_files(
     cable_set: str | None = None,
     markers: Path | None = None,
     captures: Sequence[Path] = (),
+    progress: Callable[[int, int], None] | None = None,
 ) -> Calibrated:
     """Calibrate a robot from recordings and write it as SDF with CARDSFlow muscles.
 
@@ -69,6 +70,7 @@ def calibrate_files(
         cable_set: Name of the cable set (default: as in the robot file).
         markers: Table of markers on the robot; see `read_markers`. None without markers.
         captures: Motion-capture tables, one per recording; empty if the recordings contain markers.
+        progress: Called during the calibration with the completed work and its expected total.
 
     Raises:
         InputError: The recordings or the robot cannot be read, or do not identify the parameters.
@@ -88,7 +90,7 @@ def calibrate_files(
             raise InputError(what, key="--capture")
         pairs = zip_longest(recordings, captures)
         readings = [read_readings(path, believed, worn, capture) for path, capture in pairs]
-        result = calibrate(believed, readings, free, markers=worn)
+        result = calibrate(believed, readings, free, markers=worn, progress=progress)
         text, table = describe(result), _table(result)
         place = reading.files[0].parent
         files, lost = convert(result.robot, "sdf", folder, mesh_folder=place)

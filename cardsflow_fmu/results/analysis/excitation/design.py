@@ -11,7 +11,7 @@ Technometrics 37), as long as muscles can make the motion within their bounds.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -93,6 +93,7 @@ def excitations(
     duration: float = DURATION,
     speed: float = SPEED,
     seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[Excitation]:
     """Yield a motion that identifies parameters, then smaller motions of the same shape.
 
@@ -103,6 +104,7 @@ def excitations(
         duration: Duration, in [s].
         speed: Maximum speed, in [rad/s]; scaled by the robot size for sliding coordinates.
         seed: Seed of the random search.
+        progress: Called with the number of completed steps of the search and their total.
 
     Raises:
         InputError: The robot has closed loops, or the duration or speed is out of range.
@@ -125,7 +127,7 @@ def excitations(
     priors = PriorSettings()
     parameters, notes = free_parameters(robot, free, np.maximum(torque, 1e-3), priors)
     design = Design(motions, parameters, priors)
-    points = design.exchanged(points, rng)
+    points = design.exchanged(points, rng, progress)
     while True:
         points = motions.shrunk(points)
         motion, forces = motions.whole(points)
@@ -157,7 +159,12 @@ class Design:
         self._exact = CalibrationProblem(robot, parameters, noise, sd)
         self.prior = self._problem.prior(np.zeros(len(parameters)))[2]
 
-    def exchanged(self, points: FloatArray, rng: np.random.Generator) -> FloatArray:
+    def exchanged(
+        self,
+        points: FloatArray,
+        rng: np.random.Generator,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> FloatArray:
         """Return control points of a motion with more information."""
         motions = self._motions
         none = np.zeros_like(self.prior)
@@ -167,7 +174,10 @@ class Design:
         best = np.linalg.slogdet(whole)[1]
         work = len(self._parameters) * (ORDER + 1) * len(motions.free) * _SWEEPS
         tries = int(np.clip(round(_WORK / work), 1, _TRIES))
-        for k in [k for _ in range(_SWEEPS) for k in motions.free for _ in range(tries)]:
+        tried = [k for _ in range(_SWEEPS) for k in motions.free for _ in range(tries)]
+        for count, k in enumerate(tried):
+            if progress is not None:
+                progress(count, len(tried))
             new = points.copy()
             new[k] = motions.proposed(points, k, rng)
             around = range(k - ORDER, k + 1)
@@ -179,6 +189,8 @@ class Design:
             if gain > best:
                 points, whole, best = new, changed, gain
                 each[around.start : around.stop] = parts
+        if progress is not None:
+            progress(len(tried), len(tried))
         return points
 
     def _all_information(self, points: FloatArray, spans: range) -> list[FloatArray] | None:
