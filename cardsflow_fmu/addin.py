@@ -195,7 +195,7 @@ def _identity(folder: Path) -> str | None:
 
 
 def _exchange(target: Path, new: Path, old: Path) -> None:
-    """Put a folder in place of another, or leave that one if it was."""
+    """Put a folder in place of another, or leave that one where it was."""
     if target.exists():
         target.rename(old)
     try:

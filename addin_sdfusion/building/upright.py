@@ -26,7 +26,7 @@ def upright(snapshot: DesignSnapshot) -> DesignSnapshot:
 
 
 def _turned(v: Vector3) -> Vector3:
-    """Return a quarter turn about x takes y to z."""
+    """Return the quarter turn about x that moves y to z."""
     x, y, z = v
     return x, 0.0 - z, y
 

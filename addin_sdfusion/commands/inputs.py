@@ -166,7 +166,7 @@ class Inputs:
 
 
 class _Table:
-    """A table with a line of headings, whose rows are updated if they are.
+    """A table with a line of headings, whose rows are updated where they are.
 
     Deleting a row deletes its inputs, and that is not allowed while an event of one is running.
     """

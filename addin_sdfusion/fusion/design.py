@@ -180,7 +180,7 @@ class _Reading:
         read: Callable[[Occurrence, Occurrences, Notes], Iterator[Named]],
         occurrences: Occurrences,
     ) -> list[tuple[str, Named, Named]]:
-        """Return joints or groups, each by if it is, with its own name and with a unique one."""
+        """Return joints or groups, each by where it is, with its own name and with a unique one."""
         found: list[tuple[str, Named]] = []
         for occurrence in occurrences.values():
             items = self._all(f"{kind}s", occurrence, read(occurrence, occurrences, self._notes))

@@ -33,7 +33,7 @@ def read_points(occurrence: Occurrence, keys: Keys, notes: Notes) -> Iterator[Po
             use = stored_point(held or {}, name, notes.findings)
             found.append((name, read, use, problem or ""))
     count: dict[str, int] = {}
-    # By if they are in their component: the same order in every occurrence.
+    # By where they are in their component: the same order in every occurrence.
     for name, (_, there), use, problem in sorted(found, key=lambda point: (point[0], point[1][0])):
         number = count[name] = count.get(name, -1) + 1
         yield PointSnapshot(

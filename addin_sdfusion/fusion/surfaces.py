@@ -114,7 +114,7 @@ def _in_occurrence(
 
 
 def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapshot]:
-    """Return a face in an occurrence; first if it is in its component.
+    """Return a face in an occurrence; first where it is in its component.
 
     Raises:
         ValueError: It is neither cylinder nor sphere.

@@ -97,7 +97,7 @@ def _use(point: PointSnapshot, findings: list[Finding]) -> PointUse | None:
 def _one_each(
     read: Sequence[tuple[PointSnapshot, PointUse]], link_of: Mapping[str, str]
 ) -> list[tuple[PointSnapshot, PointUse]]:
-    """Return each point once: if it is meant, if its component is in several places."""
+    """Return each point once: where it is meant, if its component is in several places."""
     groups: dict[str, list[PointSnapshot]] = {}
     for i, (point, _) in enumerate(read):
         groups.setdefault(point.entity or f"#{i}", []).append(point)
@@ -126,7 +126,7 @@ def _meant(
 
 
 def _link_at(item: Located, link_of: Mapping[str, str]) -> str:
-    """Return the link that moves with a point or face, or a name for if it is."""
+    """Return the link that moves with a point or face, or a name for where it is."""
     return link_of.get(item.occurrence, item.occurrence or WORLD)
 
 

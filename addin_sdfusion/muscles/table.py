@@ -228,7 +228,7 @@ class MuscleTable:
     def move_point(self, muscle: str, index: int, by: int) -> MuscleTable:
         """Return a point moved along its muscle; not beyond the ends.
 
-        Wrap surfaces stay if they are along the muscle.
+        Wrap surfaces stay where they are along the muscle.
         """
         points = list(self.points_of(muscle))
         numbers = [point.number for point in points]

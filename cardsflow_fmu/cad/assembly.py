@@ -55,7 +55,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Place:
-    """A part, and if it is.
+    """A part, and where it is.
 
     Attributes:
         path: As occurrences have it.

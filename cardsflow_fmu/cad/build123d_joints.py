@@ -141,7 +141,7 @@ def _cylindrical(pair: _Pair) -> tuple[MotionSnapshot, ...]:
 
 
 def _slot(pair: _Pair) -> tuple[MotionSnapshot, ...]:
-    """Return a slide, and a rotation if it has led."""
+    """Return a slide, and a rotation where it has led."""
     turn, slide = _both(pair, pair.other.angular_range)
     return slide, turn
 

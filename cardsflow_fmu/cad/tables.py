@@ -38,7 +38,7 @@ KINDS: Mapping[str, JointKind] = {
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell of a table: its text, and if it is."""
+    """A cell of a table: its text, and where it is."""
 
     text: str
     file: Path

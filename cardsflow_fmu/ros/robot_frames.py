@@ -56,7 +56,7 @@ def point_values(position: FloatArray) -> Values:
 
 
 def quaternion_values(R: FloatArray) -> Values:
-    """Rotation matrices, shape (K, 3, 3), as a `Quaternion`; NaN if they are."""
+    """Rotation matrices, shape (K, 3, 3), as a `Quaternion`; NaN where they are."""
     quaternions, sound = np.full((len(R), 4), np.nan), np.isfinite(R).all(axis=(1, 2))
     if sound.any():
         quaternions[sound] = Rotation.from_matrix(R[sound]).as_quat()

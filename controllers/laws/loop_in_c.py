@@ -131,7 +131,7 @@ class LoopInC:
             raise self._failure
 
     def _view(self, address: int, length: int) -> FloatArray:
-        """Memory of the loop, which stays if it is, as an array."""
+        """Memory of the loop, which stays where it is, as an array."""
         found = self._views.get((address, length))
         if found is None:
             found = self._views[address, length] = law_in_c.view(address, length)

@@ -105,7 +105,7 @@ class SeenMarkers:
 
 
 def shown_poses(seen: SeenMarkers, robot: Robot, q: FloatArray, markers: FloatArray) -> FloatArray:
-    """Poses at which markers are if they were seen, by least squares, row by row.
+    """Poses at which markers are where they were seen, by least squares, row by row.
 
     Args:
         seen: The markers.

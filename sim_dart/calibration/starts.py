@@ -45,7 +45,7 @@ class Eliminated(NamedTuple):
 
 @dataclass(frozen=True)
 class Settled:
-    """Windows with theta held, each beginning if it fits best.
+    """Windows with theta held, each beginning where it fits best.
 
     Attributes:
         cost: Sum of squared residuals, without the prior.

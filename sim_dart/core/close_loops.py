@@ -25,7 +25,7 @@ def close_loops(robot: Robot, q: ArrayLike | None = None, hold: Sequence[str] = 
     Args:
         robot: The robot.
         q: Where to begin, shape (n,), in [rad] or [m]; at the initial values when None.
-        hold: Names of coordinates that stay if they are.
+        hold: Names of coordinates that stay where they are.
 
     Returns:
         Shape (n,), in [rad] or [m].

@@ -17,7 +17,7 @@ _MISS = 1e-3
 
 
 class PlacedEllipsoid(NamedTuple):
-    """An ellipsoid if it is.
+    """An ellipsoid where it is.
 
     Attributes:
         centre: In the world, shape (3,), in [m].

@@ -1,4 +1,4 @@
-"""Tension custom laws, in Python: the class to derive from, and those of a robot."""
+"""Custom muscle laws in Python: the base class, and the laws of a robot."""
 
 from __future__ import annotations
 

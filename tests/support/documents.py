@@ -88,7 +88,7 @@ def blocks(file: Path) -> Iterator[Block]:
 
 
 def prose(file: Path) -> str:
-    """A document without its blocks of code; lines stay if they are."""
+    """A document without its blocks of code; lines stay where they are."""
     text = file.read_text(encoding="utf-8")
     return _FENCED.sub(lambda match: "\n" * match[0].count("\n"), text)
 

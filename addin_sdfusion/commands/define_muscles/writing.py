@@ -52,7 +52,7 @@ from .picks import Picks, is_center, problem_of
 _ASSEMBLY = 1  # DesignIntentTypes
 
 TOLERANCE = 1e-6
-"""How far a new point may be from if it was clicked, in [m]."""
+"""How far a new point may be from where it was clicked, in [m]."""
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ class Writer:
             self._set(point, POINT, point_text(w.row.use), w.name, self._why_not(w.row))
 
     def _with_origin(self, item: Desired, point: Any) -> Desired:
-        """Return the name that the user gave the point is remembered."""
+        """Return the name that the user gave the point."""
         row = item.row
         original = self._original.get(row.entity, "")
         if not original and not row.made and not parse_point_name(point.name):

@@ -39,7 +39,7 @@ def read_couplings(
 def _coupling(
     link: Any, occurrence: Occurrence, joints: Joints, subject: Subject, notes: Notes
 ) -> CouplingSnapshot | None:
-    """Return the second motion follows the first: both continue from if they are, in one ratio."""
+    """Return the relation of two motions that continue from their poses with a constant ratio."""
     if link.isSuppressed:
         return None
     problem = problem_of(link, subject, notes)

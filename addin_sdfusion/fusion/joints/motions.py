@@ -68,7 +68,7 @@ def _cylindrical(motion: Any) -> tuple[Freedom, ...]:
 
 
 def _pin_slot(motion: Any) -> tuple[Freedom, ...]:
-    """Return the pin slides in the slot of `two`, and turns there."""
+    """Return the motions of a pin that slides in the slot of `two` and turns there."""
     return _slide(motion, "slide"), _rotation(motion, "rotation")
 
 

@@ -143,7 +143,7 @@ def _segment(wrap: Wrap) -> int:
 
 
 def _overlap(first: WrapSurface, second: WrapSurface) -> bool:
-    """Whether two spheres on one link do; of other shapes it depends on if they are touched."""
+    """Whether two spheres on one link do; of other shapes it depends on where they are touched."""
     if first.link != second.link or (first.shape, second.shape) != ("sphere", "sphere"):
         return False
     distance = math.dist(first.pose.position, second.pose.position)

@@ -1,4 +1,4 @@
-"""The approach of hardware: from if it is measured to where the reference begins."""
+"""The approach of hardware: from where it is measured to where the reference begins."""
 
 from __future__ import annotations
 

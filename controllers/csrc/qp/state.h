@@ -95,7 +95,7 @@ void factor_build(dual_newton *s, real ridge);
 void factor_weighted(dual_newton *s, const real *rows, real ridge);
 void factor_solve(const dual_newton *s, const real *r, real *d);
 
-/* search.c: how far to go from lam along d for the largest dual value, less ridge/2 |t d|^2; far if it is
+/* search.c: how far to go from lam along d for the largest dual value, less ridge/2 |t d|^2; far where it is
    beyond every bend.                                                                                  */
 real search_peak(dual_newton *s, real ridge, int *is_far);
 

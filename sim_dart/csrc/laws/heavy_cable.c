@@ -58,7 +58,7 @@ static void heavy_place(real *k, const real chord[3], const real gravity[3])
     k[HEAVY_RISE] = b / l, k[HEAVY_RUN] = larger(sqrt(dot3(level, level)) / l, MIN_RUN);
 }
 
-/* A cable if it is: a / L, b / L, l, L, kappa, w; whether it weighs anything. */
+/* A cable where it is: a / L, b / L, l, L, kappa, w; whether it weighs anything. */
 typedef struct {
     real run, rise, l, rest, kappa, w;
     int is_heavy;

@@ -42,7 +42,7 @@ typedef struct {
     void (*start)(const real *k, real l, real u, real *x);
     /* x after a time h, while l grows by v h. */
     void (*advance)(const real *k, real *x, real l, real v, real u, real h);
-    /* NULL but for a cable with weight, between two points: the constants that follow from if it is; what
+    /* NULL but for a cable with weight, between two points: the constants that follow from where it is; what
        pulls its two points down next to its tension, which is that along the chord.                     */
     void (*place)(real *k, const real chord[3], const real gravity[3]);
     void (*weigh)(const real *k, real l, real u, real down[2]);

@@ -188,7 +188,7 @@ static void winch_start(const real *k, real l, real u, real *x)
     x[WINCH_SPEED] = 0, x[WINCH_ANGLE] = (k[WINCH_REST_LENGTH] - paid) / rho;
 }
 
-/* A drive that holds f where the drum is, from if it is within its limits for a way. */
+/* A drive that holds f where the drum is, from where it is within its limits for a way. */
 static real winch_guess(const real *k, const real *x, real l, real f, real *step)
 {
     const real rho = k[WINCH_RADIUS], Kp = k[WINCH_PROPORTIONAL];

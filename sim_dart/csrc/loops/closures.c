@@ -52,7 +52,7 @@ static void add_rates(const core *c, const placed_closure *own, const real force
 
 static const real NONE[3] = {0, 0, 0};
 
-/* What is zero when a direction is right: u.v; or the angle between v and if it is to point, in the plane of
+/* What is zero when a direction is right: u.v; or the angle between v and where it is to point, in the plane of
    that and u, which does not vanish where v points the other way. The moment is the derivative's.       */
 static real direction_gap(const placed_closure *own, int as_angle, real moment[3])
 {

@@ -63,7 +63,7 @@ class FuzzedWorld(World):
 
 
 class ReadRobot(WatchedRobot):
-    """Remembers if it was whenever its state was read."""
+    """Remembers where it was whenever its state was read."""
 
     def reset(self) -> None:
         super().reset()

@@ -275,7 +275,7 @@ def test_random_trees(seed: int, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_joint_that_has_left_its_limit(tmp_path: Path) -> None:
-    """No step remembers the stops of another: as from an instance that starts if it is."""
+    """No step remembers the stops of another: as from an instance that starts where it is."""
     robot = random_robot(7)
     n, m = len(robot.coordinates), len(robot.muscles)
     q, qd = np.full(n, 0.2), np.zeros(n)

@@ -1,4 +1,4 @@
-"""Markers of motion capture: if they are seen, and what poses and robots they show."""
+"""Markers of motion capture: where they are seen, and what poses and robots they show."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def arm() -> Robot:
 
 
 def test_markers_are_where_closed_forms_have_them(arm: Robot) -> None:
-    """With derivatives by the pose and by if they are worn, against differences."""
+    """With derivatives by the pose and by where they are worn, against differences."""
     rng = np.random.default_rng(1)
     q, h = rng.uniform(-1.5, 1.5, size=(20, 2)), 1e-6
     seen = SeenMarkers(arm, MARKERS)

@@ -403,7 +403,7 @@ def test_wrenches_reach_the_right_one_of_several_robots() -> None:
 
 @pytest.mark.slow
 def test_a_long_scene_keeps_its_height() -> None:
-    """Boxes on one another stay if they are."""
+    """Boxes on one another stay where they are."""
     tower = tuple(
         SceneObject(f"b{k}", Box((0.1, 0.1, 0.1)), Pose((0.0, 0.0, 0.05 + 0.1 * k)), 0.2)
         for k in range(4)

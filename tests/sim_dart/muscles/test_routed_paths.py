@@ -65,7 +65,7 @@ def _point(robot: Robot, q: FloatArray, via: ViaPoint) -> FloatArray:
 
 @pytest.mark.parametrize("at", [-0.7, -0.2, 0.4])
 def test_paths_that_depend_on_a_held_coordinate(at: float) -> None:
-    """Points are if they are, and in use or not, and lengths count, as if it moved there."""
+    """Points are where they are, and in use or not, and lengths count, as if it moved there."""
     when, motion = (
         PointCondition("joint_0", -0.5, 0.25),
         PointMotion((0.0, 0.0, 1.0), "joint_0", SPLINE),

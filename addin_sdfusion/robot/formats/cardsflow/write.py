@@ -106,7 +106,7 @@ def cardsflow_xml(robot: Robot) -> str:
 
 
 class _Step:
-    """A via point element to be: if it is, and its attributes."""
+    """A via point element to be: where it is, and its attributes."""
 
     def __init__(self, point: ViaPoint, **attributes: str) -> None:
         self.point = point

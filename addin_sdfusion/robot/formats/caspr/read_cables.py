@@ -23,7 +23,7 @@ def read_cables(
 ) -> tuple[tuple[CableSet, ...], str]:
     """Return the cable sets of a file and the name of the active one.
 
-    A set that holds an unknown kind of cable or attachment is left out with a warning; if it is
+    A set that holds an unknown kind of cable or attachment is left out with a warning; where it is
     the active one, that is an error.
 
     Raises:

@@ -136,7 +136,7 @@ def _turned_back(motion: Motion) -> tuple[Transform, list[Motion]]:
 def _several(
     compiled: Compiled, row: Row, node: Node, start: int
 ) -> tuple[list[Motion], list[Coordinate]]:
-    """Return a ball turns by three angles, a free joint moves along three axes before."""
+    """Return the motions of a ball (three angles) or a free joint (three axes before them)."""
     name, count = row["name"], ANGLES[row["type"]]
     words = ("x", "y", "z", "alpha", "beta", "gamma")[-count:]
     motions, coordinates = [], []

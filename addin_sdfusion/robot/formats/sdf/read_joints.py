@@ -93,7 +93,7 @@ def _link_named(node: Node, tag: str, frames: Frames) -> str:
 
 
 def _in_parent(name: str, parent: str, model: Model) -> Pose:
-    """T_parent_joint, as given in the file if it is."""
+    """T_parent_joint, as given in the file where it is."""
     key, frames = ("joint", name), model.frames
     if parent == WORLD:
         return compose(model.T_world_model, frames.in_model(key))
@@ -103,7 +103,7 @@ def _in_parent(name: str, parent: str, model: Model) -> Pose:
 
 
 def _in_child(name: str, child: str, frames: Frames) -> Pose:
-    """T_child_joint, as given in the file if it is."""
+    """T_child_joint, as given in the file where it is."""
     key, link = ("joint", name), ("link", child)
     exact = frames.placements.get(("frame", joint_frame_name(name, child)))
     if exact is not None and exact.relative_to == link:

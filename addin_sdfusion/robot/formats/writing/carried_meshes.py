@@ -1,4 +1,4 @@
-"""Meshes that go with a robot to if it is written, with URIs that find them there."""
+"""Meshes that go with a robot to where it is written, with URIs that find them there."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class CarriedMeshes:
     """The meshes of a robot that are carried.
 
     Attributes:
-        folder: Folder of the robot's file; meshes that lie elsewhere stay if they are.
+        folder: Folder of the robot's file; meshes that lie elsewhere stay where they are.
         files: Each file, by its place in the robot's folder, which is that in the new one.
         names: These names by the robot's URIs.
         left: What keeps a file from being carried, by the robot's URIs.

@@ -136,7 +136,7 @@ class _Columns:
         return drawable(self._result.columns(names)[self._rows])
 
     def any(self, names: list[str]) -> FloatArray | None:
-        """The columns, nan where one is missing; None if all are."""
+        """The columns, nan where one is missing; None where all are."""
         found = [self.all([name]) for name in names]
         if all(column is None for column in found):
             return None

@@ -1,7 +1,7 @@
 /* A closed loop of native models, stepped in C: what native_loop.py drives.
  *
  * The loop is the master's: participants in stages, each given outputs of the others before it steps. Its
- * tables are the caller's and stay if they are for as long as the loop is used:
+ * tables are the caller's and stay where they are for as long as the loop is used:
  *
  *     turns    model, every how many steps it is stepped, number of its copies, number of its stage; in the
  *              order in which they are stepped

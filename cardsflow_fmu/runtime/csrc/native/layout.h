@@ -26,7 +26,7 @@ enum native_kind { NATIVE_PLANT, NATIVE_CONTROLLER, NATIVE_REFERENCE, NATIVE_SEN
  *     rubbing           muscle of each tension at the far end
  *     state_order       which of all muscles' states each state is
  *     external_frame    frame of each point of external wrenches, those of loads first; -1 for the world
- *     external_point    if it is in that frame, in [m]
+ *     external_point    where it is in that frame, in [m]
  *     substeps          of the integrator, in a step of the plant
  *     integrator        0 semi-implicit Euler, 1 Runge and Kutta
  *     fixed_energy      potential energy of what does not move, in [J] */

@@ -13,7 +13,7 @@ struct native_model {
     const struct port_table *ports;
     double clock[2];
     double *values;     /* in the order of the ports */
-    double *own_values; /* if they are, or NULL if they are in the caller's memory */
+    double *own_values; /* where they are, or NULL if they are in the caller's memory */
     void *own;      /* the model's own memory */
 };
 

@@ -6,7 +6,7 @@
 
 /* A point of a geodesic, and of its neighbour that is j away from it across. */
 typedef struct {
-    real x[3], v[3]; /* if it is; its direction, a unit vector */
+    real x[3], v[3]; /* where it is; its direction, a unit vector */
     real j, dj;      /* Jacobi field, and its derivative by the way */
 } geodesic_point;
 

@@ -1,4 +1,4 @@
-"""Every format says of every feature what becomes of it, if it is and only there."""
+"""Every format says of every feature what becomes of it, where it is and only there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Conversions take the meshes along, so that what they write is complete if it is."""
+"""Conversions take the meshes along, so that what they write is complete where it is."""
 
 from __future__ import annotations
 

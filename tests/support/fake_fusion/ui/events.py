@@ -121,7 +121,7 @@ class ValidateInputsEventArgs(EventArgs):
 
 @api("adsk.core")
 class Selection(Base):
-    """An entity and if it was clicked."""
+    """An entity and where it was clicked."""
 
     entity = property(lambda self: self._entity)
     point = property(lambda self: self._point)

@@ -2,7 +2,7 @@
 
 OpenSim leads a path through a torus's hole over a cylinder that touches the tube from within,
 where a ring of twice the radius is nearest to the straight line; in every pose again. Here that of
-the model's first pose stays if it is, so that lengths have derivatives; each path has its own.
+the model's first pose stays where it is, so that lengths have derivatives; each path has its own.
 """
 
 from __future__ import annotations

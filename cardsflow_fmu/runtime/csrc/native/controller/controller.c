@@ -225,7 +225,7 @@ static void fall(struct native_model *native, double period)
     struct native_robot *robot = &native->robot;
     native_ramp_down(c, period);
     c->slid[0] = 0;
-    if (c->muscles.are_modelled) { /* if they were at last, and at rest */
+    if (c->muscles.are_modelled) { /* where they were at last, and at rest */
         const double *q = c->ramp + 1 + c->a;
         memset(robot->load, 0, robot->n * sizeof(double));
         native_muscles_set_state(&c->muscles, robot, q, robot->load, c->states, c->f_min, c->f_max, period);

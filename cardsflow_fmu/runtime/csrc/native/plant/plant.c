@@ -65,7 +65,7 @@ static int write_outputs(struct model *model)
     return plant->settings.of.tensions.count || plant->settings.of.far_tensions.count ? write_muscles(model) : 0;
 }
 
-/* Moves the core to its q and qd, and shows if it is. */
+/* Moves the core to its q and qd, and shows where it is. */
 static int go(struct model *model)
 {
     struct native_model *native = model->backend;
