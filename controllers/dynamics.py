@@ -113,7 +113,7 @@ def require_no_motors(dynamics: Dynamics, what: str) -> None:
         what: What does not drive them.
     """
     if dynamics.motor_names:
-        raise InputError(f"{what} drive no motors at joints: {', '.join(dynamics.motor_names)}")
+        raise InputError(f"{what} cannot drive motors at joints: {', '.join(dynamics.motor_names)}")
 
 
 def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray:

@@ -106,7 +106,7 @@ def lqr(q_weight: ArrayLike, r_weight: float, period: float = 0.0, delay: int = 
     require_delay(delay)
     if period == 0.0:
         if delay:
-            raise InputError("delay counts ticks: it needs a period")
+            raise InputError("a delay in ticks requires a period")
         A, B = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
         return _solved(control.lqr, A, B, Q, r_weight)
     require_positive(period=period)
@@ -127,7 +127,7 @@ def _solved(
             K, _, _ = riccati(A, B, Q, r)
     except (np.linalg.LinAlgError, ValueError):
         weights = np.diag(Q)[:2].tolist()
-        raise InputError(f"no gains found for weights {weights} beside r_weight {r!r}") from None
+        raise InputError(f"no gains found for weights {weights} and r_weight {r!r}") from None
     return Gains(*map(float, K[0]))
 
 

@@ -135,7 +135,7 @@ def _check(known: Dynamics, robot: Dynamics, period: float, delay: int, substeps
     sizes = [(len(d.coordinate_names), len(actuator_names(d))) for d in (known, robot)]
     if sizes[0] != sizes[1]:
         raise InputError(
-            f"the controller knows {sizes[0][0]} coordinates and {sizes[0][1]} muscles and motors,"
+            f"the controller has {sizes[0][0]} coordinates and {sizes[0][1]} muscles and motors,"
             f" the robot has {sizes[1][0]} and {sizes[1][1]}"
         )
     require_period(period)

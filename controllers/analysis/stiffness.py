@@ -128,7 +128,9 @@ class Stiffness:
         compliance = self.compliance(J)
         values = np.linalg.eigvalsh(compliance)
         if values[0] <= _SOFT * values[-1]:
-            raise InputError("the task coordinates depend on each other: no stiffness of theirs")
+            raise InputError(
+                "the task coordinates depend on each other; their stiffness does not exist"
+            )
         return np.asarray(np.linalg.inv(compliance), dtype=np.float64)
 
     def _along(self, direction: FloatArray) -> str:

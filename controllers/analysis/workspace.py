@@ -222,7 +222,7 @@ def _check_names(conditions: Sequence[str], metrics: Sequence[str]) -> None:
 
 def _given(what: str, value: ArrayLike | None) -> ArrayLike:
     if value is None:
-        raise InputError(f"this condition needs {what}")
+        raise InputError(f"this condition requires {what}")
     return value
 
 

@@ -54,7 +54,7 @@ class SplineReference(Reference):
             raise InputError(
                 f"trajectory {trajectory.name!r} cannot be followed from "
                 f"{self.times[segment]:.6g} s on: "
-                "its points there are too far apart for the time between them"
+                "its points there are too far apart for the time between them; increase the time"
             )
         self.coefficients = coefficients
         data = np.concatenate([self.times, coefficients.ravel(), points[0].q, points[-1].q])

@@ -258,8 +258,8 @@ def _require_sensors(robot: Robot, readings: Readings) -> None:
     """
     if readings.step > _SLOWEST:
         raise InputError(
-            f"{readings.name}: readings are {readings.step:.3g} s apart, and are to be at most "
-            f"{_SLOWEST:g} s, to show velocities: record faster; times are in s"
+            f"{readings.name}: the time between measurements is {readings.step:.3g} s and must "
+            f"be at most {_SLOWEST:g} s to show velocities; record faster, with times in s"
         )
     blind = [
         c.name
@@ -268,21 +268,21 @@ def _require_sensors(robot: Robot, readings: Readings) -> None:
     ]
     if len(blind) == len(robot.coordinates):
         raise InputError(
-            f"{readings.name}: from lengths alone a robot cannot be calibrated: any error of a "
-            "muscle's path could be another pose; record once with encoders at the joints, or with "
-            "markers of motion capture on the links (--markers)"
+            f"{readings.name}: muscle lengths are not sufficient for calibration: an error of a "
+            "muscle's path cannot be distinguished from another pose; record once with encoders at "
+            "the joints, or with motion-capture markers on the links (--markers)"
         )
     if blind:
         raise InputError(
-            f"{readings.name}: positions of {', '.join(blind)} are missing: muscles across them "
-            "could have any path; record once with encoders there, or with markers of motion "
-            "capture on the links (--markers)"
+            f"{readings.name}: positions of {', '.join(blind)} are missing, so the paths of the "
+            "muscles across them are not identifiable; record once with encoders there, or with "
+            "motion-capture markers on the links (--markers)"
         )
     mute = [
         m.name for m, f in zip(robot.muscles, readings.tensions.T, strict=True) if np.isnan(f).all()
     ]
     if mute:
-        what = f"tensions of {', '.join(mute)} are missing, and commanded forces as well"
+        what = f"tensions and commanded forces of {', '.join(mute)} are missing; record either"
         raise InputError(f"{readings.name}: {what}")
 
 
@@ -295,9 +295,9 @@ def _require_better(result: Calibration) -> None:
     before, after = _size(result, result.kept_before), _size(result, result.kept_after)
     if not after <= 1.02 * max(before, _TELLING):
         raise CardsflowError(
-            f"the calibrated robot predicts the readings that were kept out worse than the old "
-            f"one, {after:.3g} times their noise in place of {before:.3g}: record a motion of more "
-            "variety"
+            f"the calibrated robot predicts the held-out recording worse than the original robot: "
+            f"the error is {after:.3g} times the noise, not {before:.3g}; record a more varied "
+            "motion"
         )
 
 
@@ -319,15 +319,14 @@ def _kept_out(
         cut, kept = every[:last], every[last:]
     count, stops = len(cut) + len(kept), _Stops(robot)
     cut, kept = ([w for w in some if not stops.touched(w)] for some in (cut, kept))
-    for name, some in (("to calibrate from", cut), ("to keep out", kept)):
+    for name, some in (("to calibrate from", cut), ("to hold out", kept)):
         if len(some) < (_MIN_MEASUREMENTS if some is cut else 2):
             raise InputError(
-                f"{', '.join(r.name for r in recordings)}: there are {len(some)} stretches of "
-                f"{WINDOW} s without a gap, and with no joint at its limit, {name}: record for "
-                "longer"
+                f"{', '.join(r.name for r in recordings)}: only {len(some)} windows of {WINDOW} s "
+                f"{name} have neither gaps nor joints at their limits; record for longer"
             )
     out = count - len(cut) - len(kept)
-    what = f"{out} of {count} windows are left out, in which {', '.join(stops.met)} is at a limit"
+    what = f"{out} of {count} windows are ignored, because {', '.join(stops.met)} is at a limit"
     return cut, kept, [what] if out else []
 
 
@@ -377,5 +376,5 @@ def _torques(paths: MusclePaths, recordings: Sequence[Readings]) -> FloatArray:
             L = paths.evaluate(q[row]).jacobian
             squares.append((L.T @ readings.tensions[row] - readings.torques[row]) ** 2)
     if not squares:
-        raise InputError(f"{recordings[0].name}: there is no reading of all positions and tensions")
+        raise InputError(f"{recordings[0].name}: no row has all positions and tensions")
     return np.asarray(np.maximum(np.sqrt(np.mean(squares, axis=0)), 1e-3))

@@ -73,7 +73,8 @@ def fit(
         at = None if settled is None else problem.linearise(z, cut, settled.starts)
         if settled is None or at is None:
             raise CardsflowError(
-                "the robot diverges within the recording's windows: is it this robot?"
+                "the robot diverges within the recording's windows; check that the "
+                "recording is from this robot"
             )
         before = settled.cost + problem.prior(z)[0]
         least = max(small_gain * before, _MIN_GAIN * max(before / rows, 1.0))

@@ -144,11 +144,11 @@ def shown_poses(seen: SeenMarkers, robot: Robot, q: FloatArray, markers: FloatAr
     if not left:
         names = [c.name for c in robot.coordinates]
         which = names[weakest[1]] if weakest[1] >= 0 else ", ".join(names[j] for j in blind)
-        raise InputError(f"the markers do not show {which}: put more of them on the links it moves")
+        raise InputError(f"the markers do not determine {which}; add markers on the links it moves")
     if np.median(left) > _FAR:
         raise InputError(
-            f"the markers are {1e3 * float(np.median(left)):.0f} mm off where the robot could have "
-            "them: are links and positions right, and seen in the robot's world, in m?"
+            f"the markers are {1e3 * float(np.median(left)):.0f} mm away from any position that "
+            "the robot can reach; check their links, and that positions are in m in the world frame"
         )
     return found
 

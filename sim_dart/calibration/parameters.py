@@ -142,15 +142,13 @@ def free_parameters(
         known = [kind for kind in GROUPS.get(words[0], ()) if fnmatchcase(kind, last)]
         if not found and not (known and "*" in pattern):
             offers = ", ".join(f"{g}.*.{kind}" for g, kinds in GROUPS.items() for kind in kinds)
-            raise InputError(
-                f"{pattern!r} is nothing of this robot; there are {offers}", key="--parameters"
-            )
+            raise InputError(f"unknown parameter {pattern!r}; known: {offers}", key="--parameters")
         if not found:
             notes.append(f"{pattern}: this robot has none")
         chosen += found
     parameters = [one for key in every if key in chosen for one in every[key]]
     if not parameters:
-        raise InputError("names nothing that can be calibrated", key="--parameters")
+        raise InputError("matches no parameter that can be calibrated", key="--parameters")
     return tuple(parameters), tuple(notes)
 
 

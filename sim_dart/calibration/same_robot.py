@@ -37,8 +37,8 @@ def require_this_robot(robot: Robot, paths: MusclePaths, readings: Readings) -> 
     for first, second, before, after in _swapped(robot, paths, q, measured, own):
         raise InputError(
             f"{readings.name}: {first!r} and {second!r} look swapped: lengths differ from this "
-            f"robot's by {1e3 * before:.3g} mm RMS, and by {1e3 * after:.3g} mm with one in the "
-            "place of the other: exchange them in the recording, or at the robot"
+            f"robot's by {1e3 * before:.3g} mm RMS, and by {1e3 * after:.3g} mm RMS if they are "
+            "exchanged; exchange them in the recording or on the robot"
         )
     for muscle, differences in zip(robot.muscles, (measured - own).T, strict=True):
         known = differences[~np.isnan(differences)]
@@ -46,7 +46,8 @@ def require_this_robot(robot: Robot, paths: MusclePaths, readings: Readings) -> 
         if not most <= _OTHER_ROBOT:
             raise InputError(
                 f"{readings.name}: the length of {muscle.name!r} differs from this robot's by up "
-                f"to {1e3 * most:.3g} mm, besides a constant: it is another robot's"
+                f"to {1e3 * most:.3g} mm after removing a constant offset; check that the "
+                "recording is from this robot"
             )
 
 

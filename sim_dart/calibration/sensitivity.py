@@ -78,7 +78,7 @@ class Sensitivity:
         self._c = _bound()
         size = self._c.core_sensitivity_size(self._core.handle)
         if not size:
-            raise CardsflowError("this C core has no derivatives, by which robots are calibrated")
+            raise CardsflowError("this C core has no derivatives, which calibration requires")
         self._n, self._m = len(robot.coordinates), len(robot.muscles)
         self._bends = sum(map(bends, robot.muscles))
         self._memory = np.empty(-(-size // 8))

@@ -44,7 +44,7 @@ def library() -> ctypes.PyDLL:
     pointer, size = ctypes.c_void_p, ctypes.c_size_t
     core.core_layout.restype = core.core_laws.restype = ctypes.c_char_p
     if core.core_laws().decode() != LAW_NAMES:
-        raise CardsflowError(f"{path} has other tension laws; reinstall cardsflow to compile it")
+        raise CardsflowError(f"{path} has other muscle laws; reinstall cardsflow to compile it")
     core.core_layout_hash.restype = core.core_version.restype = ctypes.c_uint32
     core.core_size.argtypes = [pointer, size, ctypes.c_char_p, size]
     core.core_size.restype = size
@@ -92,7 +92,7 @@ def _reals(name: str, values: FloatArray, single: bool) -> NDArray[Any]:
     lost = np.isfinite(values) & ~np.isfinite(packed)
     if lost.any():
         raise CardsflowError(
-            f"{name}: {float(values[lost][0])!r} is larger than numbers of single precision can be"
+            f"{name}: {float(values[lost][0])!r} is too large for single precision"
         )
     return packed
 

@@ -54,7 +54,7 @@ def require_inertia(robot: Robot, M: FloatArray) -> None:
         )
     if found := massless_coordinates(robot, M):
         raise InputError(
-            f"robot {robot.name!r}: its mass matrix is singular, as some motion of its joints "
-            f"moves no mass: {', '.join(found)}; give the links there masses and inertias, or lock "
-            f"it: [robot.coordinates.{found[0]}] locked = true"
+            f"robot {robot.name!r}: its mass matrix is singular, because some motion of its "
+            f"joints moves no mass: {', '.join(found)}; set masses and inertias of the links "
+            f"there, or lock it: [robot.coordinates.{found[0]}] locked = true"
         )

@@ -44,10 +44,10 @@ def read_mesh(
         reason = next(iter(str(error).splitlines()), "") or type(error).__name__
         raise InputError(f"cannot be read as a mesh: {reason}", file=file) from error
     if not len(faces):
-        raise InputError("holds no triangles", file=file)
+        raise InputError("contains no triangles", file=file)
     if faces.min() < 0 or faces.max() >= len(vertices):
-        raise InputError("holds a triangle of corners that are not there", file=file)
+        raise InputError("contains a triangle whose corners do not exist", file=file)
     if not (np.abs(vertices) < limits.MESH_REACH).all():
-        what = f"holds a corner that is not finite, or {limits.MESH_REACH:g} or more off its origin"
+        what = f"contains a corner that is not finite or is {limits.MESH_REACH:g} or more from 0"
         raise InputError(what, file=file)
     return vertices, faces

@@ -195,7 +195,9 @@ def _pieces(robot: Robot, move: PointMotion) -> tuple[Cubic, ...]:
         return cubics(function)
     if len(function.coefficients) > _MAX_COEFFICIENTS:
         problem = f"a via point that moves by a polynomial of {len(function.coefficients)} numbers"
-        raise CardsflowError(f"{problem} cannot be simulated; {_MAX_COEFFICIENTS} are the most")
+        raise CardsflowError(
+            f"{problem} cannot be simulated; at most {_MAX_COEFFICIENTS} are supported"
+        )
     a, b, c, d = (*function.coefficients, 0.0, 0.0, 0.0)[:_MAX_COEFFICIENTS]
     return ((0.0, a, b, c, d),)
 

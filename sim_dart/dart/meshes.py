@@ -67,7 +67,7 @@ def convex_hull(file: Path, scale: ArrayLike = (1.0, 1.0, 1.0)) -> trimesh.Trime
     if flat:
         raise InputError("is flat: its convex hull has no volume", file=file)
     if not np.abs(hull.bounds).max() <= MAX_DISTANCE:
-        raise InputError(f"reaches farther than {MAX_DISTANCE:g} m; look at its scale", file=file)
+        raise InputError(f"reaches farther than {MAX_DISTANCE:g} m; check its scale", file=file)
     if len(hull.faces) > _MAX_FACES:
         what = f"its convex hull has {len(hull.faces)} triangles, more than {_MAX_FACES}"
         raise InputError(f"{what}; simplify the mesh", file=file)

@@ -157,8 +157,8 @@ class World:
         if fast is not None:
             raise SimulationError(
                 f"at t = {self.time:.6g} s {fast.first!r} could pass through {fast.second!r}: they "
-                f"approach at up to {fast.speed:.3g} m/s, and contacts are searched for at the "
-                f"steps alone; a plant step of {fast.step:.2g} s or less is short enough"
+                f"approach at up to {fast.speed:.3g} m/s, and contacts are only detected at "
+                f"steps; use a plant step of {fast.step:.2g} s or less"
             )
         self._dart.step()
         for item, dart in self._objects:
@@ -170,8 +170,8 @@ class World:
         where = ", ".join(f"{value:.3g}" for value in state[3:6])
         raise SimulationError(
             f"at t = {self.time:.6g} s object {item.name!r} is at ({where}) m with a velocity of "
-            f"{np.linalg.norm(state[9:]):.3g} m/s: it is lost; use a smaller step, or put it where "
-            "nothing else is"
+            f"{np.linalg.norm(state[9:]):.3g} m/s: it left the simulated space; use a smaller "
+            "step, or place it clear of other bodies"
         )
 
     def _add_scene(self, robot: Robot, scene: Scene) -> None:
@@ -213,7 +213,9 @@ class World:
         import dartpy
 
         if item.name in self._bodies or item.name in (WORLD, GROUND):
-            raise InputError(f"a second object {item.name!r}; every object needs its own name")
+            raise InputError(
+                f"the object name {item.name!r} is already used; give every object a unique name"
+            )
         dart = dartpy.dynamics.Skeleton(item.name)
         rough = surface(scene, item.friction, item.restitution)
         solid = self._add(item.name, dart, item.shape, item.pose, rough, moves=item.moves)
@@ -300,8 +302,8 @@ class World:
         for contact in read_contacts(result, self._owners):
             if contact.depth > _MAX_OVERLAP:
                 raise InputError(
-                    f"{contact.first!r} and {contact.second!r} are {contact.depth:.3g} m in each "
-                    "other at the start; move one, or let them pass through one another (ignored)"
+                    f"{contact.first!r} and {contact.second!r} overlap by {contact.depth:.3g} m at "
+                    "the start; move one, or ignore contacts between them (ignored)"
                 )
 
 
@@ -352,5 +354,5 @@ def _pose(dart: Any) -> FloatArray:
 def _refuse_many(bodies: int) -> None:
     """Reject a world all pairs of whose bodies could not be looked at."""
     if bodies > limits.BODIES:
-        what = f"{bodies} bodies can touch one another, which are more than {limits.BODIES}"
-        raise InputError(f"{what}: leave out objects, or what links collide with")
+        what = f"{bodies} bodies can touch one another, more than {limits.BODIES}"
+        raise InputError(f"{what}; remove objects or collision shapes of links")

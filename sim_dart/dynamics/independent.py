@@ -207,7 +207,7 @@ def dependent_coordinates(
     core = CoreDynamics(robot, may_be_singular=True)
     jacobians = [core.loop_jacobian(q) for q in islice(_closed_poses(robot), _POSES)]
     if not jacobians:
-        raise InputError(f"robot {robot.name!r}: its loops close in no pose near its initial one")
+        raise InputError(f"robot {robot.name!r}: no pose near its initial one closes its loops")
     rank = max(int(np.linalg.matrix_rank(J, 1e-7 * np.linalg.norm(J))) for J in jacobians)
     if not among and max(np.linalg.norm(J) for J in jacobians) <= _NONE:
         return (False,) * len(names)  # loops of what is rigid anyway

@@ -55,7 +55,7 @@ def observability(robot: Robot, poses: FloatArray, settings: EstimatorSettings) 
     """
     n, m = len(robot.coordinates), len(robot.muscles)
     if not len(poses):
-        raise InputError("observability needs a pose at least")
+        raise InputError("observability requires at least one pose")
     weights = _weights(settings.length_noise, m)
     weights[passive_muscles(robot)] = 0.0
     encoders = np.diag(_weights(settings.encoder_noise, n))

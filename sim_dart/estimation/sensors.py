@@ -95,7 +95,9 @@ class RobotSensors:
     ) -> None:
         settings = settings or SensorSettings()
         if not 0 <= settings.delay <= MAX_DELAY:
-            raise InputError(f"delay must be from 0 to {MAX_DELAY} readings: {settings.delay!r}")
+            raise InputError(
+                f"delay must be from 0 to {MAX_DELAY} measurements: {settings.delay!r}"
+            )
         self._robot, self._core = robot, Core(compile_blob(estimated_robot(robot)))
         n, m, i = len(robot.coordinates), len(robot.muscles), len(units)
         c, self._places = _bound(), unit_places(robot, units)

@@ -96,10 +96,10 @@ class EstimatorSettings:
             numbers = np.asarray(value, dtype=float)
             signed = one.name == "offset"
             if np.isnan(numbers).any() or (not signed and (numbers < 0).any()):
-                raise InputError(f"{one.name} must not be negative or no number: {value!r}")
+                raise InputError(f"{one.name} must not be negative or NaN: {value!r}")
         for name in ("gate", "innovation_time", "start_candidates"):
             if not 0 < getattr(self, name) < math.inf:
-                raise InputError(f"{name} must be above 0 and finite, not {getattr(self, name)!r}")
+                raise InputError(f"{name} must be positive and finite, not {getattr(self, name)!r}")
 
 
 def arrays(settings: EstimatorSettings) -> Mapping[str, ArrayLike]:

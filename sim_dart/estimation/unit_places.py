@@ -42,7 +42,9 @@ def unit_places(robot: Robot, units: Sequence[InertialUnit]) -> UnitPlaces:
             raise UnknownNameError("link", unit.link, list(places))
         place = places[unit.link]
         if place.frame < 0:
-            raise InputError(f"an inertial unit on {unit.link!r} tells nothing: it does not move")
+            raise InputError(
+                f"an IMU on {unit.link!r} measures nothing, because the link does not move"
+            )
         T = place.T_frame_link @ transform(unit.pose)
         frames.append(place.frame)
         rotations.append(T[:3, :3])

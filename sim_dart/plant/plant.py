@@ -174,7 +174,7 @@ class Plant:
             InputError: The plant does not record its energy.
         """
         if self._balance is None:
-            raise InputError("this plant records no energy; make it with energy=True")
+            raise InputError("this plant records no energy; create it with energy=True")
         return Energy(*self._mechanism.energies(), *self._balance.work.tolist())
 
     @property

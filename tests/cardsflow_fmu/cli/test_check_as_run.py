@@ -84,7 +84,7 @@ def test_check_refuses_objects_within_the_robot(tmp_path: Path, cardsflow: Comma
     file = tmp_path / "experiment.toml"
     file.write_text(text.replace("[0.4, 0.0, 0.52]", "[0.4, 0.0, 0.6]"))
     line = cardsflow.refused("run", file, *PYTHON, "-o", tmp_path / "out")
-    assert "in each other at the start" in line
+    assert "m at the start; move one" in line
     assert cardsflow.refused("check", file) == line
     file.write_text(text.replace("[0.4, 0.0, 0.52]", "[0.4, 0.0, 1e300]"))
     assert "world.objects[1]: position must be within 1e+06" in cardsflow.refused("check", file)

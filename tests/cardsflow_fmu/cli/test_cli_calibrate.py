@@ -85,7 +85,7 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
     huge = rows[:60].copy()
     huge[3, names.index("f.cable_2")] = 1e300
     cases = {
-        "from lengths alone": ([names[k] for k in blind], rows[:, blind]),
+        "muscle lengths are not sufficient": ([names[k] for k in blind], rows[:, blind]),
         "is of another robot": (foreign, rows),
         "time goes back after row 50": (names, late),
         "requires times with equal steps": (names, uneven),
@@ -101,7 +101,7 @@ def test_what_is_no_recording_of_the_robot_is_one_line(
     short = ["run", PLANAR_2R, "--coupling", "direct", "--set", "run.duration=0.3", "-o", folder]
     assert cardsflow(*short)[0] == 0
     monkeypatch.chdir(folder)
-    assert "recorded: there are" in cardsflow.refused(*command(Path(), tmp_path / "new"))
+    assert "recorded: only " in cardsflow.refused(*command(Path(), tmp_path / "new"))
     missing = ["calibrate", file, "--robot", ROBOT, "-o", tmp_path / "new"]
     assert "--parameters" in cardsflow.refused(*missing)
 

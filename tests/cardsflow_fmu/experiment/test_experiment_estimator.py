@@ -209,5 +209,5 @@ def test_hardware_without_joint_encoders_sends_lengths_and_tensions_alone(tmp_pa
         assert 0 < np.sqrt(np.mean(off**2)) < 0.02
     estimation = result.summary["estimation"]
     assert (estimation["per_signal"], estimation["fitted"]) == ({}, True)
-    with pytest.raises(InputError, match="from lengths alone"):
+    with pytest.raises(InputError, match="muscle lengths are not sufficient"):
         calibrate(experiment.robot, [read_readings(tmp_path / "out", experiment.robot)], ["*"])

@@ -144,7 +144,7 @@ def test_muscles_do_not_push_where_motors_do() -> None:
 
 
 def test_cable_velocities_drive_no_motors() -> None:
-    with pytest.raises(InputError, match="drive no motors at joints: elbow"):
+    with pytest.raises(InputError, match="cannot drive motors at joints: elbow"):
         CableVelocityController(HybridArm(), 1.0)
 
 

@@ -137,8 +137,8 @@ def test_unilateral_dexterity_as_casprs_formula_gives_it() -> None:
     [
         ({"conditions": ["statics"]}, "did you mean 'static'"),
         ({"metrics": ["dexterity"]}, "no metric 'dexterity'"),
-        ({"conditions": ["dynamic"]}, "needs accelerations"),
-        ({"conditions": ["wrench_feasible"]}, "needs loads"),
+        ({"conditions": ["dynamic"]}, "requires accelerations"),
+        ({"conditions": ["wrench_feasible"]}, "requires loads"),
         ({"loads": [1.0, 2.0, 3.0]}, "loads must be a number or 2"),
         ({"loads": -1.0}, "not negative"),
         ({"q": np.zeros((3, 3))}, r"q must be finite with shape \(..., 2\)"),

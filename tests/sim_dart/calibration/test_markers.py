@@ -52,11 +52,11 @@ def test_poses_are_those_that_markers_show(arm: Robot) -> None:
     np.testing.assert_array_equal(found[:, 0], some[:, 0])
     alone = places(q)
     alone[:, 3:] = np.nan
-    with pytest.raises(InputError, match="do not show joint_2: put more of them on the links"):
+    with pytest.raises(InputError, match="do not determine joint_2; add markers on the links"):
         shown_poses(seen, arm, none, alone)
-    with pytest.raises(InputError, match="mm off where the robot could have them"):
+    with pytest.raises(InputError, match="mm away from any position that the robot can reach"):
         shown_poses(seen, arm, none, 1e-3 * places(q))
-    for far, message in ((2.0**31, "mm off where"), (1e300, "the markers do not show")):
+    for far, message in ((2.0**31, "mm away from"), (1e300, "the markers do not determine")):
         worn = [*MARKERS[:2], Marker("tip", "link_2", (0.0, far, 0.0))]
         with pytest.raises(InputError, match=message):
             shown_poses(SeenMarkers(arm, worn), arm, none[:3], places(q[:3]))

@@ -183,7 +183,7 @@ def test_links_jointed_to_the_world_do_not_touch_the_ground() -> None:
     plant = Plant(low, scene=replace(ARM, ground=Ground(0.02)))
     plant.step([0.0])
     assert plant.world.has_contacts
-    with pytest.raises(InputError, match=r"('link_2'|'ground') and ('ground'|'link_2') are"):
+    with pytest.raises(InputError, match=r"('link_2'|'ground') and ('ground'|'link_2') overlap by"):
         plant.reset([np.pi / 2, 0.0])
 
 
@@ -353,7 +353,9 @@ def test_an_object_that_is_lost_is_named_with_the_time() -> None:
     state = plant.get_state()
     state[-7] = 1e6 + 5.0  # its height
     plant.set_state(state)
-    with pytest.raises(SimulationError, match=r"at t = .* object 'ball' is at .* m .* lost"):
+    with pytest.raises(
+        SimulationError, match=r"at t = .* object 'ball' is at .* m .* left the simulated space"
+    ):
         plant.step([])
 
 

@@ -297,7 +297,7 @@ def test_a_state_leads_back_bit_by_bit(arm: Robot) -> None:
 
 
 def test_what_does_not_fit_is_refused(arm: Robot) -> None:
-    with pytest.raises(InputError, match="gate must be above 0"):
+    with pytest.raises(InputError, match="gate must be positive and finite"):
         EstimatorSettings(gate=0.0)
     with pytest.raises(InputError, match="min_tension must not be negative"):
         EstimatorSettings(min_tension=-1.0)

@@ -57,5 +57,5 @@ def test_what_does_not_fit_together_is_refused(
 def test_a_core_of_another_table_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [line.split()[1] for line in LAW_NAMES.splitlines()] == list(TENSION_LAWS)
     monkeypatch.setattr(library, "LAW_NAMES", LAW_NAMES + "law other\n")
-    with pytest.raises(CardsflowError, match="has other tension laws"):
+    with pytest.raises(CardsflowError, match="has other muscle laws"):
         library.library.__wrapped__()
