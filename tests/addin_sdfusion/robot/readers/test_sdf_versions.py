@@ -473,6 +473,8 @@ def test_what_is_refused_or_left_out_is_said_with_its_line(tmp_path, text, code,
     (finding,) = [finding for finding in reading.findings if finding.code == code]
     assert message in finding.message
     assert finding.line is not None
+    if code == "unsupported-joint":
+        assert finding.is_error
 
 
 def test_a_coordinate_may_have_a_name_and_a_motor_of_its_own(tmp_path):
