@@ -162,13 +162,13 @@ def _too_many(scene: dict[str, Any]) -> str | None:
     try:
         children = [child for node in nodes for child in node.get("children") or ()]
         if len(set(children)) < len(children):
-            return "it has a node below two others"
+            return "it has a node with two parents"
         if _is_deep([node.get("children") or () for node in nodes]):
             return f"it has more than {limits.MESH_NODES} nodes, or {limits.MESH_DEPTH} in a row"
         if any("bufferView" not in one or "sparse" in one for one in accessors):
-            return "it has numbers that stand in no buffer"
+            return "it has accessors without a buffer"
         if any(type(one["count"]) is not int or one["count"] < 0 for one in accessors):
-            return "it has numbers of no count"
+            return "it has accessors with an invalid count"
         parts = [mesh.get("primitives") or () for mesh in meshes]
         sizes = [
             sum(

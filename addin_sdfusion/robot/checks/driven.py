@@ -42,7 +42,7 @@ def function_fault(function: Function) -> str:
     if not finite(function.x) or not finite(function.y):
         return "function has a number that is not finite"
     if any(not a < b for a, b in pairwise(function.x)):
-        return "function has points whose x do not increase"
+        return "function has x values that do not increase"
     try:
         sound = all(abs(number) < MAX_VALUE for piece in cubics(function) for number in piece)
     except (ZeroDivisionError, OverflowError):
@@ -67,7 +67,9 @@ def couplings(robot: Robot) -> Iterator[Finding]:
         if c.locked and not math.isfinite(c.initial):
             continue
         if c.coupling and any(math.isfinite(limit) for limit in (c.lower, c.upper)):
-            problem = "is coupled: its limits are not kept, those of what it follows are"
+            problem = (
+                "is coupled: its limits are ignored; set limits on the coordinates that it follows"
+            )
             yield warning(subject, "limits-of-coupled", problem)
     for circle in _circles(known):
         problem = f"follows itself, through {listed(circle)}; leave out one of the couplings"

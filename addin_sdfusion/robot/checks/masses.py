@@ -101,7 +101,7 @@ def inertia_about_axis(robot: Robot) -> Iterator[Finding]:
         if own <= MINOR_TOLERANCE * max(link.inertia.ixx, link.inertia.iyy, link.inertia.izz):
             problem = (
                 f"inertia about the axis of joint {joint.name!r} through the centre of mass is "
-                "zero; only the mass away from the axis counts"
+                "zero; only the mass away from the axis contributes"
             )
             yield warning(Subject("link", link.name), "zero-inertia-about-axis", problem)
 

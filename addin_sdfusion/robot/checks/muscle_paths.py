@@ -45,10 +45,10 @@ def branches(robot: Robot) -> Iterator[Finding]:
     for subject, muscle in all_muscles(robot):
         starts, points = [branch.point for branch in muscle.branches], len(muscle.via_points)
         if starts != sorted(set(starts)) or not all(0 <= k < points for k in starts):
-            problem = f"branches at via points {starts} are not some of its own, in order"
+            problem = f"branches start at via points {starts}, which must exist and increase"
             yield error(subject, "bad-branch", problem)
         elif starts and any(last <= first for first, last in _pieces(muscle)):
-            yield error(subject, "bad-branch", "a branch needs two via points at least")
+            yield error(subject, "bad-branch", "a branch needs at least two via points")
         if any(branch.divisor == 0.0 for branch in muscle.branches):
             yield error(subject, "bad-branch", "a branch's divisor is 0")
 

@@ -35,7 +35,7 @@ def via_points(robot: Robot) -> Iterator[Finding]:
     for subject, muscle in all_muscles(robot):
         points = muscle.via_points
         if len(points) < 2 and (points or not muscle.terms):
-            problem = f"needs two via points at least, has {len(points)}"
+            problem = f"needs at least two via points, has {len(points)}"
             yield error(subject, "too-few-via-points", problem)
         for name in dict.fromkeys(point.link for point in points):
             if name not in known:
@@ -70,7 +70,7 @@ def force_limits(robot: Robot) -> Iterator[Finding]:
             problem = f"f_min {muscle.f_min!r} is above f_max {muscle.f_max!r}"
             yield error(subject, "force-limits-reversed", problem)
         if muscle.f_max == math.inf and law_of(muscle.model).kind == "ideal":
-            problem = "no largest force is given; set f_max to what the muscle can bear"
+            problem = "no maximum force is given; set f_max to the largest allowed force"
             yield warning(subject, "no-force-limit", problem)
 
 
@@ -105,13 +105,13 @@ def _friction(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     for k, point in enumerate(muscle.via_points, start=1):
         is_end = k == len(muscle.via_points) or (k == 1 and muscle.pulley is None)
         if is_end and point.friction is not None:
-            problem = f"friction of via point {k} is without effect: a cable's end does not bend"
+            problem = f"friction of via point {k} has no effect at the end of a cable"
             yield warning(subject, "idle-cable-friction", problem)
     if not 0.0 < muscle.presliding <= MAX_PRESLIDING:
         problem = (
             f"presliding {muscle.presliding!r} must be above 0 m and at most {MAX_PRESLIDING:g} m"
         )
-        problem += "; cables turn round within 0.0001 to 0.0005"
+        problem += "; typical values are 0.0001 to 0.0005"
         yield error(subject, "bad-cable-friction", problem)
 
 
@@ -163,8 +163,8 @@ def _travel(pulley: BasePulley) -> str:
     if all(len(values) == 1 for values in given) and given[1][0] > 0.0:
         how = f" by {given[0][0] / (2 * math.pi * given[1][0]):.3g} m a metre of cable"
     return (
-        f"its winch moves its pulley{how} in CASPR, from a place that depends on how often it was "
-        "called; here the pulley stands at the constant winch point"
+        f"its winch moves its pulley{how} in CASPR, and the start depends on the number of earlier "
+        "calls; here the pulley stays at the constant winch point"
     )
 
 

@@ -42,7 +42,7 @@ def one_parent_each(robot: Robot) -> Iterator[Finding]:
             yield error(subject, "no-parent", problem)
         if counts[name] > 1:
             joints = ", ".join(repr(joint.name) for joint in robot.joints if joint.child == name)
-            problem = f"is the child of several joints: {joints}; a robot is a tree, keep one"
+            problem = f"is the child of several joints: {joints}; a robot is a tree; keep one"
             yield error(subject, "two-parents", problem)
 
 

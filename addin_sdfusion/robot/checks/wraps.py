@@ -43,7 +43,7 @@ def wrap_surfaces(robot: Robot) -> Iterator[Finding]:
 def _half_axes(subject: Subject, surface: WrapSurface) -> Iterator[Finding]:
     axes = surface.half_axes
     if (surface.shape == "ellipsoid") != (axes is not None):
-        problem = "an ellipsoid needs the half axes along y and z, and nothing else has any"
+        problem = "half axes along y and z are required for ellipsoids, invalid for other shapes"
         yield error(subject, "bad-wrap-axes", problem)
     elif axes is not None and min(axes) <= 0.0:
         yield error(subject, "bad-wrap-size", f"half axes {axes!r} are not both above zero")
@@ -72,7 +72,7 @@ def _wraps(
             problem = f"wraps up to segment {wrap.last}; it may be {wrap.segment} to {last}"
             yield error(subject, "bad-wrap-segment", problem)
         if wrap.side not in get_args(Side):
-            problem = f"side {wrap.side!r} of {wrap.surface!r} is none of -1, 0 and 1"
+            problem = f"side {wrap.side!r} of {wrap.surface!r} must be -1, 0 or 1"
             yield error(subject, "bad-wrap-side", problem)
         if not 0 <= wrap.turns <= MAX_TURNS:
             problem = f"{wrap.turns} turns about {wrap.surface!r} are not within 0 to {MAX_TURNS}"

@@ -263,7 +263,7 @@ def convert(
             places = [Path(folder) / file.relative_to(aside) for file in files]
         taken = next((place for place in places if place.resolve() in own), None)
         if taken is not None:
-            what = "is what the robot is read from, and is not replaced; choose another folder"
+            what = "is an input of the conversion and is not overwritten; choose another folder"
             raise InputError(what, file=taken)
     return convert_to(chosen, robot, folder)
 

@@ -183,14 +183,14 @@ BOUNDS_WITHOUT_MOTOR = Feature(
         lambda c: not c.actuated and c.is_free and (c.tau_min, c.tau_max) != (-math.inf, math.inf)
     ),
     "motor-bounds-left-out",
-    "{format} has bounds of a motor only with one, and it has none; left out",
+    "{format} needs a motor for its bounds, and the joint has no motor; omitted",
 )
 OF_LINKS_AND_JOINTS = tuple(v for v in list(globals().values()) if isinstance(v, Feature))
 """Those above."""
 
 MUSCLES = Feature("muscles", of_robot(lambda robot: robot.cable_sets))
 TENSION_LAWS = Feature(
-    "tension laws of muscles",
+    "muscle laws",
     other_laws(()),
     "cable-model-left-out",
     "{format} has no cable {kind!r}; written as an ideal one",
@@ -245,9 +245,9 @@ ELLIPSOIDS = Feature(
     "ellipsoids that muscles wrap over",
     of_surfaces(lambda surface: surface.shape == "ellipsoid"),
     "ellipsoid-left-out",
-    "{format} wraps over no ellipsoids; it is left out, with its wraps",
+    "{format} has no ellipsoids to wrap over; it is omitted with its wraps",
 )
-_RULES = "{format} has no {what}; those over {names} go by its own"
+_RULES = "{format} has no {what}; it uses its own rules for wraps over {names}"
 OPENSIM_WRAPS = Feature(
     "wraps by OpenSim's rules",
     of_muscles(lambda m: _by_rule(m, "opensim")),

@@ -106,9 +106,9 @@ def _outside(main: Path, files: Sequence[Path], name: str) -> Iterator[Finding]:
     if outside:
         named = Path(os.path.relpath(outside[0], main.parent)).as_posix()
         problem = (
-            f"{len(outside)} of its files lie outside its folder, where links are followed, such "
-            f"as {shortened(named)}; what they hold is in all that is written of the robot, and "
-            "FMUs and results have them only from the folder of the experiment"
+            f"{len(outside)} of its files are outside its folder (links are followed), such "
+            f"as {shortened(named)}; written robots contain their content, but FMUs and results "
+            "contain only files inside the folder of the experiment"
         )
         found = warning(Subject("robot", name), "files-outside", problem)
         yield replace(found, file=main)

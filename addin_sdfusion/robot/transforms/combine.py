@@ -59,7 +59,7 @@ def combine(name: str, members: Sequence[Member]) -> Robot:
     gravities = {member.robot.gravity for member in members}
     if len(gravities) > 1:
         listed = ", ".join(f"{member.name} {member.robot.gravity}" for member in members)
-        raise InputError(f"the robots live under different gravity ({listed}); give all the same")
+        raise InputError(f"the robots have different gravity ({listed}); use the same for all")
     links = tuple(_link(link, member) for member in members for link in member.robot.links)
     joints = tuple(_joint(joint, member) for member in members for joint in member.robot.joints)
     muscles = tuple(_muscle(m, member) for member in members for m in member.robot.muscles)

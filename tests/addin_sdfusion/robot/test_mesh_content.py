@@ -139,7 +139,7 @@ DEEP = [{"children": [k + 1]} for k in range(limits.MESH_DEPTH + 1)]
         (gltf(FLAT), "nodes"),
         (gltf([{"mesh": 0}], scenes=[{"nodes": [0] * len(FLAT)}]), "parts"),
         (gltf([{"mesh": 0}], meshes=[{"primitives": [TRIANGLE] * len(FLAT)}]), "parts"),
-        (gltf([{"mesh": 0}], accessors=[{"bufferView": 0, "count": -1}]), "no count"),
+        (gltf([{"mesh": 0}], accessors=[{"bufferView": 0, "count": -1}]), "an invalid count"),
     ],
 )
 def test_a_gltf_scene_of_a_few_bytes_does_not_become_much(data: bytes, reason: str | None) -> None:

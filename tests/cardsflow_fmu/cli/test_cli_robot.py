@@ -191,7 +191,7 @@ def test_findings_that_repeat_are_one_line(tmp_path: Path, cardsflow: CommandLin
     write_sdf(robot.with_muscles(endless), tmp_path / "robot")
     code, out, _ = cardsflow("check", tmp_path / "robot")
     (line,) = [line for line in out.splitlines() if "no-force-limit" in line]
-    assert "'cable_1': no largest force" in line
+    assert "'cable_1': no maximum force" in line
     assert "and 3 more of this kind: 'cable_2', 'cable_3', 'cable_4' (list all: --verbose)" in line
     _, every, _ = cardsflow("check", tmp_path / "robot", "--verbose")
     assert every.count("no-force-limit") == 4

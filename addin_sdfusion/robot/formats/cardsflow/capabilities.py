@@ -39,8 +39,8 @@ def _surfaces(robot: Robot, *, held: bool) -> Iterator[Found]:
 WRAPS_IN_CARDSFLOW_XML = left_out(
     features.WRAPS,
     "wraps-left-out",
-    "cardsflow.xml holds one wrap a segment, cylinders along a link's z axis, no ellipsoids and "
-    "no other programs' rules; {count} of its wraps are left out there, over {surfaces}",
+    "cardsflow.xml holds one wrap per segment, cylinders along a link's z axis, no ellipsoids and "
+    "no rules of other programs; {count} of its wraps are omitted there, over {surfaces}",
     _left_wraps,
     only="in cardsflow.xml: several in a segment, turned cylinders, ellipsoids, others' rules",
 )
@@ -66,14 +66,14 @@ CARDSFLOW = Capabilities(
         left_out(
             features.WRAP_SURFACES,
             "wrap-surfaces-left-out",
-            "no muscle holds it in cardsflow.xml; left out",
+            "no muscle in cardsflow.xml uses it; omitted",
             lambda robot: _surfaces(robot, held=False),
             only="that no muscle brings in",
         ),
         changed(  # turned cylinders are not held
             "turned spheres",
             "sphere-turned-back",
-            "cardsflow.xml turns no spheres; a chosen side counts about its link's z axis there",
+            "cardsflow.xml has no rotated spheres; it defines the side about the link's z axis",
             lambda robot: _surfaces(robot, held=True),
         ),
     ),

@@ -112,7 +112,7 @@ class MuscleReader:
                 problem = f"via point on {unknown('link', link, self._links)}"
                 block.error("unknown-via-link", problem)
             else:
-                problem = f"link {link!r} is called {nearest!r} in the model, which it is taken for"
+                problem = f"there is no link {link!r}; link {nearest!r} of the model is used"
                 block.warning("link-name-case", problem)
                 link = nearest
         for node in block.all("viaPoint"):
@@ -218,7 +218,7 @@ def _state(node: Node) -> tuple[Literal[-1, 0, 1], int]:
     if state not in WRAP_STATES:
         node.error("bad-number", f"state {shortened(state)} is not 0, 1 or 2")
     if state == WRAP_STATES[2] and not node.has("side"):
-        problem = "state 2, the longer path round, is taken for the shorter; add side=1 or side=-1"
+        problem = "state 2, the longer path, is read as the shorter one; add side=1 or side=-1"
         node.warning("wrap-state-left", f"{problem}, the sense of turning about the z axis")
     return _side(node), _whole(node, "revCounter")
 

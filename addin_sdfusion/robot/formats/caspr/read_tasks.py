@@ -43,7 +43,7 @@ def _has_items(node: Node) -> bool:
             item.warning("unsupported-task", f"<{item.tag}> is unknown; left out (known: {known})")
     items = node.all(*CASPR_TASKS)
     if not items:
-        problem = f"holds none of {', '.join(CASPR_TASKS)}; the whole set is left out"
+        problem = f"contains no {', '.join(CASPR_TASKS)}; the whole set is ignored"
         node.warning("empty-task-set", problem)
     return bool(items)
 

@@ -194,7 +194,7 @@ def _points(node: Node, spline: Spline, letter: str) -> tuple[TrajectoryPoint, .
     group = node.required("points")
     items = group.all("point") if group else []
     if len(items) < 2:
-        node.error("too-few-points", f"needs two points at least, has {len(items)}")
+        node.error("too-few-points", f"needs at least two points, has {len(items)}")
         return ()
     first = items[0].optional(letter)
     size = max(1, len(first.text.split())) if first else 1

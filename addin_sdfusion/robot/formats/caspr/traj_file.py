@@ -38,7 +38,7 @@ def read_samples(file: Path) -> tuple[float, tuple[TrajectoryPoint, ...]]:
         _require_fit(point, points, time_step, file, line)
         points.append(point if points else TrajectoryPoint(0.0, point.q, point.qd, point.qdd))
     if len(points) < 2:
-        raise InputError(f"needs two samples at least, has {len(points)}", file=file)
+        raise InputError(f"needs at least two samples, has {len(points)}", file=file)
     return time_step, tuple(points)
 
 
@@ -49,7 +49,7 @@ def _require_fit(
     time = len(points) * time_step
     late = points and point.time <= points[-1].time
     if late or not abs(point.time - time) <= TIME_TOLERANCE:
-        what = f"time {point.time!r} s is not {time!r} s, as the time step says"
+        what = f"time {point.time!r} s must be {time!r} s by the time step"
         raise InputError(what, file=file, line=line)
     size = len(points[0].q if points else point.q)
     for word, values in zip(WORDS[1:], (point.q, point.qd, point.qdd), strict=True):

@@ -39,7 +39,7 @@ def _trajectory(robot: Robot, trajectory: Trajectory) -> Iterator[Finding]:
     if trajectory.space == "operational":
         sizes = {sum(len(f.axes) for f in group.frames) for group in robot.task_sets}
         if size not in sizes:
-            problem = f"has {size} values a point; no operational space has so many axes"
+            problem = f"has {size} values per point; no operational space has {size} axes"
             yield warning(subject, "caspr-trajectory-size", problem)
         if trajectory.spline not in ("linear", "quintic"):
             problem = f"CASPR has no {trajectory.spline} trajectories in operational space"

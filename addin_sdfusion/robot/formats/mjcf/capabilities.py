@@ -209,14 +209,14 @@ MJCF = Capabilities(
         changed(
             features.DRIVEN_JOINTS,
             "motion-as-joint",
-            "motions that follow a coordinate are joints of their own there: {names}",
+            "motions that follow a coordinate become separate joints: {names}",
             _as_joints,
             only="others",
         ),
         changed(
             features.DRIVEN_JOINTS,
             "soft-equalities",
-            "MuJoCo's equalities give way: what follows a joint, or is held, does so softly",
+            "MuJoCo's equalities are soft: coupled and locked joints deviate a little",
             of_robot(_is_soft),
             only="others",
         ),
@@ -224,7 +224,7 @@ MJCF = Capabilities(
         changed(
             features.LOOPS,
             "soft-loops",
-            "MuJoCo's loops give way: its equalities of bodies are springs with a damper",
+            "MuJoCo's loops are soft: its equalities of bodies are springs with dampers",
             of_robot(lambda robot: any(loop.type in EQUALITIES for loop in robot.loops)),
             only="balls and fixed ones",
         ),
@@ -232,7 +232,7 @@ MJCF = Capabilities(
         refused(
             "chains of more than 480 links",
             "too-many-nested",
-            f"MuJoCo reads no chain of more than {MAX_NESTED} links; it is one too far",
+            f"MuJoCo reads chains of at most {MAX_NESTED} links; this link exceeds that",
             too_deep,
         ),
         refused(
@@ -257,14 +257,14 @@ MJCF = Capabilities(
         changed(
             features.LIMITS,
             "soft-stops",
-            "MuJoCo's stops give way: a joint that meets one with v rad/s or m/s passes it by up "
-            f"to v · {STEP:g} s, and comes back with up to 3 % of v; at rest it is 1e-7 past it",
+            "MuJoCo's joint limits are soft: a joint that hits one at v rad/s or m/s exceeds it by "
+            f"up to v · {STEP:g} s and returns with up to 3 % of v; at rest it exceeds it by 1e-7",
             of_robot(features.has_limits),
         ),
         changed(
             features.FRICTION,
             "soft-friction",
-            "MuJoCo's Coulomb friction gives way: a joint that it holds creeps, by about 1e-8 rad "
+            "MuJoCo's Coulomb friction is soft: a joint that it holds creeps by about 1e-8 rad "
             "or m in a second",
             of_robot(has_friction),
         ),

@@ -168,7 +168,7 @@ def _gravity(document: Document, compiled: Compiled) -> Vector3:
             node.warning("fluid-left-out", f"the {word} of the surrounding fluid is left out")
     disabled = [word for word in option["disabled"] if word in ACTING]
     if disabled:
-        problem = f"MuJoCo is told to disable: {', '.join(disabled)}; here it acts"
+        problem = f"the file disables {', '.join(disabled)} in MuJoCo; this is ignored here"
         node.warning("option-left-out", problem)
     if option["disabled_groups"]:
         node.warning("option-left-out", "groups of actuators are disabled; here they act")

@@ -123,7 +123,7 @@ def _note_exact(nodes: Sequence[Node], what: str) -> None:
     """Note equalities that give way in MuJoCo."""
     if nodes:
         problem = (
-            f"{len(nodes)} equalities of {what} hold exactly here; those of MuJoCo are springs "
-            "with a time constant, which give way"
+            f"{len(nodes)} equalities of {what} hold exactly here; in MuJoCo they are soft "
+            "springs with a time constant"
         )
         nodes[0].warning("exact-equality", problem)

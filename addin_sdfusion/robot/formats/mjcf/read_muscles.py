@@ -236,8 +236,8 @@ def _lengths(row: Row, node: Node, gear: float) -> tuple[float, float]:
         return 0.0, 1.0
     low, high = row["foundrange"]
     problem = (
-        f"no lengthrange: {low:.6g} to {high:.6g} m is what a search over the joints' ranges "
-        "finds; MuJoCo finds its own by a simulation, to some percent; give it if it matters"
+        f"no lengthrange: {low:.6g} to {high:.6g} m from a search over the joints' ranges is "
+        "used; MuJoCo's own value by simulation may differ by some percent; specify it if needed"
     )
     node.warning("length-range-found", problem)
     return low, high

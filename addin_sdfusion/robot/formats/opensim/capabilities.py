@@ -139,7 +139,7 @@ OPENSIM = Capabilities(
         changed(
             features.LIMITS,
             "written-locked",
-            "its equal limits are written as a lock, with which it is none of the robot's q",
+            "its equal limits are written as a lock, which removes it from the robot's q",
             of_coordinates(_has_equal_limits),
             only="equal ones",
         ),
@@ -173,15 +173,15 @@ OPENSIM = Capabilities(
         changed(
             features.MOVING_POINTS,
             "points-beyond-their-range",
-            "where {coordinate!r} is beyond {low:g} to {high:g} its points stand still, but "
-            "OpenSim's moment arms, by which it pulls, go on as if they moved",
+            "where {coordinate!r} is beyond {low:g} to {high:g} its points stop, but "
+            "OpenSim computes moment arms as if they still moved",
             ranges_without_limits,
             only="by coordinates without limits",
         ),
         left_out(
             features.CONDITIONS,
             "point-smoothing-left-out",
-            "OpenSim's points come and go at once; smoothing left out: {places}",
+            "OpenSim switches its points without smoothing; smoothing omitted: {places}",
             points_of_muscles(lambda point: point.when is not None and point.when.smoothing),
             only="their smoothing",
         ),

@@ -35,7 +35,8 @@ def read_actuator(muscle: Node) -> CableModel | None:
         return None
     if muscle.optional("cable_model") is not None:
         parts[0].warning(
-            "actuator-left-out", "its motor, gear and spring elements give way to its <cable_model>"
+            "actuator-left-out",
+            "its motor, gear and spring elements are ignored because it has a <cable_model>",
         )
         return None
     given: dict[str, float] = {}

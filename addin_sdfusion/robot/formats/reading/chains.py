@@ -127,7 +127,7 @@ def _parts(node: Node, by_name: dict[str, Joint], used: set[str]) -> list[Joint]
     for first, second in pairwise(parts):
         between = compose(inverse(first.T_child_joint), second.T_parent_joint)
         if first.child != second.parent or between != IDENTITY:
-            problem = f"joint {second.name!r} does not go on where joint {first.name!r} ends"
+            problem = f"joint {second.name!r} does not start where joint {first.name!r} ends"
             node.error("bad-chain", problem)
             return []
     if used.intersection(names):

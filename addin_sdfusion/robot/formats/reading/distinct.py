@@ -33,7 +33,7 @@ def distinct(nodes: Sequence[Node], subject: Named) -> list[Node]:
         node.element.set("name", new)
         about = subject(new)
         problem = (
-            f"an earlier one is called {name!r} too, and is meant by that name; this is {new!r}"
+            f"an earlier one is also called {name!r} and keeps the name; this one becomes {new!r}"
         )
         replace(node, subject=about).warning(f"duplicate-{about.kind.replace('_', '-')}", problem)
     return list(nodes)

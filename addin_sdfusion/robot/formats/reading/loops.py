@@ -31,7 +31,7 @@ def hold_together(
     if child == WORLD:
         (child, T_child_joint), (parent, T_parent_joint) = ends
     if bodies.get(parent) == bodies.get(child):
-        problem = f"{parent!r} and {child!r}, which {name!r} holds together, are one body; left out"
+        problem = f"{name!r} connects {parent!r} and {child!r}, which are one rigid body; ignored"
         node.warning("loop-of-no-length", problem)
         return None
     return LoopJoint(

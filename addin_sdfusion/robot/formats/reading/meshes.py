@@ -18,14 +18,14 @@ def note_missing_meshes(model: Node, links: Iterable[Link]) -> None:
     outside = [uri for uri, file in files.items() if is_file(file) and not lies_in(file, [folder])]
     if outside:
         problem = (
-            f"{len(outside)} of {len(uris)} mesh files lie outside the robot's folder, such as "
-            f"{shortened(outside[0])}; they are neither shown nor packed, unless they lie in the "
-            "folder of the experiment"
+            f"{len(outside)} of {len(uris)} mesh files are outside the robot's folder, such as "
+            f"{shortened(outside[0])}; they are shown and packed only if they are in the folder of "
+            "the experiment"
         )
         model.warning("meshes-outside", problem)
     if missing:
         problem = (
             f"{len(missing)} of {len(uris)} mesh files are not found, such as "
-            f"{shortened(missing[0])}; it moves all the same"
+            f"{shortened(missing[0])}; the robot is simulated without them"
         )
         model.warning("missing-meshes", problem)

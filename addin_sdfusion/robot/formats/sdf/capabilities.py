@@ -134,8 +134,8 @@ SDF = Capabilities(
         changed(
             features.DRIVEN_JOINTS,
             "functions-in-the-plugin",
-            "what drives it is in the CARDSFlow plugin alone; in other programs its motions are "
-            "coordinates of their own",
+            "its functions are only in the CARDSFlow plugin; in other programs its motions are "
+            "independent coordinates",
         ),
         refused(
             features.LOOPS,
@@ -147,7 +147,7 @@ SDF = Capabilities(
         changed_together(
             (features.ARMATURES, features.LIMIT_FORCES),
             "held-in-the-plugin",
-            "SDF has no {what}: others do not read them from CARDSFlow's own elements",
+            "SDF has no {what}: other programs ignore the CARDSFlow elements that hold them",
         ),
         changed(
             features.LOOPS,

@@ -102,7 +102,7 @@ def _model(root: Node) -> Node | None:
     flatten(models[0])
     static = models[0].optional("static")
     if static is not None and static.text in TRUE:
-        static.warning("static-model", "the model is static; its joints move all the same")
+        static.warning("static-model", "<static> is ignored; the joints of the model can move")
     return models[0]
 
 

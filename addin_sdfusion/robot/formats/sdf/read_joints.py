@@ -142,7 +142,7 @@ def _note_not_simulated(axis: Node, limit: Node | None) -> None:
     if limit is not None and 0.0 <= limit.number("velocity", -1.0, infinite=True) < NO_LIMIT:
         limit.warning("joint-not-simulated", "its velocity limit is not simulated; left out")
     if axis.all("mimic"):
-        axis.warning("joint-not-simulated", "it mimics no other joint here; it moves on its own")
+        axis.warning("joint-not-simulated", "<mimic> is ignored; the joint moves independently")
 
 
 def _effort(limit: Node | None) -> float:

@@ -17,11 +17,11 @@ def read_link(node: Node, frames: Frames) -> Link:
     name = node.subject.name
     gravity = node.optional("gravity")
     if gravity is not None and gravity.text in ("false", "0"):
-        gravity.warning("gravity-not-off", "gravity acts on it all the same")
+        gravity.warning("gravity-not-off", "<gravity> is ignored; gravity acts on the link")
     meshes, shapes = tuple(_meshes(node, frames)), tuple(_shapes(node, frames))
     inertial = node.optional("inertial")
     if inertial is None:
-        problem = "no <inertial>; SDF's own 1 kg and 1 kg·m² are used"
+        problem = "no <inertial>; SDF's defaults 1 kg and 1 kg·m² are used"
         node.warning("default-inertial", problem)
         return Link(name, Inertia(1.0, ixx=1.0, iyy=1.0, izz=1.0), meshes=meshes, shapes=shapes)
     if inertial.attribute("auto", "false") in TRUE:

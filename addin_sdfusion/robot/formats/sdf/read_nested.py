@@ -137,7 +137,7 @@ def _included(node: Node, depth: int) -> Node | None:
     file = _file(uri.text, node.file.parent)
     if file is None:
         problem = f"{shortened(uri.text)} is not found in the folders here or next to this one"
-        node.error("include-not-found", f"{problem}; nothing is downloaded: put the model there")
+        node.error("include-not-found", f"{problem}; copy the model there (no downloads)")
         return None
     try:
         root = parse(file, Subject("robot", file.stem), node.notes)

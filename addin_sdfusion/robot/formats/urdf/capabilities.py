@@ -116,7 +116,7 @@ URDF = Capabilities(
         changed(
             features.DRIVEN_JOINTS,
             "motion-for-coordinate",
-            "other programs have its motion in its place, from another zero or otherwise",
+            "other programs use the motion itself as the coordinate; its value differs",
             _of_singles(_has_other_motion),
         ),
         changed(
@@ -135,7 +135,7 @@ URDF = Capabilities(
         changed(
             features.DRIVEN_JOINTS,
             "lock-as-limits",
-            "URDF locks no joints; these have limits without room to other programs: {names}",
+            "URDF cannot lock joints; these get equal limits in other programs: {names}",
             of_robot(lambda robot: [c.name for c in robot.all_coordinates if c.locked]),
         ),
         left_out(features.LOOPS),
@@ -149,7 +149,7 @@ URDF = Capabilities(
         changed(
             features.LINK_FRAMES,
             "link-frame-moved",
-            "its URDF frame is that of joint {joint!r}, not its own",
+            "its URDF frame is the frame of joint {joint!r}, not the link's frame",
             _moved_frames,
         ),
         changed(

@@ -113,8 +113,8 @@ def _with_motors_by_effort(
     names = [c.name for joint in joints for c in joint.coordinates if c.actuated]
     if names:
         problem = (
-            f"no <transmission>, <ros2_control> or cardsflow.xml says what drives it; the "
-            f"{len(names)} joints with an effort are taken to have motors"
+            f"no <transmission>, <ros2_control> or cardsflow.xml specifies motors; the "
+            f"{len(names)} joints with an effort limit are read as motor-driven"
         )
         node.warning("motors-by-effort", problem)
     return replace(robot, joints=joints)

@@ -36,7 +36,7 @@ def note_shapes(robot: Node) -> None:
                 first = first or shape
     if first is not None:
         kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(counts.items()))
-        problem = f"of what is seen meshes alone are kept; left out: {kinds}"
+        problem = f"only meshes are read as visual geometry; ignored: {kinds}"
         first.warning("geometry-left-out", problem)
 
 

@@ -27,7 +27,7 @@ def _of_transmissions(robot: Node) -> list[Node]:
             ratio = actuator.number("mechanicalReduction", 1.0)
             if ratio != 1.0:
                 problem = (
-                    f"its reduction {ratio:g} is left out: a motor's torque is the joint's here"
+                    f"its reduction {ratio:g} is ignored: motor torques are joint torques here"
                 )
                 actuator.warning("reduction-left-out", problem)
     return named

@@ -34,8 +34,9 @@ def rows(program: str) -> tuple[Row, Row]:
         changed(
             "points inside of wrap surfaces",
             "via-point-inside-wrap",
-            f"where an end is inside {{surface!r}}, {program} runs straight and this simulation "
-            "round what is left of it: {first:.2g} m apart at the initial values{farther}",
+            f"where an end is inside {{surface!r}}, {program} takes a straight path and this "
+            "simulation wraps around a smaller surface; {first:.2g} m apart at the initial "
+            "values{farther}",
             _inside,
         ),
         changed(

@@ -22,12 +22,17 @@ LAWS = (
                 open_low=True,
             ),
             Parameter(
-                "turns", "1", None, 1e-3, math.inf, "n: how often the thread goes round the bladder"
+                "turns",
+                "1",
+                None,
+                1e-3,
+                math.inf,
+                "n: turns of the thread around the bladder",
             ),
-            natural("cord_length", "m", 0.0, "path length beside the bladder's own"),
+            natural("cord_length", "m", 0.0, "path length in addition to the bladder"),
             positive("max_pressure", "Pa", 6e5, "largest command, above that of the air"),
             natural(
-                "pressure_time_constant", "s", 0.05, "of the pressure behind its set point; 0: none"
+                "pressure_time_constant", "s", 0.05, "time constant of the pressure; 0: immediate"
             ),
         ),
         Command("pressure", "Pa", 0.0, "max_pressure"),

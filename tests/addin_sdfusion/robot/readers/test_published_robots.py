@@ -65,7 +65,7 @@ def test_findings_name_the_object_concerned(shared):
     assert sliders == [f"motor{k}" for k in range(6)]
     exosuit = [f for f in read(cardsflow / "exosuit").findings if f.code == "link-name-case"]
     assert {(f.file.name, f.line) for f in exosuit} >= {("cardsflow.xml", 7)}
-    assert "'upperArm' is called 'upperarm'" in exosuit[0].message
+    assert "no link 'upperArm'; link 'upperarm' of the model is used" in exosuit[0].message
 
 
 def test_links_and_joints_of_one_name_are_read_and_written_with_a_word(shared, tmp_path):

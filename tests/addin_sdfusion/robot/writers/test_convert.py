@@ -94,7 +94,7 @@ def test_what_a_robot_is_read_from_is_not_replaced(format_: str, tmp_path: Path)
     reading = read(tmp_path)
     before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
     assert {"model.sdf", "cardsflow.xml"} <= {file.name for file in reading.files}
-    with pytest.raises(InputError, match="is what the robot is read from"):
+    with pytest.raises(InputError, match="is an input of the conversion and is not overwritten"):
         convert(reading.require(), format_, tmp_path, sources=reading.files)
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
     convert(reading.require(), "mjcf", tmp_path, sources=reading.files)

@@ -117,10 +117,10 @@ def test_what_other_formats_lack_is_said(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("muscle", "problem"),
     [
-        (replace(MUSCLES[0], branches=(Branch(4),)), "two via points at least"),
-        (replace(MUSCLES[0], branches=(Branch(9),)), r"branches at via points \[9\]"),
+        (replace(MUSCLES[0], branches=(Branch(4),)), "at least two via points"),
+        (replace(MUSCLES[0], branches=(Branch(9),)), r"branches start at via points \[9\]"),
         (replace(MUSCLES[0], branches=(Branch(2, 0.0),)), "divisor is 0"),
-        (replace(MUSCLES[1], terms=()), "needs two via points at least"),
+        (replace(MUSCLES[1], terms=()), "needs at least two via points"),
         (replace(MUSCLES[1], terms=(CoordinateTerm("elbow", 1.0),)), "no coordinate 'elbow'"),
         (replace(MUSCLES[2], wraps=(Wrap("barrel", 3, rule="opensim", last_segment=4),)), "up to"),
         (replace(MUSCLES[2], wraps=(Wrap("barrel", 0, 1, rule="opensim"),)), "no side"),

@@ -76,7 +76,8 @@ class Frames:
     def _add(self, frame: Node, path: str) -> None:
         if path in self._offsets:
             frame.warning(
-                "duplicate-frame", f"an earlier frame is {path!r} too, and is meant by it"
+                "duplicate-frame",
+                f"an earlier frame is also called {path!r}; references use the earlier one",
             )
             return
         self._offsets[path] = (frame, path)

@@ -51,11 +51,11 @@ def read_muscle(node: Node, around: Surroundings) -> Muscle | None:
     """A muscle; None if it is not to act, or neither its law nor its strength is known."""
     node = node.about(Subject("muscle", node.attribute("name")))
     if not is_true(node, "appliesForce", True) or is_true(node, "isDisabled", False):
-        node.warning("muscle-left-out", "it is switched off in the file; left out")
+        node.warning("muscle-left-out", "it is disabled in the file; ignored")
         return None
     if node.tag not in KINDS and not node.all(STRENGTH):
         known = ", ".join(KINDS)
-        problem = f"<{node.tag}> is not supported ({known} are): left out, and nothing pulls there"
+        problem = f"<{node.tag}> is not supported; ignored (supported: {known})"
         node.warning("muscle-left-out", problem)
         return None
     path = geometry_path(node)
@@ -155,8 +155,8 @@ def _note_other_curves(node: Node, most: float) -> None:
         )
         if off > SAME:
             problem = (
-                f"its {name} is left out: the wrist model's is taken, which is up to "
-                f"{off * most:.3g} N off"
+                f"its {name} is ignored: the curve of the wrist model is used, which "
+                f"differs by up to {off * most:.3g} N"
             )
             by_name[name].warning("muscle-curves", problem)
 

@@ -39,7 +39,7 @@ def read_wrap_objects(model: Node, frames: Frames) -> dict[str, WrapObject | Non
             name = node.attribute("name")
             node = replace(node, subject=Subject("wrap_surface", name))
             if name in found:
-                problem = "an earlier wrap object has that name, too, and is meant by it"
+                problem = "an earlier wrap object has the same name; references use the earlier one"
                 node.warning("duplicate-wrap-surface", problem)
             elif is_true(node, "active", True):
                 found[name] = _read(node, name, link, T_link_frame)
