@@ -38,7 +38,7 @@ def test_the_box_is_lifted_as_far_as_the_hand_goes() -> None:
     assert result.summary["infeasible_ticks"] == 0
     friction = result.summary["contact_friction"]
     assert friction == {"law": "pyramid", "excess": pytest.approx(np.sqrt(2.0) - 1.0)}
-    assert any("brakes up to 41% too much" in line for line in describe_summary(result.summary))
+    assert any("41% too strong" in line for line in describe_summary(result.summary))
     assert result["object.box.z"][-1] - result["object.box.z"][0] == pytest.approx(0.2, abs=5e-3)
     hand = 1.0 + 0.4 * np.cos(np.pi + result["q.shoulder"])  # height of the elbow
     since = result["time"] > 1.7

@@ -26,7 +26,7 @@ class HardwarePace(Pace):
     def __init__(self, step: float, realtime: bool, hardware: HardwareSettings) -> None:
         super().__init__(step, realtime and not hardware.goes_by_clock)
         self._hardware = hardware
-        self._by_the_clock = realtime or hardware.goes_by_clock
+        self._is_realtime = realtime or hardware.goes_by_clock
 
     def judged(self, recording: Recording) -> Recording:
         """Return the recording, with a failure if the hardware was lost at the end.

@@ -306,7 +306,7 @@ def test_friction_of_joints_is_made_up_for_and_told(tmp_path: Path, cardsflow: C
         cardsflow,
     )
     assert_tracks(summary)
-    assert "against the friction of q" in err
+    assert "compensate for the friction of q" in err
     assert "locked" not in err
     assert tomllib.loads((tmp_path / "experiment.toml").read_text())["controller"]["observer"] > 0.0
 

@@ -108,7 +108,7 @@ def test_commands_ramp_down_while_the_estimate_is_invalid(through: str) -> None:
     expected = falling(forces[: first + 20], valid[: first + 20], 10.0, 0.1)
     assert np.allclose(forces[first : first + 20], expected, atol=1e-9)
     assert np.allclose(forces[first + 19], 10.0)
-    line = "the estimate was lost"
+    line = "the estimate was invalid"
     assert any(warning.startswith(line) for warning in result.summary["warnings"])
 
 

@@ -274,7 +274,7 @@ def test_a_system_counts_what_its_hardware_missed(
     assert "real_time" not in result.summary, "in a time of its own"
     page = "\n".join(summary_tables(result.summary))
     missed = result.summary["hardware"]["missed"]
-    assert f'<td>exchanges missed</td><td class="number">{missed}</td>' in page
+    assert f'<td>missed exchanges</td><td class="number">{missed}</td>' in page
     assert "<td>emulated:</td>" in page
     assert "late steps" not in page
 

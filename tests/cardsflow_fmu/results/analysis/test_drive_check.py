@@ -152,7 +152,7 @@ def test_experiments_are_checked_with_what_they_change(
     weak = "".join(f"[muscles.cable_{k}]\nf_max = 15.0\n" for k in range(1, 5))
     (tmp_path / "experiment.toml").write_text(f"{text}\n{weak}")
     message = found(cardsflow, tmp_path)["motion-not-held"]
-    assert "points of the reference, from t = " in message
+    assert "points of the reference are infeasible within the force limits, from t = " in message
     assert "cardsflow size" in message
     assert "[zero-inertia-about-axis]" in cardsflow("check", tmp_path)[1]  # of the robot's files
 

@@ -30,7 +30,7 @@ def test_an_fmu_lists_its_variables(tmp_path: Path) -> None:
     assert units["q.joint_2"] == "rad"
     assert units["y.tip.z"] == "m"
     (tmp_path / "no.fmu").write_text("no")
-    with pytest.raises(InputError, match=r"no\.fmu: is not an FMU"):
+    with pytest.raises(InputError, match=r"no\.fmu: is not a valid FMU"):
         fmu_info(tmp_path / "no.fmu")
 
 

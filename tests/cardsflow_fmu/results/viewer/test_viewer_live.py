@@ -271,4 +271,4 @@ def test_the_live_view_draws_plays_and_asks_nobody_else(results: Path, tmp_path:
 @pytest.mark.slow
 def test_the_cable_set_of_a_run_is_not_to_be_chosen(results: Path, cardsflow: CommandLine) -> None:
     words = "view", results, "--cable-set", "basic", "--html", "page.html"
-    assert "--cable-set: is for a robot" in cardsflow.refused(*words)
+    assert "--cable-set: is only for a robot" in cardsflow.refused(*words)
