@@ -168,7 +168,7 @@ def _drawn(
     robot, world = experiment.robot, experiment.scene
     meshes = link_meshes(robot, experiment.folder, experiment.roots)
     with live.server(options.port, browser=not options.no_browser) as opened:
-        _print_line(f"{live.address(opened)}  (Ctrl-C ends)")
+        _print_line(f"{live.address(opened)}  (press Ctrl-C to stop)")
 
         def replay(result: Result) -> None:
             with view.interruption() as ended:

@@ -52,7 +52,9 @@ def address_of(process: subprocess.Popen[str]) -> str:
     """The address that the command prints."""
     line = process.stderr.readline()
     found = re.match(r"(http://127\.0\.0\.1:\d+)  \(press Ctrl-C to stop\)$", line)
-    assert found, line + process.stderr.read()
+    if not found:
+        process.kill()  # it serves until it is stopped, so that its output has no end
+        pytest.fail(line + process.stderr.read())
     return found[1]
 
 
