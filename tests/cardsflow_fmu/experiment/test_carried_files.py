@@ -88,7 +88,7 @@ def test_visual_mesh_outside_the_allowed_folders_is_omitted_with_a_reason(
     assert SECRET not in contents(experiment_archive(experiment))
     assert "left_finger" not in link_meshes(experiment.robot, experiment.folder, experiment.roots)
     act = robot_act(home / "arm/robot")
-    assert any("omitted" in note or "left out" in note for note in act.notes)
+    assert any("is not packed" in note for note in act.notes)
 
 
 @pytest.mark.parametrize("uri", OUTER)
