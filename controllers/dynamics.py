@@ -61,7 +61,7 @@ class LimitedDynamics(Dynamics, Protocol):
     """Dynamics of a robot with joint limits.
 
     Attributes:
-        q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite if there is none.
+        q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite if unlimited.
     """
 
     @property

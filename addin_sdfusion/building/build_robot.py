@@ -49,7 +49,7 @@ class BuiltRobot:
         T_world_link: The pose of every link that has a place in the tree, at the design's pose.
         bodies_of_link: The bodies of every link.
         link_of_occurrence: As `link_of`.
-        base: The link that the tree starts from; empty if there is none.
+        base: The link that the tree starts from; empty if it does not exist.
         loops: For every closed loop the names of the joints one of which may be cut.
     """
 

@@ -192,5 +192,5 @@ class Command:
 
 
 def active_design() -> Any:
-    """Return the design that the user works on; None if there is none."""
+    """Return the design that the user works on, or None."""
     return adsk.fusion.Design.cast(application().activeProduct)

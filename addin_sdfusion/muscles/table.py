@@ -51,7 +51,7 @@ class PointRow(PointUse):
 
     Attributes:
         position: In the root frame, in [m].
-        entity: What the CAD system's point is; empty if there is none yet.
+        entity: What the CAD system's point is; empty if unknown.
     """
 
     position: Vector3
@@ -111,7 +111,7 @@ class MuscleTable:
         return tuple(point for point in self.others if point.role == "marker")
 
     def row(self, muscle: str) -> MuscleSnapshot | None:
-        """Return the muscle of that name; None if there is none."""
+        """Return the muscle of that name, or None."""
         return next((row for row in self.rows if row.name == muscle), None)
 
     def points_of(self, muscle: str) -> tuple[PointRow, ...]:

@@ -27,7 +27,7 @@ def read_key(file: str | Path) -> bytes:
 
 
 def key_warning(file: Path, name: str) -> str | None:
-    """Return a warning about the permissions of a key file; None if there is none.
+    """Return a warning about the permissions of a key file, or None.
 
     Args:
         file: The file.

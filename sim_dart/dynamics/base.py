@@ -38,7 +38,7 @@ class RobotDynamics(ABC):
         f_min, f_max: Bounds of the muscles' forces, in [N], and behind them of the motors' torques,
             in [N·m] or [N], shape (m + motors,).
         damping: Viscous joint damping, shape (n,), in [N·m·s/rad] or [N·s/m].
-        q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite if there is none.
+        q_min, q_max: Joint limits, shape (n,), in [rad] or [m]; infinite if unlimited.
         actuation: A, which gives motors of the joints their coordinates, shape (n, actuated).
         task_names: k names, in the order of y, such as `hand.x`.
         task_angles: Which task coordinates are angles, shape (k,).

@@ -43,7 +43,7 @@ class About:
 def is_called(point: Any, name: str) -> bool:
     """Return whether the point has that name, or the one that Fusion makes of a name that is taken.
 
-    Via points have names of their own; a link may have several task points and markers.
+    Via points have separate names; a link may have several task points and markers.
     """
     if name.startswith("VP_"):
         return bool(point.name == name)
@@ -137,7 +137,7 @@ def _in_component(position: Vector3, occurrence: Any) -> Any:
 
 
 def _base_feature(component: Any) -> Any:
-    """Return the base feature of a component for such points; made if there is none."""
+    """Return the base feature of a component for such points; create it if it does not exist."""
     features = component.features.baseFeatures
     feature = features.itemByName(BASE_FEATURE)
     if feature is None:

@@ -52,7 +52,7 @@ class MuscleEditor:
         table: The table as it will be after OK.
         link_of: The link of each occurrence's path.
         links: Names of all links.
-        muscle: Name of the muscle that picks go to; empty if there is none.
+        muscle: Name of the muscle that picks go to; empty if it does not exist.
         insert_at: Where in the muscle the next pick goes; at the end if None.
         link: The link chosen for picks; that of the picked part if empty.
         wrap: Name of the wrap surface that is looked at.
@@ -73,7 +73,7 @@ class MuscleEditor:
     # Picks
 
     def pick_point(self, pick: Pick) -> None:
-        """A via point of the chosen muscle, which is made if there is none."""
+        """A via point of the chosen muscle, which is created if necessary."""
         point = self._row("via", pick, muscle=self.muscle or self.table.new_muscle_name())
         self.table = self.table.insert_point(point, self.insert_at)
         self.muscle = point.muscle
@@ -83,7 +83,7 @@ class MuscleEditor:
         self.message = f"{self._point(index)} is on link {point.link}."
 
     def pick_other(self, pick: Pick, role: Literal["task", "marker"]) -> None:
-        """A task point or marker, with a name of its own."""
+        """A task point or marker, with a separate name."""
         point = self._row(role, pick, axes=POSITIONS if role == "task" else ())
         tasks, markers = self.table.tasks, self.table.markers
         alike = tasks if role == "task" else markers

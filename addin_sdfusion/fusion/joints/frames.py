@@ -81,7 +81,7 @@ def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
 
 
 def as_built_frame(joint: Any, place: Place) -> Transform | None:
-    """Return the one frame of an as-built joint; None if there is none, as of a rigid one."""
+    """Return the one frame of an as-built joint, or None, as of a rigid one."""
     transform = _lifted(joint, lambda j: j.transform, place)
     if transform is not None:
         return transform
@@ -89,7 +89,7 @@ def as_built_frame(joint: Any, place: Place) -> Transform | None:
 
 
 def _lifted(joint: Any, read: Callable[[Any], Any], place: Place) -> Transform | None:
-    """Return a transform of a joint in the root frame; None if there is none.
+    """Return a transform of a joint in the root frame, or None.
 
     What is the same as that of the native joint is in the frame of the component.
     """

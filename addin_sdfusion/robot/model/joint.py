@@ -63,7 +63,7 @@ class Coordinate:
 
     Attributes:
         name: Its name, unique among the coordinates.
-        lower, upper: Limits, in [rad] or [m]; infinite if there is none.
+        lower, upper: Limits, in [rad] or [m]; infinite if unlimited.
         initial: The value at the start unless an experiment says otherwise, in [rad] or [m].
         damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
         unit: `rad` or `m`.

@@ -206,9 +206,9 @@ class Robot:
         links: In any order.
         joints: Parents first.
         cable_sets: The alternatives; may be empty.
-        cable_set: Name of the active one; empty if there is none.
+        cable_set: Name of the active one; empty if it does not exist.
         task_sets: Operational spaces; may be empty.
-        task_set: Name of the active one; empty if there is none.
+        task_set: Name of the active one; empty if it does not exist.
         gravity: In the world frame, in [m/s²].
         wrap_surfaces: What muscles may wrap over.
         loops: Joints that close loops; in any order.
@@ -260,19 +260,19 @@ class Robot:
         return find("operational space", self.task_set, self.task_sets).frames
 
     def link(self, name: str) -> Link:
-        """Return the link of that name; UnknownNameError if there is none."""
+        """Return the link of that name; raise UnknownNameError if it does not exist."""
         return self._links.get(name) or find("link", name, self.links)
 
     def joint(self, name: str) -> Joint:
-        """Return the joint of that name; UnknownNameError if there is none."""
+        """Return the joint of that name; raise UnknownNameError if it does not exist."""
         return find("joint", name, self.joints)
 
     def wrap_surface(self, name: str) -> WrapSurface:
-        """Return the wrap surface of that name; UnknownNameError if there is none."""
+        """Return the wrap surface of that name; raise UnknownNameError if it does not exist."""
         return self._wrap_surfaces.get(name) or find("wrap surface", name, self.wrap_surfaces)
 
     def muscle(self, name: str) -> Muscle:
-        """Return the active muscle of that name; UnknownNameError if there is none."""
+        """Return the active muscle of that name; raise UnknownNameError if it does not exist."""
         return self._muscles.get(name) or find("muscle", name, self.muscles)
 
     @cached_property

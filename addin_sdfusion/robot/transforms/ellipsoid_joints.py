@@ -60,7 +60,7 @@ class OverEllipsoid(NamedTuple):
 
 
 def over_ellipsoid(motions: Sequence[Motion]) -> OverEllipsoid | None:
-    """Return the joint over an ellipsoid that has these motions; None if there is none."""
+    """Return the joint over an ellipsoid that has these motions, or None."""
     moved = [k for k, motion in enumerate(motions) if not motion.is_fixed]
     winged = [k for k in moved if motions[k].coordinate == WINGING]
     turned = [k for k in moved if motions[k].coordinate == C_]

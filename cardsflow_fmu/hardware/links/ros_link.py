@@ -140,7 +140,7 @@ class RosLink:
         return f"{self._address.absolute(states.name)}: {REASONS[dropped[0]]}; needed are {names}"
 
     def _next(self, inbox: Inbox, until: float) -> tuple[float, FloatArray] | None:
-        """Return the next state that counts, and when it came; None if there is none until then."""
+        """Return the next state that counts, and when it came, or None until then."""
         for _ in range(_MAX_MESSAGES):
             message = inbox.receive(until)
             if message is None:

@@ -168,7 +168,7 @@ class Node:
         return self._numbers(self.text, f"<{self.tag}>", size, infinite)
 
     def integer(self, tag: str) -> int | None:
-        """Return a counting number in a child element; None if there is none."""
+        """Return a counting number in a child element, or None."""
         child = self.required(tag)
         if child is None:
             return None

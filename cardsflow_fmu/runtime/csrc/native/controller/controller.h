@@ -12,7 +12,7 @@ int native_controller_open(struct model *model, struct native_model *native, str
 /* Puts a custom law, and muscle laws outside of C, into a controller; nonzero where the model is none. */
 int native_controller_use(struct model *model, const control_law *law, const struct muscle_functions *muscles);
 
-/* An array of a controller's loop, of its law, or of its core, by name, and its length; NULL if there is none. */
+/* An array of a controller's loop, of its law, or of its core, by name, and its length; NULL if it does not exist. */
 double *native_controller_array(struct model *model, const char *name, size_t *length);
 
 #endif

@@ -7,7 +7,7 @@
 /* The command of every muscle, in the order of the robot, into `muscle_commands`, which it returns. */
 const double *native_plant_commands(const struct plant *plant);
 
-/* What motors make of all coordinates, for the core's step; NULL if there are none. */
+/* Torques of motors on all coordinates, for the core's step; NULL without motors. */
 const double *native_plant_torques(const struct plant *plant);
 
 /* Commands, torques, loads and wrenches to where the core's step looks for them. Nonzero with a message where a
