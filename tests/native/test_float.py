@@ -211,7 +211,7 @@ def test_a_blob_of_the_other_precision_is_refused(single: Precision) -> None:
 def test_a_number_that_single_precision_cannot_hold_is_refused() -> None:
     robot = replace(planar_2r(), gravity=(0.0, 0.0, -1e60))
     assert compile_blob(robot)
-    with pytest.raises(CardsflowError, match="gravity: -1e\\+60 is larger than numbers of single"):
+    with pytest.raises(CardsflowError, match="gravity: -1e\\+60 is too large for single precision"):
         compile_blob(robot, single=True)
 
 

@@ -81,7 +81,7 @@ def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
 
 
 def as_built_frame(joint: Any, place: Place) -> Transform | None:
-    """Return the one frame of an as-built joint, or None, as of a rigid one."""
+    """Return the one frame of an as-built joint; None for a rigid one."""
     transform = _lifted(joint, lambda j: j.transform, place)
     if transform is not None:
         return transform
