@@ -1,7 +1,7 @@
 """What C has to know of the table of muscle laws: headers that the build makes of it.
 
 `law_parameters.h` has a struct of parameters for every law, and functions of its terms;
-`law_table.h` its refusals, states and range of commands, and the list of laws; `law_sources.h`
+`law_table.h` its bounds, rules, states and range of commands, and the list of laws; `law_sources.h`
 their C files, for the core with tangents. hatch_build.py writes them to `sim_dart/generated`.
 It reads this module by its path, so that it needs the standard library only.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 import ast
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -118,6 +118,7 @@ def _parameters(law: TensionLaw) -> Iterator[str]:
 
 def _table_header(laws: Iterable[TensionLaw]) -> str:
     laws = list(laws)
+    bounds = list(_bounds(laws))
     return "\n".join(
         [
             _MADE,
@@ -127,14 +128,31 @@ def _table_header(laws: Iterable[TensionLaw]) -> str:
             "#define REQUIRE(condition, text) \\\n    if (!(condition)) return text\n",
             *(text for law in laws for text in _functions(law).values()),
             "#endif\n",
+            *_bounds_table(laws),
             "static const law_entry LAW_TABLE[] = {",
-            *(f"    {{\n{_entry(law)}    }}," for law in laws),
+            *(f"    {{\n{_entry(law, bounds)}    }}," for law in laws),
             "};\n",
         ]
     )
 
 
-def _entry(law: TensionLaw) -> str:
+def _bounds(laws: Iterable[TensionLaw]) -> dict[tuple[float, float, bool], str]:
+    """Return the different bounds of all parameters, with their words."""
+    return {_bounds_of(p): p.bounds for law in laws for p in law.parameters}
+
+
+def _bounds_of(p: Parameter) -> tuple[float, float, bool]:
+    return p.low, p.high, p.open_low
+
+
+def _bounds_table(laws: Iterable[TensionLaw]) -> Iterator[str]:
+    yield "static const law_bounds BOUNDS[] = {"
+    for (low, high, is_open), words in _bounds(laws).items():
+        yield f"    {{{_number(low)}, {_number(high)}, {int(is_open)}, {_quoted(words)}}},"
+    yield "};\n"
+
+
+def _entry(law: TensionLaw, bounds: Sequence[tuple[float, float, bool]]) -> str:
     values = {
         "name": _quoted(law.kind),
         "law": f"&LAW_{law.kind}",
@@ -142,6 +160,11 @@ def _entry(law: TensionLaw) -> str:
         "driven": int(law.command is not None),
         "pushes": int(law.pushes),
     }
+    if law.parameters:
+        rows = ", ".join(str(bounds.index(_bounds_of(p))) for p in law.parameters)
+        names = "".join(f'\n            "{p.name}\\0"' for p in law.parameters)
+        values["bounds"] = f"WHEN_OPENED(((const uint8_t[]){{{rows}}}))"
+        values["names"] = f"WHEN_OPENED({names})"
     values |= {name: f"WHEN_OPENED({law.kind}_{name})" for name in _functions(law)}
     return "".join(f"        .{name} = {value},\n" for name, value in values.items())
 
@@ -157,14 +180,15 @@ def _functions(law: TensionLaw) -> dict[str, str]:
         more = [f"({_in_c(state.where, law)})" for state in law.states if state.where]
         count = f"    return {' + '.join([str(always), *more])};\n"
         found["states"] = _function(law, "int", "states", "const void *parameters", count)
-    if law.parameters:
-        refusals = [(_within(p), f"{p.name} must be {p.bounds}") for p in law.parameters]
-        refusals += [(_in_c(rule.condition, law), rule.text) for rule in law.conditions]
+    if law.conditions:
         lines = "".join(
-            f"    REQUIRE({c},\n            {_quoted(text)});\n" for c, text in refusals
+            f"    REQUIRE({_in_c(rule.condition, law)},\n            {_quoted(rule.text)});\n"
+            for rule in law.conditions
         )
         body = f"{lines}    return NULL;\n"
-        found["refusal"] = _function(law, "const char *", "refusal", "const void *parameters", body)
+        found["broken_rule"] = _function(
+            law, "const char *", "broken_rule", "const void *parameters", body
+        )
     return found
 
 
@@ -182,15 +206,6 @@ def _function(law: TensionLaw, answer: str, name: str, takes: str, body: str) ->
 
 def _limit(limit: float | str, law: TensionLaw) -> str:
     return _in_c(limit, law) if isinstance(limit, str) else _number(limit)
-
-
-def _within(p: Parameter) -> str:
-    """That a parameter is finite and within its bounds; what is not a number compares with none."""
-    value, comparison = f"value_of(p->{p.name})", ">" if p.open_low else ">="
-    low = [] if math.isinf(p.low) else [f"{value} {comparison} {_number(p.low)}"]
-    high = [] if math.isinf(p.high) else [f"{value} <= {_number(p.high)}"]
-    whole = [] if low and high else [f"isfinite(p->{p.name})"]
-    return " && ".join([*low, *high, *whole])
 
 
 def _quoted(text: str) -> str:

@@ -59,7 +59,7 @@ DOUBLES = {"sqrt", "fmod", "ceil", "round", "fabs"}
 """Functions of doubles; those of single precision end with an f."""
 
 EMULATOR = "qemu-arm-static"
-STACK, FLASH = 4608, 163840  # in bytes; every law of muscles and of control is in
+STACK, FLASH = 4608, 147456  # in bytes; every law of muscles and of control is in
 
 
 def build(program: Path, cpu: str, own: tuple[str, ...], flags: tuple[str, ...]) -> Path:

@@ -55,6 +55,13 @@ typedef struct {
     real (*curve)(const real *k, const char *name, real x, real *slope);
 } tension_law;
 
+/* What a parameter has to be: finite, and from `low` to `high`; open: above `low`. */
+typedef struct {
+    real low, high;
+    int is_open;
+    const char *words;
+} law_bounds;
+
 /* A law in the table. */
 typedef struct {
     const char *name;
@@ -62,8 +69,11 @@ typedef struct {
     int parameters;
     int driven; /* has a command */
     int pushes; /* its tension may be negative */
-    /* What is wrong with parameters, or NULL; NULL for a law without parameters. */
-    const char *(*refusal)(const void *parameters);
+    /* The bounds of every parameter, by their row, and the names, with a zero behind each. */
+    const uint8_t *bounds;
+    const char *names;
+    /* What rule parameters within their bounds break, or NULL; NULL for a law without rules. */
+    const char *(*broken_rule)(const void *parameters);
     /* How many states it has; NULL for none. */
     int (*states)(const void *parameters);
     /* Sets k[LAW_LOW] and k[LAW_HIGH]. */

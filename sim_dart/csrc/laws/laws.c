@@ -15,6 +15,27 @@
 
 #include "../../generated/law_table.h"
 
+static int is_within(const law_bounds *bounds, real x)
+{
+    const int above = bounds->is_open ? value_of(x) > value_of(bounds->low) : value_of(x) >= value_of(bounds->low);
+    return above && value_of(x) <= value_of(bounds->high) && isfinite(x);
+}
+
+/* Check the parameters of a muscle against the bounds and rules of its law. */
+static int parameters_check(const law_entry *entry, const real *p, int m, char *message, size_t capacity)
+{
+    const char *name = entry->names;
+    for (int i = 0; i < entry->parameters; i++) {
+        const law_bounds *bounds = BOUNDS + entry->bounds[i];
+        if (!is_within(bounds, p[i]))
+            return refuse(message, capacity, "muscle %d: %s: %s must be %s", m, entry->name, name, bounds->words);
+        while (*name++) continue; /* to the next one; a bare machine has no strlen */
+    }
+    const char *wrong = entry->broken_rule ? entry->broken_rule(p) : NULL;
+    if (!wrong && entry->law->refusal) wrong = entry->law->refusal(p);
+    return wrong ? refuse(message, capacity, "muscle %d: %s: %s", m, entry->name, wrong) : 0;
+}
+
 int laws_check(blob_view *view, char *message, size_t capacity)
 {
     const real *p = view->law_parameter;
@@ -28,9 +49,7 @@ int laws_check(blob_view *view, char *message, size_t capacity)
         const tension_law *law = entry->law;
         left -= entry->parameters;
         if (left < 0) break;
-        const char *wrong = entry->refusal ? entry->refusal(p) : NULL;
-        if (!wrong && law->refusal) wrong = law->refusal(p);
-        if (wrong) return refuse(message, capacity, "muscle %d: %s: %s", (int)m, entry->name, wrong);
+        if (parameters_check(entry, p, (int)m, message, capacity)) return 1;
         if (view->muscle_bends[m] && entry->pushes)
             return refuse(message, capacity, "muscle %d: %s pushes, and so has no friction in bends", (int)m, entry->name);
         if (law->place && view->muscle_points[m] != 2)
