@@ -99,7 +99,7 @@ class NativeLoop(StepLoop):
         self._loop: ctypes.c_void_p | None = ctypes.c_void_p(
             self._library.native_loop_open(len(parts), handles)
         )
-        self._check(self._library.native_loop_initialize(self._loop), "at the start")
+        self._initialize()
         self._experiment, run = experiment, experiment.run
         self._step, self.count = run.step, run.steps + 1
         self.names, self.units, _ = columns_of(parts)
@@ -206,11 +206,11 @@ class NativeLoop(StepLoop):
         text = self._opened[failed - 1].message
         return SimulationError(f"the {self._names[failed - 1]} failed {when}: {text}")
 
-    def _check(self, failed: int, when: str) -> None:
+    def _initialize(self) -> None:
+        failed = self._library.native_loop_initialize(self._loop)
         if failed:
-            error = self._error(failed, when)
             self.close()
-            raise error
+            raise InputError(self._opened[failed - 1].message)  # as a model alone
 
 
 def run_batch(experiments: Sequence[Experiment], threads: int = 1) -> list[Recording]:

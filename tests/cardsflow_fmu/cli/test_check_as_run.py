@@ -10,8 +10,6 @@ from support.command_line import CommandLine
 from support.damaged.kinds import KINDS
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
-PYTHON = ("--compute", "python", "--coupling", "direct")
-
 ARM = f"""[robot]
 path = "{PLANAR_2R / "robot"}"
 cable_set = "basic"
@@ -26,6 +24,7 @@ POINTS = "[reference]\npoints = [{time = 0.0, q = 0.1}, {time = 1.0, q = 0.2}]\n
 HARDWARE = "[hardware]\nuse = true\nlink = "
 APPROACH = "[reference.approach]\nduration = "
 LINK = "[robot.links.link_2.inertia]\n"
+START_SPEED = "[start]\nq = [0.1, 0.1]\nqd = [1e200, 0.0]"
 REFUSED = {
     "masses": (POINTS + "[plant]\nmass_scale = 1e-308", "plant.mass_scale: link"),
     "mass": (POINTS + LINK + "mass = 1e308", "its mass matrix is not finite"),
@@ -39,6 +38,7 @@ REFUSED = {
     "long": (POINTS + APPROACH + "1e308", "duration must be within 1e-100 and 1e+100 s"),
     "steps": (POINTS + "[plant]\nstep = 1e-9", "1e+06 times plant.step"),
     "short": (POINTS + APPROACH + "1e-308", "duration must be within 1e-100 and 1e+100 s"),
+    "speed": (POINTS + START_SPEED, "q.joint_1 or its rate is not finite, or beyond 1e9"),
     "far": (POINTS.replace("1.0", "1e-308"), "too uneven for a spline"),
 }
 
@@ -56,7 +56,7 @@ def test_check_refuses_what_a_run_refuses(
 ) -> None:
     text, reason = REFUSED[case]
     file = written(tmp_path, text)
-    line = cardsflow.refused("run", file, *PYTHON, "-o", tmp_path / "out")
+    line = cardsflow.refused("run", file, "--coupling", "direct", "-o", tmp_path / "out")
     assert reason in line
     code, out, err = cardsflow("check", file)
     assert (code, err) == (2, line)
@@ -83,7 +83,7 @@ def test_check_refuses_objects_within_the_robot(tmp_path: Path, cardsflow: Comma
     text = text.replace("robot/model.sdf", str(EXAMPLES / "pick_up/robot/model.sdf"))
     file = tmp_path / "experiment.toml"
     file.write_text(text.replace("[0.4, 0.0, 0.52]", "[0.4, 0.0, 0.6]"))
-    line = cardsflow.refused("run", file, *PYTHON, "-o", tmp_path / "out")
+    line = cardsflow.refused("run", file, "--coupling", "direct", "-o", tmp_path / "out")
     assert "m at the start; move one" in line
     assert cardsflow.refused("check", file) == line
     file.write_text(text.replace("[0.4, 0.0, 0.52]", "[0.4, 0.0, 1e300]"))
@@ -101,7 +101,7 @@ def test_check_refuses_files_of_robots_that_may_not_travel(
     file = written(tmp_path / "arm", POINTS.replace("0.1", "[0.1, -0.5]").replace("0.2", "[0, 0]"))
     arm = f'path = "{PLANAR_2R / "robot"}"\ncable_set = "basic"'
     file.write_text(file.read_text().replace(arm, 'path = "robot"'))
-    line = cardsflow.refused("run", file, *PYTHON, "-o", tmp_path / "out")
+    line = cardsflow.refused("run", file, "--coupling", "direct", "-o", tmp_path / "out")
     assert "arm.xml: lies outside the folders" in line
     assert cardsflow("check", file)[::2] == (2, line)
 
@@ -158,7 +158,7 @@ def test_the_address_of_hardware_in_an_external_fmu_is_an_address(
     file = tmp_path / "with.toml"
     text = file.read_text().replace("[fmus.plant]", "[fmus.hardware]")
     file.write_text(text + HARDWARE + "'nobody'\n")
-    line = cardsflow.refused("run", file, *PYTHON, "-o", tmp_path / "out")
+    line = cardsflow.refused("run", file, "--coupling", "direct", "-o", tmp_path / "out")
     assert "no hardware at 'nobody'" in line
     assert cardsflow("check", file)[::2] == (2, line)
     file.write_text(text + HARDWARE.replace("link = ", ""))

@@ -18,7 +18,9 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.cosim.coupling import Coupling
 from cardsflow_fmu.cosim.master import Master
 from cardsflow_fmu.cosim.signals.ports import SOLVE_TIME
+from cardsflow_fmu.models import native_loop
 from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.plant import PlantModel
 
 
 class Source:
@@ -103,35 +105,28 @@ def no_constant(text: str) -> Any:
 def test_such_a_run_is_incomplete_and_its_files_are_json(
     tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch, at: int
 ) -> None:
-    """The signal is part of the summary, which would otherwise contain NaN."""
-    from cardsflow_fmu.models.plant import PlantModel
+    """The loop in C records the value. It is part of the summary, which would contain NaN."""
+    begin, advance = NativeLoop.__init__, NativeLoop._advance
 
-    initialize, step = PlantModel.initialize, PlantModel.step
+    def spoil(self: NativeLoop, done: int) -> None:
+        plant = next(model for model in self._models if isinstance(model, PlantModel))
+        names = [p.name for p in plant.ports if p.causality == "output"]
+        if done >= at:
+            plant.outputs[names.index("l.cable_1")] = math.nan
 
-    def spoil(self: Any, t: float) -> None:
-        names = [p.name for p in self.ports if p.causality == "output"]
-        if t >= at * 1e-3 - 1e-9:
-            self.outputs[names.index("l.cable_1")] = math.nan
+    def begun(self: NativeLoop, experiment: Experiment) -> None:
+        begin(self, experiment)
+        spoil(self, 0)
 
-    def started(self: Any) -> None:
-        initialize(self)
-        spoil(self, 0.0)
+    def advanced(self: NativeLoop, count: int, rows: Any) -> Any:
+        failure = advance(self, count, rows)
+        spoil(self, self._done)
+        return failure
 
-    def stepped(self: Any, t: float, h: float) -> None:
-        step(self, t, h)
-        spoil(self, t + h)
-
-    monkeypatch.setattr(PlantModel, "initialize", started)
-    monkeypatch.setattr(PlantModel, "step", stepped)
-    words = [
-        "--compute=python",
-        "--coupling=direct",
-        "-o",
-        tmp_path,
-        "--set",
-        "run.duration=0.02",
-        "--json",
-    ]
+    monkeypatch.setattr(native_loop, "_CHUNK", 1)
+    monkeypatch.setattr(NativeLoop, "__init__", begun)
+    monkeypatch.setattr(NativeLoop, "_advance", advanced)
+    words = ["--coupling", "direct", "-o", tmp_path, "--set", "run.duration=0.02", "--json"]
     code, out, err = cardsflow("run", PLANAR_2R, *words)
     assert code == 1
     assert f"l.cable_1 is not finite at t = {at * 1e-3:g} s: nan" in err

@@ -98,7 +98,7 @@ def test_old_results_stay_until_a_run_begins(
 
     monkeypatch.setattr("cardsflow_fmu.models.plant.PlantModel.__init__", broken)
     with pytest.raises(InputError, match="does not start"):
-        run(experiment, tmp_path, compute="python", coupling="direct")
+        run(experiment, tmp_path, coupling="direct")
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
 
 
