@@ -5,11 +5,8 @@ Each figure is the largest difference that was found; docs/explanation/accuracy.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from support.fmu.co_simulation import co_simulate
 from support.interleaved import record
 from support.oracles.mujoco_model import MujocoRobot
 from support.robots.robots import EXAMPLES, chain, planar_2r
@@ -73,22 +70,6 @@ def test_moment_arms_are_the_derivative_of_the_lengths(example: str) -> None:
             worst = max(worst, apart(L[:, j], slope / (2 * h)))
     record(f"moment arms against central differences, {example}", L_m=worst)
     assert worst <= 1e-6
-
-
-@pytest.mark.parametrize("example", ["planar_2r", "roboy_left_arm"])
-def test_fmus_against_plain_python(example: str, tmp_path: Path) -> None:
-    experiment = Experiment.load(EXAMPLES / example, {"run.duration": 1.0})
-    plain = simulate(experiment, compute="python", coupling="direct")
-    fmus = simulate(experiment, compute="python")
-    native = co_simulate(experiment, tmp_path, compute="c")
-    positions = [k for k, name in enumerate(native.names) if name.startswith("q.")]
-    columns = [plain.names.index(native.names[k]) for k in positions]
-    record(
-        f"a second of {example}, apart from plain Python",
-        fmu=apart(fmus.rows, plain.rows),
-        native_rad=apart(native.rows[:, positions], plain.rows[:, columns]),
-    )
-    assert np.array_equal(fmus.rows, plain.rows)
 
 
 def test_forces_make_the_torque_that_is_asked_for() -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 from support.robots.robots import EXAMPLES
-from support.ways import WAYS
 
 from addin_sdfusion.robot.formats.read import read
 from cardsflow_fmu import Experiment, Result, build, run
@@ -120,7 +119,7 @@ def test_two_arms_lift_a_bar_together() -> None:
 
 
 @pytest.mark.slow
-def test_fmus_do_the_same_and_are_valid(tmp_path: Path) -> None:
+def test_fmus_feel_contacts_and_are_valid(tmp_path: Path) -> None:
     settings = {
         "run.duration": 0.3,
         "start.q": [-1.5708, 1.5708, -0.03, 0.03],
@@ -129,13 +128,9 @@ def test_fmus_do_the_same_and_are_valid(tmp_path: Path) -> None:
         ],
     }
     experiment = Experiment.load(PICK_UP, settings)
-    direct, fmu = (simulate(experiment, **WAYS[way]) for way in ("direct", "python"))
-    names = [n for n in direct.names if n != "solve_time"]
-    np.testing.assert_array_equal(fmu.columns(names), direct.columns(names))
-    assert direct["contact.left_finger.fy"].max() > 1.0
-    newer = simulate(experiment, compute="python", fmi="3.0")
-    np.testing.assert_array_equal(newer.columns(names), direct.columns(names))
     for fmi in ("2.0", "3.0"):
+        result = simulate(experiment, fmi=fmi)  # type: ignore[arg-type]
+        assert result["contact.left_finger.fy"].max() > 1.0
         for file in build(experiment, tmp_path / fmi, fmi=fmi).values():  # type: ignore[arg-type]
             assert validate_fmu(str(file)) == []
 

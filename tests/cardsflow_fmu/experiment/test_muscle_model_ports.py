@@ -105,17 +105,6 @@ def test_the_fmus_are_valid(name: str, version: Any, tmp_path: Path) -> None:
     assert "u.cable_3" in described or "u" in described
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("settings", [MIXED, DRIVEN, MIXED | {"plant.integrator": "rk4"}])
-def test_fmus_and_a_plain_python_loop_give_equal_columns(settings: dict[str, Any]) -> None:
-    experiment = arm(settings, {"plant.energy": True, "plant.step": 5e-4})
-    fmu, direct = simulate(experiment, compute="python"), simulate(experiment, coupling="direct")
-    assert fmu.names == direct.names
-    np.testing.assert_allclose(fmu.rows, direct.rows, rtol=1e-12, atol=1e-12)
-    units = dict(fmu.units)
-    assert units["u.cable_3"] == "Pa"
-
-
 @pytest.fixture(scope="module")
 def pneumatic() -> Result:
     return simulate(arm(DRIVEN, {"run.duration": 8.0}), coupling="direct")

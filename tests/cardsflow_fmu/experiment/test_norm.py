@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES
-from support.ways import WAYS
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.writer import experiment_data
@@ -36,16 +35,6 @@ def test_a_run_has_the_forces_of_its_norm(norm: Any) -> None:
     np.testing.assert_allclose(
         np.linalg.norm(f - 30.0, p, axis=1), np.linalg.norm(best - 30.0, p, axis=1), rtol=1e-9
     )
-
-
-@pytest.mark.parametrize(("through", "norm"), [("native", 2), ("native", 4), ("fmu", "infinity")])
-def test_norm_and_pretension_are_the_same_in_every_engine(through: str, norm: Any) -> None:
-    own = experiment(norm=norm, pretension=30.0)
-    one, other = simulate(own, coupling="direct"), simulate(own, **WAYS[through])
-    for muscle in own.robot.muscles:
-        name = f"f.{muscle.name}"
-        assert one[name].min() > 5.0
-        np.testing.assert_allclose(other[name], one[name], rtol=1e-6)
 
 
 def test_written_norm_reads_back_as_the_same() -> None:

@@ -140,11 +140,9 @@ def falling() -> dict[str, Any]:
 
 
 @pytest.mark.slow
-def test_ball_comes_to_rest_next_to_the_arm_with_and_without_fmus() -> None:
+def test_ball_comes_to_rest_next_to_the_arm() -> None:
     experiment = load(falling(), **{"run.duration": 1.2})
-    direct, fmu = (simulate(experiment, **WAYS[way]) for way in ("direct", "python"))
-    names = [n for n in direct.names if n != "solve_time"]
-    np.testing.assert_array_equal(fmu.columns(names), direct.columns(names))
+    direct = simulate(experiment, coupling="direct")
     time = direct["time"]
     in_flight = time < 0.29  # 0.45 m take 0.303 s
     fall = 0.5 * 9.81 * time * (time + 1e-3)

@@ -6,15 +6,12 @@ import json
 import zipfile
 from pathlib import Path
 
-import numpy as np
 import pytest
 from support.command_line import CommandLine
 from support.robots.robots import EXAMPLES, PLANAR_2R
-from support.ways import WAYS
 
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.simulation.build import build
-from cardsflow_fmu.simulation.run import simulate
 
 SHORT = ("--set", "run.duration=0.05")
 PICK_UP = EXAMPLES / "pick_up"
@@ -108,16 +105,6 @@ def test_a_script_asks_for_the_same(cardsflow: CommandLine) -> None:
     words = ("run", PLANAR_2R, "--as-script")
     assert " --compute python -o fmus\n" in cardsflow(*words, "--compute", "python")[1]
     assert "--compute" not in cardsflow(*words)[1]
-
-
-@pytest.mark.slow
-def test_both_kinds_have_the_same_trajectories() -> None:
-    """Not the same bits: sums are in another order."""
-    experiment = Experiment.load(PLANAR_2R, {"run.duration": 0.2})
-    native, python = (simulate(experiment, **WAYS[way]) for way in ("fmu", "python"))
-    assert native.names == python.names
-    q = [name for name in native.names if name.startswith("q.")]
-    np.testing.assert_allclose(native.columns(q), python.columns(q), rtol=0, atol=1e-12)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Native FMUs give what those with a Python model give, and hold nothing of Python."""
+"""Native FMUs hold nothing of Python; their states repeat; damaged files are refused."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from pathlib import Path
 import fmpy
 import numpy as np
 import pytest
-from support.cases import few
-from support.fmu.co_simulation import assert_native_agrees
 from support.fmu.fmu_host import load
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
@@ -23,29 +21,7 @@ from cardsflow_fmu.models.native.fields import NATIVE_MODELS
 from cardsflow_fmu.runtime.model_file import NATIVE_FILE
 from cardsflow_fmu.simulation.build import build
 
-SETTINGS: dict[str, dict[str, object]] = {
-    "planar_2r": {"run.duration": 0.6},
-    "roboy_left_arm": {"run.duration": 0.3},
-}
-ESTIMATED = SETTINGS["roboy_left_arm"] | {"estimator.exact_transition": True}
-AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
-
-
-@pytest.mark.cases(2)
-@pytest.mark.parametrize("known", few([False, True]))
-@pytest.mark.parametrize("around", few([AROUND, {}]), ids=["around", "plain"])
-@pytest.mark.parametrize("example", SETTINGS)
-def test_a_closed_loop_is_the_same(
-    example: str, around: dict[str, object], known: bool, tmp_path: Path
-) -> None:
-    """Positions to 1e-12, forces to 1e-9 of theirs, over hundreds of ticks."""
-    settings = SETTINGS[example] | around
-    if known:
-        frames = Experiment.load(EXAMPLES / example).robot.task_frames
-        force = {frame.name: [3.0, -2.0, 1.0] for frame in frames if not frame.is_orientation}
-        settings |= {"disturbance": {"force": force, "begin": 0.05, "end": 0.2, "known": True}}
-    experiment = Experiment.load(EXAMPLES / example, settings)
-    assert_native_agrees(experiment, tmp_path, forces=1e-9, others=1e-12)
+ESTIMATED = {"run.duration": 0.3, "estimator.exact_transition": True}
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Native FMUs of robots whose muscles have muscle laws, against those with Python models."""
+"""Native FMUs of robots whose muscles have muscle laws."""
 
 from __future__ import annotations
 
@@ -6,16 +6,14 @@ import math
 from pathlib import Path
 from typing import Any
 
-import fmpy
 import pytest
-from support.fmu.co_simulation import assert_native_agrees
 from support.fmu.fmu_host import refused, running
 from support.fmu.native_states import check_states_repeat
 from support.robots.robots import EXAMPLES
-from support.ways import COMPUTE
 
 from addin_sdfusion.robot import InputError
 from cardsflow_fmu import Experiment
+from cardsflow_fmu.models.native_loop import NativeLoop
 from cardsflow_fmu.simulation.build import build
 
 MCKIBBEN = {"kind": "mckibben", "turns": 3.0, "pressure_time_constant": 0.02}
@@ -68,42 +66,18 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 
-TOLERANCES = {"motors": 1e-9, "winches": 1e-9}
-"""Else 1e-11. DART and the core differ in the last digits of M; a motor's voltage, which is found
-from the desired tension of a few periods later, makes much of little."""
-
-
 def experiment_of(case: str, duration: float = 0.2) -> Experiment:
     example, settings = CASES[case]
     return Experiment.load(EXAMPLES / example, {"run.duration": duration, **settings})
 
 
-@pytest.mark.cases(2)
-@pytest.mark.slow
+@pytest.mark.native
 @pytest.mark.parametrize("case", CASES)
-def test_a_closed_loop_is_the_same(case: str, tmp_path: Path) -> None:
-    """The same ports, and the same numbers."""
-    experiment = experiment_of(case)
-    near = TOLERANCES.get(case, 1e-11)
-    native = assert_native_agrees(experiment, tmp_path, forces=near, others=near)
-    assert any(name.startswith("tension.") for name in native.names)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", ["pneumatic", "mixed", "others", "motors"])
-def test_variables_are_the_same(case: str, tmp_path: Path) -> None:
-    experiment = experiment_of(case)
-    python, native = (
-        build(experiment, tmp_path / str(n), compute=COMPUTE[n]) for n in (False, True)
-    )
-    for model in native:
-        ports = [
-            [(v.name, v.unit, v.causality, v.start) for v in description.modelVariables]
-            for description in (
-                fmpy.read_model_description(str(files[model])) for files in (python, native)
-            )
-        ]
-        assert ports[0] == ports[1]
+def test_every_law_runs_in_the_loop_in_c(case: str) -> None:
+    with NativeLoop(experiment_of(case)) as loop:
+        recording = loop.run()
+    assert recording.failure is None
+    assert any(name.startswith("tension.") for name in recording.names)
 
 
 @pytest.mark.slow

@@ -1,33 +1,12 @@
-"""Native FMUs bit for bit: states that are gone back to, and outputs of the core."""
+"""Native FMUs bit for bit: states that are gone back to."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import fmpy
-import numpy as np
 
-from cardsflow_fmu import Experiment
-from cardsflow_fmu.models.plant import PlantModel
-from cardsflow_fmu.simulation.build import build
-
-from .fmu_host import load, running
-
-
-def check_bits(experiment: Experiment, folder: Path) -> None:
-    """With commands, loads and wrenches at random: outputs of the FMU, and of the plant's model."""
-    model = PlantModel(experiment)
-    model.initialize()
-    file = build(experiment, folder, compute="c")["plant"]
-    rng, step = np.random.default_rng(3), experiment.run.step
-    starts = np.array(model.inputs)
-    with running(file, folder / "unpacked") as host:
-        for k in range(300):
-            model.inputs[:] = starts + 0.1 * rng.uniform(0, 1, starts.size)
-            host.slave.setReal(host.of("input"), model.inputs.tolist())
-            model.step(k * step, step)
-            host.slave.doStep(k * step, step)
-            np.testing.assert_array_equal(host.slave.getReal(host.of("output")), model.outputs)
+from .fmu_host import load
 
 
 def check_states_repeat(file: Path, folder: Path, step: float) -> None:
