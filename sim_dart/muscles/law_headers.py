@@ -162,9 +162,9 @@ def _entry(law: TensionLaw, bounds: Sequence[tuple[float, float, bool]]) -> str:
     }
     if law.parameters:
         rows = ", ".join(str(bounds.index(_bounds_of(p))) for p in law.parameters)
-        names = "".join(f'\n            "{p.name}\\0"' for p in law.parameters)
+        names = ", ".join(_quoted(p.name) for p in law.parameters)
         values["bounds"] = f"WHEN_OPENED(((const uint8_t[]){{{rows}}}))"
-        values["names"] = f"WHEN_OPENED({names})"
+        values["names"] = f"WHEN_OPENED(((const char *const[]){{{names}}}))"
     values |= {name: f"WHEN_OPENED({law.kind}_{name})" for name in _functions(law)}
     return "".join(f"        .{name} = {value},\n" for name, value in values.items())
 

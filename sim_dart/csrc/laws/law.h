@@ -69,9 +69,8 @@ typedef struct {
     int parameters;
     int driven; /* has a command */
     int pushes; /* its tension may be negative */
-    /* The bounds of every parameter, by their row, and the names, with a zero behind each. */
-    const uint8_t *bounds;
-    const char *names;
+    const uint8_t *bounds;    /* row of BOUNDS of each parameter */
+    const char *const *names; /* name of each parameter */
     /* What rule parameters within their bounds break, or NULL; NULL for a law without rules. */
     const char *(*broken_rule)(const void *parameters);
     /* How many states it has; NULL for none. */

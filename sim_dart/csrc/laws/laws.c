@@ -24,12 +24,10 @@ static int is_within(const law_bounds *bounds, real x)
 /* Check the parameters of a muscle against the bounds and rules of its law. */
 static int parameters_check(const law_entry *entry, const real *p, int m, char *message, size_t capacity)
 {
-    const char *name = entry->names;
     for (int i = 0; i < entry->parameters; i++) {
         const law_bounds *bounds = BOUNDS + entry->bounds[i];
         if (!is_within(bounds, p[i]))
-            return refuse(message, capacity, "muscle %d: %s: %s must be %s", m, entry->name, name, bounds->words);
-        while (*name++) continue; /* to the next one; a bare machine has no strlen */
+            return refuse(message, capacity, "muscle %d: %s: %s must be %s", m, entry->name, entry->names[i], bounds->words);
     }
     const char *wrong = entry->broken_rule ? entry->broken_rule(p) : NULL;
     if (!wrong && entry->law->refusal) wrong = entry->law->refusal(p);
