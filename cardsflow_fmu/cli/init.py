@@ -80,9 +80,9 @@ def _init(options: argparse.Namespace) -> int:
     findings = [finding.as_dict() for finding in starter.findings]
     print_files([starter.file], options.json, notes=starter.notes, findings=findings)
     if not options.json and starter.test_run is not None and starter.test_run.is_good:
-        error, peak = starter.test_run.error, starter.test_run.peak
+        run, peak = starter.test_run, starter.test_run.peak
         forces = f", muscle forces up to {peak:.4g} N" if math.isfinite(peak) else ""
-        print(f"test run passed: largest tracking error {error:.2g}{forces}")
+        print(f"test run passed: largest tracking error {run.error:.2g} {run.unit}{forces}")
     return GOOD
 
 

@@ -19,7 +19,7 @@ from cardsflow_fmu.cosim.signals.muscles import modelled_muscles
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML, experiment_settings
 from cardsflow_fmu.experiment.template import ExperimentDraft, experiment_text
-from cardsflow_fmu.models.native_loop import NativeLoop
+from cardsflow_fmu.models.native_loop import NativeLoop, missing_in_loop
 from cardsflow_fmu.results.analysis.first_motion import (
     DURATION,
     UNDRIVEN,
@@ -64,6 +64,7 @@ class TestRun:
         infeasible: Number of infeasible ticks.
         complete: Whether the run reached its end.
         worst: The coordinate with the largest torque shortfall or tracking error.
+        unit: Unit of the tracking error; `rad and m` if coordinates differ.
         good_error: Maximum tracking error of a good test run, in [rad] or [m].
     """
 
@@ -72,6 +73,7 @@ class TestRun:
     infeasible: int
     complete: bool
     worst: str
+    unit: str
     good_error: float = _GOOD_ERROR
 
     @property
@@ -248,7 +250,7 @@ class DraftSearch:
             notes.append("no test run: the native models do not support this robot")
         elif not test_run.is_good:
             notes.append(
-                f"test run failed: tracking error up to {test_run.error:.3g}, "
+                f"test run failed: tracking error up to {test_run.error:.3g} {test_run.unit}, "
                 f"{test_run.infeasible} infeasible ticks, worst coordinate {test_run.worst}"
             )
         return replace(draft, notes=tuple(notes))
@@ -264,12 +266,13 @@ class DraftSearch:
             if error.file == file:
                 error.file, error.key = self.robot_path, None
             raise
+        if missing_in_loop(experiment) is not None:
+            return None
         try:
             loop = NativeLoop(experiment)
-        except InputError:
-            return None
-        except SimulationError:
-            return TestRun(math.inf, math.inf, 0, False, experiment.robot.coordinates[-1].name)
+        except (InputError, SimulationError):
+            last = experiment.robot.coordinates[-1]
+            return TestRun(math.inf, math.inf, 0, False, last.name, last.unit)
         with loop:
             recording = loop.run()
         summary = summarize(experiment, recording, Speed(0.0, 0.0))
@@ -334,6 +337,7 @@ def _test_run(robot: Robot, summary: Mapping[str, Any], good_error: float) -> Te
         infeasible,
         summary["status"] == "complete",
         robot.coordinates[int(np.argmax(sizes)) if sizes else -1].name,
+        summary["tracking"]["unit"],
         good_error,
     )
 

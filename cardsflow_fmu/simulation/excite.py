@@ -153,7 +153,7 @@ def _largest_tracked(
         if test_run.complete and not test_run.infeasible and test_run.error <= _MAX_ERROR:
             return design, draft, test_run
         failure = (
-            f"tracking error up to {test_run.error:.3g} at {test_run.worst}, "
+            f"tracking error up to {test_run.error:.3g} {test_run.unit} at {test_run.worst}, "
             f"{test_run.infeasible} infeasible ticks"
         )
     raise CardsflowError(
@@ -201,7 +201,7 @@ def described(design: Excitation, test_run: TestRun | None, next_: Sequence[str]
         "standard deviations are proportional to the noise",
     ]
     if test_run is not None:
-        lines.append(f"test run    tracking error up to {test_run.error:.2g} rad or m")
+        lines.append(f"test run    tracking error up to {test_run.error:.2g} {test_run.unit}")
     lines += [*next_, "", "predicted                                              sd     prior"]
     for one, sd, is_seen in zip(design.parameters, design.sd, seen, strict=True):
         mark = "" if is_seen else "  unidentifiable: determined by its prior"

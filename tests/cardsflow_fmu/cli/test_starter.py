@@ -222,3 +222,12 @@ def test_what_is_doubtful_in_the_files_is_said(tmp_path: Path, cardsflow: Comman
     assert "no-force-limit" not in err
     read = Experiment.load(tmp_path / "experiment").robot_files
     assert set(read) >= {cables, bodies}  # and not experiment/../robot
+
+
+def test_the_tracking_error_of_the_test_run_has_a_unit(
+    tmp_path: Path, cardsflow: CommandLine
+) -> None:
+    write_caspr(planar_2r(), tmp_path / "robot")
+    code, out, _ = cardsflow("init", tmp_path / "robot", "-o", tmp_path / "experiment.toml")
+    assert code == 0
+    assert re.search(r"test run passed: largest tracking error \S+ rad, muscle forces up to", out)
