@@ -51,7 +51,7 @@ def test_nothing_is_written_of_what_cannot_be_designed(
     for words, message in (
         (("--duration", "1"), "--duration"),
         (("--speed", "0"), "--speed"),
-        (("--parameters", "muscles.*.ofset"), "nothing of this robot"),
+        (("--parameters", "muscles.*.ofset"), "unknown parameter 'muscles.*.ofset'"),
     ):
         assert message in cardsflow.refused("excite", ROBOT, *words, "-o", there)
         assert not there.exists()

@@ -173,7 +173,7 @@ def test_a_run_drives_a_device_by_topics(ros: Environment, tmp_path: Path, contr
     with device(ros, "--ros2", f"ros2://left?timeout=4&node=arm{controller}") as process:
         topic = "/left/tendons/commands" if controller else "/left/device_commands"
         said = lines_until(process, f"commands from {topic}, ramped down after 4 s")
-        assert any("warning: ros2://" in line and "no key" in line for line in said)
+        assert any("warning: ros2://" in line and "topics are not signed" in line for line in said)
         link = f"ros2://left?timeout=4&node=controller{controller}"
         words = run_words(tmp_path / "out", "--hardware", link, "--set", "run.duration=0.3")
         done = subprocess.run(words, capture_output=True, text=True, env=ros, check=False)
