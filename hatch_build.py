@@ -74,7 +74,7 @@ def write_headers() -> list[Path]:
     """
     table = _read(f"{_HEADERS.TABLE}/__init__.py")
     try:
-        texts = _HEADERS.headers(table.TENSION_LAWS, table.LAW_NAMES, ROOT)
+        texts = _HEADERS.headers(table.MUSCLE_LAWS, table.LAW_NAMES, ROOT)
         texts[_JOINT_LAWS.C_LIST] = _JOINT_LAWS.c_list(ROOT)
     except ValueError as error:
         sys.exit(str(error))

@@ -27,9 +27,9 @@ from addin_sdfusion.robot.formats.mjcf.capabilities import MJCF, mesh_rows  # no
 from addin_sdfusion.robot.formats.opensim.capabilities import OPENSIM  # noqa: E402
 from addin_sdfusion.robot.formats.sdf.capabilities import SDF  # noqa: E402
 from addin_sdfusion.robot.formats.urdf.capabilities import URDF  # noqa: E402
-from addin_sdfusion.robot.model.laws import TENSION_LAWS  # noqa: E402
-from addin_sdfusion.robot.model.laws.law import Parameter, TensionLaw  # noqa: E402
-from addin_sdfusion.robot.model.tension_laws import PRESETS  # noqa: E402
+from addin_sdfusion.robot.model.laws import MUSCLE_LAWS  # noqa: E402
+from addin_sdfusion.robot.model.laws.law import MuscleLawDefinition, Parameter  # noqa: E402
+from addin_sdfusion.robot.model.muscle_laws import PRESETS  # noqa: E402
 from cardsflow_fmu import Experiment  # noqa: E402
 from cardsflow_fmu.cli.common import EXIT_CODES  # noqa: E402
 from cardsflow_fmu.cli.init import schema  # noqa: E402
@@ -250,7 +250,7 @@ def laws_page() -> str:
         "([`[muscles.<name>] model`](experiments.md#muscles)). The equations are in "
         "`sim_dart/csrc/laws`.",
     ]
-    for law in TENSION_LAWS.values():
+    for law in MUSCLE_LAWS.values():
         parts += [f"## {law.kind}", _law_text(law)]
         if law.parameters:
             parts.append(table(["parameter", "unit", "default", "range", "meaning"],
@@ -262,7 +262,7 @@ def laws_page() -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _law_text(law: TensionLaw) -> str:
+def _law_text(law: MuscleLawDefinition) -> str:
     command = law.command
     words = [
         f"{law.meaning[0].upper()}{law.meaning[1:]}. {law.source}.",
@@ -278,7 +278,7 @@ def _law_text(law: TensionLaw) -> str:
     return " ".join(words)
 
 
-def _rules(law: TensionLaw) -> str:
+def _rules(law: MuscleLawDefinition) -> str:
     """Return the list of conditions between the parameters of a law."""
     rules = "".join(
         f"\n- `{r.condition}`" + (f": {r.why}" if r.why else "") for r in law.conditions

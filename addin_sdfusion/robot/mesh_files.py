@@ -37,14 +37,14 @@ def mesh_file(uri: str, folder: Path | None, roots: Iterable[Path] | None = None
         The file that is there, or else the first that was looked for.
     """
     folder = Path() if folder is None else folder
-    files = list(_places(uri, folder)) or [folder / own_name(uri)]
+    files = list(_places(uri, folder)) or [folder / packed_name(uri)]
     there = [file for file in files if is_file(file)]
     if roots is not None:
         there.sort(key=lambda file: not lies_in(file, roots))
     return next(iter(there), files[0])
 
 
-def own_mesh(uri: str, folder: Path | None, roots: Iterable[Path] | None) -> Path:
+def allowed_mesh_file(uri: str, folder: Path | None, roots: Iterable[Path] | None) -> Path:
     """As `mesh_file`, of files that may be opened alone.
 
     Args:
@@ -100,7 +100,7 @@ def mesh_bytes(file: Path, roots: Iterable[Path] | None) -> bytes:
     return data
 
 
-def own_name(uri: str) -> str:
+def packed_name(uri: str) -> str:
     """Path of a mesh below its robot's folder when it travels with it.
 
     Args:
@@ -133,4 +133,4 @@ def _places(uri: str, folder: Path) -> Iterator[Path]:
         name, _, path = words.partition("://")[2].partition("/")
         yield folder.resolve().parent / name / path.lstrip("/")
         yield folder / path.lstrip("/")
-    yield folder / own_name(uri)
+    yield folder / packed_name(uri)

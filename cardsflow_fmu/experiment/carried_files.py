@@ -15,12 +15,12 @@ from typing import Any
 from addin_sdfusion.robot import InputError, Robot
 from addin_sdfusion.robot.mesh_files import (
     OUTSIDE,
+    allowed_mesh_file,
     is_file,
     lies_in,
     mesh_bytes,
     mesh_file,
-    own_mesh,
-    own_name,
+    packed_name,
 )
 from addin_sdfusion.robot.model.robot import Mesh
 
@@ -192,9 +192,9 @@ def collision_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Pat
     """
     files: dict[str, Path] = {}
     for _, mesh in _meshes(robot, "collision"):
-        file = own_mesh(mesh.uri, folder, roots)
-        if files.setdefault(own_name(mesh.uri), file) != file:
-            what = f"has the name {own_name(mesh.uri)!r} of another mesh; rename it"
+        file = allowed_mesh_file(mesh.uri, folder, roots)
+        if files.setdefault(packed_name(mesh.uri), file) != file:
+            what = f"has the name {packed_name(mesh.uri)!r} of another mesh; rename it"
             raise InputError(what, file=file)
     return {f"{place}/{name}": mesh_bytes(file, roots) for name, file in files.items()}
 
@@ -212,7 +212,7 @@ def visual_meshes(place: str, robot: Robot, folder: Path, roots: Sequence[Path])
     for _, mesh in _meshes(robot, "visual"):
         file = mesh_file(mesh.uri, folder, roots)
         if is_file(file) and refusal(file, roots) is None:
-            taken.setdefault(own_name(mesh.uri), file)
+            taken.setdefault(packed_name(mesh.uri), file)
     return {f"{place}/{name}": mesh_bytes(file, roots) for name, file in taken.items()}
 
 
@@ -231,8 +231,8 @@ def left_out(robot: Robot, folder: Path, roots: Sequence[Path]) -> list[str]:
         if not is_file(file):
             continue
         reason = refusal(file, roots)
-        if reason is None and names.setdefault(own_name(mesh.uri), file) != file:
-            reason = f"has the name {own_name(mesh.uri)!r} of another mesh; rename it"
+        if reason is None and names.setdefault(packed_name(mesh.uri), file) != file:
+            reason = f"has the name {packed_name(mesh.uri)!r} of another mesh; rename it"
         if reason is not None:
             lines[f"mesh {mesh.uri!r} of link {link!r} is not packed: it {reason}"] = None
     return list(lines)

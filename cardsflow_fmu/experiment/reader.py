@@ -124,8 +124,8 @@ def experiment_settings(
     if tables.reference is not None and tables.reference.file is not None:
         require_own(tables.reference.file, roots, "reference.file")
     for muscle in robot.muscles:
-        if muscle.model.own is not None:
-            require_own(Path(muscle.model.own.file), roots, f"muscles.{muscle.name}.model")
+        if muscle.model.custom is not None:
+            require_own(Path(muscle.model.custom.file), roots, f"muscles.{muscle.name}.model")
     law, custom_space = tables.controller.type, tables.controller.custom_space
     start, reference = read_reference(
         with_resting_points(data, robot),

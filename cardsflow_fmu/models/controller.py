@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot, SimulationError
-from addin_sdfusion.robot.model.tension_laws import states_of
+from addin_sdfusion.robot.model.muscle_laws import states_of
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, controller_dependencies
 from cardsflow_fmu.cosim.signals.estimation import estimate_inputs
 from cardsflow_fmu.cosim.signals.groups import Groups

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError, SimulationError
+from addin_sdfusion.robot.custom_code import WrongBaseClassError, call_custom, load_class
 from addin_sdfusion.robot.model.trajectory import Space
-from addin_sdfusion.robot.own_code import NoSubclassError, guarded, own_class
 from cardsflow_fmu.experiment.settings.custom_law import CustomLaw
 from controllers import ForceSolution, JointSpaceController, OperationalSpaceController
 from controllers.dynamics import actuator_names
@@ -35,8 +35,8 @@ def own_law(own: CustomLaw, space: Space) -> Callable[..., Law]:
         InputError: The file cannot be imported, or the class is not a controller.
     """
     try:
-        found = own_class(own.file, own.name, CLASSES[space])
-    except NoSubclassError as error:
+        found = load_class(own.file, own.name, CLASSES[space])
+    except WrongBaseClassError as error:
         other = next((s for s, base in CLASSES.items() if issubclass(error.found, base)), None)
         if other is None:
             raise
@@ -47,11 +47,11 @@ def own_law(own: CustomLaw, space: Space) -> Callable[..., Law]:
         """The custom class with checked results."""
 
         def __init__(self, *arguments: Any, **named: Any) -> None:
-            guarded(own.file, lambda: super(Checked, self).__init__(*arguments, **named))
+            call_custom(own.file, lambda: super(Checked, self).__init__(*arguments, **named))
 
         def solve(self, q: Any, qd: Any, *reference: Any, **loads: Any) -> ForceSolution:
             solve = super().solve
-            solution = guarded(own.file, lambda: solve(q, qd, *reference, **loads))
+            solution = call_custom(own.file, lambda: solve(q, qd, *reference, **loads))
             if not isinstance(solution, ForceSolution):
                 solution = self._as_solution(q, qd, solution)
             if not np.isfinite(solution.forces).all():

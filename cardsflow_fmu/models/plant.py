@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from addin_sdfusion.robot import Robot
-from addin_sdfusion.robot.model.tension_laws import command_range
+from addin_sdfusion.robot.model.muscle_laws import command_range
 from cardsflow_fmu.cosim.signals.dependencies import Dependencies, plant_dependencies
 from cardsflow_fmu.cosim.signals.groups import Groups
 from cardsflow_fmu.cosim.signals.muscles import (

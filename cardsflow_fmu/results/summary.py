@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addin_sdfusion.robot import Muscle
-from addin_sdfusion.robot.model.tension_laws import law_of
+from addin_sdfusion.robot.model.muscle_laws import law_of
 from cardsflow_fmu.cosim.recording import Recording
 from cardsflow_fmu.cosim.signals.followed import (
     Followed,

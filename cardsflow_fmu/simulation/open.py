@@ -175,7 +175,7 @@ def require_openable(experiment: Experiment) -> None:
 
         require_connectable(experiment)
         approach_time(experiment)
-    if any(muscle.model.own is not None for muscle in experiment.robot.muscles):
+    if any(muscle.model.custom is not None for muscle in experiment.robot.muscles):
         return
     experiment_resources(experiment)
     with temporary_folder() as aside, contextlib.ExitStack() as stack:

@@ -12,8 +12,8 @@ import numpy as np
 
 from addin_sdfusion.robot import Coordinate, InputError, Robot
 from addin_sdfusion.robot.checks.muscles import MAX_FRICTION
+from addin_sdfusion.robot.model.muscle_laws import law_parameters
 from addin_sdfusion.robot.model.robot import Inertia
-from addin_sdfusion.robot.model.tension_laws import law_parameters
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.frames import moving_frames
 from sim_dart.estimation.estimated_robot import cable_compliances, passive_muscles

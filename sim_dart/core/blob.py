@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot, Vector3
-from addin_sdfusion.robot.model import tension_laws
-from addin_sdfusion.robot.model.laws import TENSION_LAWS
-from addin_sdfusion.robot.model.tension_laws import law_of
+from addin_sdfusion.robot.model import muscle_laws
+from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
+from addin_sdfusion.robot.model.muscle_laws import law_of
 
 from .arrays import FloatArray
 from .composite_inertia import CompositeInertia
@@ -79,9 +79,9 @@ def _tree_fields(frames: list[MovingFrame]) -> Fields:
 
 
 def _law_fields(robot: Robot) -> dict[str, ArrayLike]:
-    kinds = list(TENSION_LAWS)
-    in_core = ["ideal" if m.model.own else law_of(m.model).kind for m in robot.muscles]
-    values = [tension_laws.muscle_parameters(muscle) for muscle in robot.muscles]
+    kinds = list(MUSCLE_LAWS)
+    in_core = ["ideal" if m.model.custom else law_of(m.model).kind for m in robot.muscles]
+    values = [muscle_laws.muscle_parameters(muscle) for muscle in robot.muscles]
     return {
         "law_kind": [kinds.index(kind) for kind in in_core],
         "law_parameter": [number for numbers in values for number in numbers.values()],

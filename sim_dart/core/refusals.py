@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from addin_sdfusion.robot import InputError, Muscle, Robot, WrapSurface, limits
-from addin_sdfusion.robot.model.tension_laws import law_of
+from addin_sdfusion.robot.model.muscle_laws import law_of
 
 MAX_HALF_AXIS = 10.0
 """As of layout.h: over longer ellipsoids the search for the shortest path may fail."""

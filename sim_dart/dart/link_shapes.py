@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from addin_sdfusion.robot import Link, Pose, Robot, UnknownNameError, Vector3
-from addin_sdfusion.robot.mesh_files import own_mesh
+from addin_sdfusion.robot.mesh_files import allowed_mesh_file
 from sim_dart.scene import Box, Capsule, Cylinder, LinkShape, MeshShape, Scene, Sphere
 
 _SHORT = 1e-9  # in [m]: a segment shorter than this has no direction
@@ -41,7 +41,7 @@ def link_shapes(robot: Robot, scene: Scene) -> list[LinkShape]:
 def _hulls(link: Link, scene: Scene) -> Iterator[LinkShape]:
     for mesh in link.meshes:
         if mesh.role == "collision":
-            file = own_mesh(mesh.uri, scene.mesh_folder, scene.mesh_roots)
+            file = allowed_mesh_file(mesh.uri, scene.mesh_folder, scene.mesh_roots)
             yield LinkShape(link.name, MeshShape(file, mesh.scale), mesh.pose)
     for shape in link.shapes:
         yield LinkShape(link.name, _KINDS[shape.kind](shape.sizes), shape.pose)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
-from addin_sdfusion.robot.model.tension_laws import law_of
+from addin_sdfusion.robot.model.muscle_laws import law_of
 from sim_dart.core.arrays import BoolArray, FloatArray, finite
 from sim_dart.core.mass_check import require_inertia
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from addin_sdfusion.robot import CableModel, Joint, Robot
-from addin_sdfusion.robot.model.tension_laws import law_of, law_parameters
+from addin_sdfusion.robot.model.muscle_laws import law_of, law_parameters
 from sim_dart.core.arrays import BoolArray, FloatArray
 
 _ELASTIC = ("elastic_cable", "series_elastic_motor")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from addin_sdfusion.robot import Muscle, Robot
-from addin_sdfusion.robot.model.tension_laws import law_of
+from addin_sdfusion.robot.model.muscle_laws import law_of
 
 
 def bends(muscle: Muscle) -> int:

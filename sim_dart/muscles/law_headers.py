@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from addin_sdfusion.robot.model.laws.law import Parameter, TensionLaw
+    from addin_sdfusion.robot.model.laws.law import MuscleLawDefinition, Parameter
 
 TABLE = "addin_sdfusion/robot/model/laws"
 CSRC = "sim_dart/csrc"
@@ -37,7 +37,7 @@ class LawTableError(ValueError):
     """The table of laws and the C files do not fit together."""
 
 
-def headers(laws: Mapping[str, TensionLaw], names: str, root: Path) -> dict[str, str]:
+def headers(laws: Mapping[str, MuscleLawDefinition], names: str, root: Path) -> dict[str, str]:
     """Return the headers.
 
     Args:
@@ -60,7 +60,7 @@ def headers(laws: Mapping[str, TensionLaw], names: str, root: Path) -> dict[str,
     return {f"{GENERATED}/{name}": text for name, text in texts.items()}
 
 
-def _law_files(laws: Mapping[str, TensionLaw], root: Path) -> list[str]:
+def _law_files(laws: Mapping[str, MuscleLawDefinition], root: Path) -> list[str]:
     """Return the C files of the laws and of what they share, below `CSRC`."""
     folder = root / CSRC / "laws"
     files = sorted(path for path in folder.rglob("*.c") if path != folder / "laws.c")
@@ -73,11 +73,11 @@ def _law_files(laws: Mapping[str, TensionLaw], root: Path) -> list[str]:
     return [path.relative_to(root / CSRC).as_posix() for path in files]
 
 
-def _names(law: TensionLaw) -> list[str]:
+def _names(law: MuscleLawDefinition) -> list[str]:
     return [parameter.name for parameter in law.parameters]
 
 
-def _parameters_header(laws: Iterable[TensionLaw], names: str) -> str:
+def _parameters_header(laws: Iterable[MuscleLawDefinition], names: str) -> str:
     laws = list(laws)
     most = max(len(law.states) for law in laws)
     lines = [
@@ -102,7 +102,7 @@ def _parameters_header(laws: Iterable[TensionLaw], names: str) -> str:
     return "\n".join(parts)
 
 
-def _parameters(law: TensionLaw) -> Iterator[str]:
+def _parameters(law: MuscleLawDefinition) -> Iterator[str]:
     """The struct of a law, as its numbers lie in a blob, and functions of its terms."""
     if not law.parameters:
         return
@@ -116,7 +116,7 @@ def _parameters(law: TensionLaw) -> Iterator[str]:
         yield f"{head}\n{{\n    return {_in_c(term.formula, law)};\n}}\n"
 
 
-def _table_header(laws: Iterable[TensionLaw]) -> str:
+def _table_header(laws: Iterable[MuscleLawDefinition]) -> str:
     laws = list(laws)
     bounds = list(_bounds(laws))
     return "\n".join(
@@ -136,7 +136,7 @@ def _table_header(laws: Iterable[TensionLaw]) -> str:
     )
 
 
-def _bounds(laws: Iterable[TensionLaw]) -> dict[tuple[float, float, bool], str]:
+def _bounds(laws: Iterable[MuscleLawDefinition]) -> dict[tuple[float, float, bool], str]:
     """Return the different bounds of all parameters, with their words."""
     return {_bounds_of(p): p.bounds for law in laws for p in law.parameters}
 
@@ -145,14 +145,14 @@ def _bounds_of(p: Parameter) -> tuple[float, float, bool]:
     return p.low, p.high, p.open_low
 
 
-def _bounds_table(laws: Iterable[TensionLaw]) -> Iterator[str]:
+def _bounds_table(laws: Iterable[MuscleLawDefinition]) -> Iterator[str]:
     yield "static const law_bounds BOUNDS[] = {"
     for (low, high, is_open), words in _bounds(laws).items():
         yield f"    {{{_number(low)}, {_number(high)}, {int(is_open)}, {_quoted(words)}}},"
     yield "};\n"
 
 
-def _entry(law: TensionLaw, bounds: Sequence[tuple[float, float, bool]]) -> str:
+def _entry(law: MuscleLawDefinition, bounds: Sequence[tuple[float, float, bool]]) -> str:
     values = {
         "name": _quoted(law.kind),
         "law": f"&LAW_{law.kind}",
@@ -169,7 +169,7 @@ def _entry(law: TensionLaw, bounds: Sequence[tuple[float, float, bool]]) -> str:
     return "".join(f"        .{name} = {value},\n" for name, value in values.items())
 
 
-def _functions(law: TensionLaw) -> dict[str, str]:
+def _functions(law: MuscleLawDefinition) -> dict[str, str]:
     """Return the functions of a law that are made of the table, by what they are."""
     command = law.command
     low, high = (0.0, 0.0) if command is None else (command.low, command.high)
@@ -192,7 +192,7 @@ def _functions(law: TensionLaw) -> dict[str, str]:
     return found
 
 
-def _function(law: TensionLaw, answer: str, name: str, takes: str, body: str) -> str:
+def _function(law: MuscleLawDefinition, answer: str, name: str, takes: str, body: str) -> str:
     taken = (
         f"    const {law.kind}_parameters *p = parameters;\n"
         if "p->" in body or "(p)" in body
@@ -204,7 +204,7 @@ def _function(law: TensionLaw, answer: str, name: str, takes: str, body: str) ->
     return f"{head}\n{{\n{taken or unused}{body}}}\n"
 
 
-def _limit(limit: float | str, law: TensionLaw) -> str:
+def _limit(limit: float | str, law: MuscleLawDefinition) -> str:
     return _in_c(limit, law) if isinstance(limit, str) else _number(limit)
 
 
@@ -219,7 +219,7 @@ def _number(value: float) -> str:
     return short if float(short) == value else repr(value)
 
 
-def _in_c(formula: str, law: TensionLaw) -> str:
+def _in_c(formula: str, law: MuscleLawDefinition) -> str:
     """Return a formula of the table in C, with `p` the law's parameters."""
     try:
         return str(_Translator(law).visit(ast.parse(formula, mode="eval").body))
@@ -230,7 +230,7 @@ def _in_c(formula: str, law: TensionLaw) -> str:
 class _Translator(ast.NodeVisitor):
     """Makes C of a formula: sums and products in brackets, comparisons of values."""
 
-    def __init__(self, law: TensionLaw) -> None:
+    def __init__(self, law: MuscleLawDefinition) -> None:
         self._law = law
 
     def generic_visit(self, node: ast.AST) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError, Muscle, Robot
-from addin_sdfusion.robot.model.tension_laws import command_range, law_of, states_of
+from addin_sdfusion.robot.model.muscle_laws import command_range, law_of, states_of
 from sim_dart.core.arrays import BoolArray, FloatArray, vector
 from sim_dart.core.library import Core
 

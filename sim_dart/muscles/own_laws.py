@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from addin_sdfusion.robot import Robot, SimulationError
-from addin_sdfusion.robot.own_code import guarded, own_class
+from addin_sdfusion.robot.custom_code import call_custom, load_class
 from sim_dart.core.arrays import FloatArray
 
 _HALVINGS = 60
@@ -57,14 +57,14 @@ class OwnLaws:
         self._laws: list[_OwnMuscle] = []
         classes: dict[tuple[str, str], type[Any]] = {}
         for k, muscle in enumerate(robot.muscles):
-            own = muscle.model.own
+            own = muscle.model.custom
             if own is None:
                 continue
             key, file = (own.file, own.name), Path(own.file)
             if key not in classes:
-                classes[key] = own_class(file, own.name, MuscleLaw)
+                classes[key] = load_class(file, own.name, MuscleLaw)
             made, parameters = classes[key], dict(muscle.model.parameters)
-            law = guarded(file, lambda made=made, given=parameters: made(**given))  # type: ignore[misc]
+            law = call_custom(file, lambda made=made, given=parameters: made(**given))  # type: ignore[misc]
             _, _, low, high = own.command or ("", "", 0.0, 0.0)
             self._laws.append(_OwnMuscle(k, muscle.name, file, law, low, high))
 
@@ -117,7 +117,7 @@ class _OwnMuscle:
     def tension(self, u: float, length: float, rate: float) -> float:
         """Never negative; a command beyond its range acts as the nearest one in it."""
         u = min(max(u, self._low), self._high)
-        given = guarded(self._file, lambda: float(self._law.tension(u, length, rate)))
+        given = call_custom(self._file, lambda: float(self._law.tension(u, length, rate)))
         if not math.isfinite(given):
             what = f"tension({u!r}, {length!r}, {rate!r}) of muscle {self._name!r} is {given}"
             raise SimulationError(f"{self._file}: {type(self._law).__name__}.{what}")

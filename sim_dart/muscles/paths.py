@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.checks.check import require_valid
-from addin_sdfusion.robot.model.tension_laws import states_of
+from addin_sdfusion.robot.model.muscle_laws import states_of
 from sim_dart.core.arrays import FloatArray, vector
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core

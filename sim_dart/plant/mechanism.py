@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Robot
-from addin_sdfusion.robot.model.tension_laws import law_of
+from addin_sdfusion.robot.model.muscle_laws import law_of
 from sim_dart.core.arrays import FloatArray
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core

@@ -125,5 +125,5 @@ def core_lacks(scene: Scene | None, robot: Robot) -> str | None:
 
 def python_laws(robot: Robot) -> str | None:
     """Return the muscles whose laws are in Python, in words, or None."""
-    own = {m.model.own.name: m.name for m in robot.muscles if m.model.own is not None}
+    own = {m.model.custom.name: m.name for m in robot.muscles if m.model.custom is not None}
     return next((f"muscle laws in Python ({law} of {name})" for law, name in own.items()), None)

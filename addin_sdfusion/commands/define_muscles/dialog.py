@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from ...muscles.table import NAMED_COLORS
-from ...robot.model.laws import TENSION_LAWS
+from ...robot.model.laws import MUSCLE_LAWS
 from ..dialogs import Dialog, Input
 
 NEW_MUSCLE = "+ New muscle"
@@ -21,7 +21,7 @@ PICKED_PLANE = "A picked plane"
 SIDES: dict[str, Literal[-1, 0, 1]] = {"Shorter path": 0, "Turning +": 1, "Turning -": -1}
 INSIDE = "Inside"
 """Beside those: led through the surface."""
-MODELS = tuple(TENSION_LAWS)
+MODELS = tuple(MUSCLE_LAWS)
 """Those that are simulated; others come from a table."""
 NO_SURFACE = "(none yet)"
 OTHER_COLOR = "Another one"

@@ -14,9 +14,9 @@ from ...muscles.point_names import natural_key
 from ...muscles.table import MuscleTable, PointRow, WrapRow, change_uses, free_name
 from ...robot.errors import InputError
 from ...robot.model.muscle import CableKind
+from ...robot.model.muscle_laws import law_of
 from ...robot.model.pose import Vector3
 from ...robot.model.robot import POSITIONS, WORLD
-from ...robot.model.tension_laws import law_of
 from ...snapshot import MuscleSnapshot, Role, SurfaceSnapshot, WrapUse
 
 HANDLE = "pick:"

@@ -9,9 +9,9 @@ from typing import Any
 
 from ...robot.errors import InputError
 from ...robot.model.laws.law import Parameter
+from ...robot.model.muscle_laws import law_of
 from ...robot.model.pose import Vector3
 from ...robot.model.robot import WORLD
-from ...robot.model.tension_laws import law_of
 from ...snapshot import MuscleSnapshot, WrapUse
 from ..inputs import Cell, CellEdit
 from .dialog import INSIDE, MARKER, MODELS, SIDES, TASK

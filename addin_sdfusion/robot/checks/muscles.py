@@ -9,10 +9,10 @@ from itertools import pairwise
 
 from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, error, unknown, warning
-from ..model.laws import TENSION_LAWS
+from ..model.laws import MUSCLE_LAWS
 from ..model.muscle import BasePulley, Muscle
+from ..model.muscle_laws import law_of
 from ..model.robot import WORLD, Robot
-from ..model.tension_laws import law_of
 
 MAX_FRICTION, MAX_PRESLIDING = 2.0, 0.1
 """Largest coefficient of friction of a cable; dry rubber has about 1."""
@@ -88,7 +88,7 @@ def cable_models(robot: Robot) -> Iterator[Finding]:
 
 def _not_simulated(subject: Subject, muscle: Muscle) -> Iterator[Finding]:
     kind = muscle.model.kind
-    if kind not in TENSION_LAWS:
+    if kind not in MUSCLE_LAWS:
         problem = f"a {kind} cable; it is simulated as an ideal one, whose force is as commanded"
         problem += _stretch(muscle)
         yield warning(subject, "cable-model-not-simulated", problem)

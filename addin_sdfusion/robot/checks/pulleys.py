@@ -8,16 +8,16 @@ from collections.abc import Iterator
 from ..caspr_vocabulary import CASPR_PULLEYS
 from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, error, unknown, warning
-from ..model.laws import TENSION_LAWS
+from ..model.laws import MUSCLE_LAWS
 from ..model.link_poses import initial_poses
 from ..model.muscle import BasePulley, Muscle
+from ..model.muscle_laws import law_of
 from ..model.pose import Pose, Vector3
 from ..model.robot import Robot
 from ..model.rotations import apply, compose, inverse, subtract
-from ..model.tension_laws import law_of
 
 _OF_BEARING = ("inertia", "bearing_friction")
-_WITH_DRUM = [law.kind for law in TENSION_LAWS.values() if law.has_drum]
+_WITH_DRUM = [law.kind for law in MUSCLE_LAWS.values() if law.has_drum]
 MAX_RADIUS = 4.0
 """Largest radius of a pulley, in [m]; those of cableways have up to 3."""
 

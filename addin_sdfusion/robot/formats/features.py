@@ -189,7 +189,7 @@ OF_LINKS_AND_JOINTS = tuple(v for v in list(globals().values()) if isinstance(v,
 """Those above."""
 
 MUSCLES = Feature("muscles", of_robot(lambda robot: robot.cable_sets))
-TENSION_LAWS = Feature(
+MUSCLE_LAWS = Feature(
     "muscle laws",
     other_laws(()),
     "cable-model-left-out",
@@ -310,7 +310,7 @@ NOT_IN_OTHER_SIMULATORS = tuple(
 
 def laws_but(held: Collection[str]) -> Row:
     """The row of a format that has these muscle laws only, besides a command of the tension."""
-    return left_out(TENSION_LAWS, find=other_laws(held), only="but " + ", ".join(held))
+    return left_out(MUSCLE_LAWS, find=other_laws(held), only="but " + ", ".join(held))
 
 
 def loops_but(held: Container[str]) -> Row:

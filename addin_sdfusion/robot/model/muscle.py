@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
-from .laws import TENSION_LAWS
+from .laws import MUSCLE_LAWS
 from .muscle_path import Branch, CoordinateTerm, PointCondition, PointMotion
 from .pose import IDENTITY, Pose, Vector3
 
@@ -16,7 +16,7 @@ _CASPRS = ("linear_spring", "vsd_torsion", "vsd_flexure", "vsd_polynomial")
 if TYPE_CHECKING:
     CableKind: TypeAlias = str
 else:  # readers and schemas take the names from here
-    CableKind = Literal[(*TENSION_LAWS, *_CASPRS)]
+    CableKind = Literal[(*MUSCLE_LAWS, *_CASPRS)]
 Side = Literal[-1, 0, 1]
 WrapShape = Literal["sphere", "cylinder", "ellipsoid"]
 WrapRule = Literal["taut", "mujoco", "opensim"]
@@ -44,7 +44,7 @@ class ViaPoint:
 
 
 @dataclass(frozen=True, slots=True)
-class OwnTension:
+class CustomMuscleLaw:
     """A tension custom law: a class in a Python file.
 
     Attributes:
@@ -74,7 +74,7 @@ class CableModel:
 
     kind: CableKind = "ideal"
     parameters: tuple[tuple[str, float], ...] = ()
-    own: OwnTension | None = None
+    custom: CustomMuscleLaw | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from addin_sdfusion.robot import Muscle, Robot
 from addin_sdfusion.robot.model.coupling import followers
 from addin_sdfusion.robot.model.laws.law import evaluated
-from addin_sdfusion.robot.model.tension_laws import law_of, law_parameters, states_of
+from addin_sdfusion.robot.model.muscle_laws import law_of, law_parameters, states_of
 
 from .groups import Groups, all_ports
 from .muscles import (

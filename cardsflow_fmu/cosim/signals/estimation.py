@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from addin_sdfusion.robot import Robot
-from addin_sdfusion.robot.model.tension_laws import law_of
+from addin_sdfusion.robot.model.muscle_laws import law_of
 
 from .groups import Groups
 from .muscles import is_modelled

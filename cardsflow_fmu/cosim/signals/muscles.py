@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from addin_sdfusion.robot import Muscle, Robot
-from addin_sdfusion.robot.model.tension_laws import law_of, states_of
+from addin_sdfusion.robot.model.muscle_laws import law_of, states_of
 from sim_dart.muscles.friction import bends
 
 from .port import Causality, Port, Variability, muscle_signals, signal_names

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from addin_sdfusion.robot import InputError, Pose, Robot
-from addin_sdfusion.robot.model.tension_laws import law_of
+from addin_sdfusion.robot.model.muscle_laws import law_of
 from cardsflow_fmu.cosim.signals.port import signal_names
 from cardsflow_fmu.experiment.config.file import read_settings
 from cardsflow_fmu.experiment.config.names import named_setting

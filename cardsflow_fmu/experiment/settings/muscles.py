@@ -24,10 +24,10 @@ from pydantic_core import CoreSchema, core_schema
 from addin_sdfusion.robot import InputError, Muscle, Robot, RobotError, UnknownNameError
 from addin_sdfusion.robot.checks.check import check
 from addin_sdfusion.robot.checks.muscles import MAX_FRICTION, MAX_PRESLIDING
-from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
 from addin_sdfusion.robot.model.laws.law import Parameter
-from addin_sdfusion.robot.model.muscle import CableModel, OwnTension
-from addin_sdfusion.robot.model.tension_laws import PRESETS
+from addin_sdfusion.robot.model.muscle import CableModel, CustomMuscleLaw
+from addin_sdfusion.robot.model.muscle_laws import PRESETS
 from cardsflow_fmu.cosim.signals.units import SI_UNITS
 from cardsflow_fmu.experiment.config.key_path import by_name
 from cardsflow_fmu.experiment.config.messages import SettingError, joined
@@ -86,7 +86,7 @@ def _parameters() -> dict[str, Any]:
     """Return the parameters of all laws; a lower bound applies if all these laws share it."""
     found: dict[str, Parameter] = {}
     bounds: dict[str, set[float | None]] = {}
-    for law in TENSION_LAWS.values():
+    for law in MUSCLE_LAWS.values():
         for own in law.parameters:
             found.setdefault(own.name, own)
             bounded = math.isfinite(own.low) and not own.open_low
@@ -103,7 +103,7 @@ def _parameters() -> dict[str, Any]:
     return settings
 
 
-_MODELS = [*TENSION_LAWS, *PRESETS, HILL_FROM_PATH]
+_MODELS = [*MUSCLE_LAWS, *PRESETS, HILL_FROM_PATH]
 
 
 def _as_table(model: Any) -> Any:
@@ -115,8 +115,8 @@ def _as_table(model: Any) -> Any:
     return {"kind": _kind(model, _MODELS)}
 
 
-def _kind(kind: str, known: Iterable[str] = TENSION_LAWS) -> str:
-    if kind not in TENSION_LAWS and CustomLaw.of(kind) is None:
+def _kind(kind: str, known: Iterable[str] = MUSCLE_LAWS) -> str:
+    if kind not in MUSCLE_LAWS and CustomLaw.of(kind) is None:
         raise SettingError(UnknownNameError("muscle model", kind, [*known, CUSTOM_LAW_FORM]))
     return kind
 
@@ -126,7 +126,7 @@ _Preset: Any = Literal[(*PRESETS, HILL_FROM_PATH)]
 _Kind: Any = Annotated[
     str,
     AfterValidator(_kind),
-    WithJsonSchema({"anyOf": [{"enum": list(TENSION_LAWS)}, _CUSTOM_LAW]}),
+    WithJsonSchema({"anyOf": [{"enum": list(MUSCLE_LAWS)}, _CUSTOM_LAW]}),
 ]
 LawSettings: Any = create_model(
     "LawSettings",
@@ -239,10 +239,10 @@ def muscle_data(muscle: Muscle) -> dict[str, Any]:
         data |= {"friction": muscle.friction, "presliding": muscle.presliding}
     if math.isfinite(muscle.f_max):
         data["f_max"] = muscle.f_max
-    if (own := muscle.model.own) is not None:
+    if (own := muscle.model.custom) is not None:
         law = str(CustomLaw(Path(own.file), own.name))
         data["model"] = {"kind": law, "parameters": dict(muscle.model.parameters)}
-    elif muscle.model.kind in TENSION_LAWS:
+    elif muscle.model.kind in MUSCLE_LAWS:
         data["model"] = {"kind": muscle.model.kind, **dict(muscle.model.parameters)}
     return data
 
@@ -301,16 +301,16 @@ def _model(given: dict[str, Any], own: CableModel) -> CableModel:
     preset = given.pop("preset", None)
     kind = given.pop("kind", PRESETS[preset].kind if preset else own.kind)
     base = PRESETS[preset] if preset else own if own.kind == kind else CableModel(kind)
-    if kind not in TENSION_LAWS:
-        raise UnknownNameError("muscle model", kind, TENSION_LAWS, key="model.kind")
+    if kind not in MUSCLE_LAWS:
+        raise UnknownNameError("muscle model", kind, MUSCLE_LAWS, key="model.kind")
     if kind != base.kind:
         raise InputError(f"{preset!r} has the law {base.kind!r}, not {kind!r}", key="model.preset")
-    known = [parameter.name for parameter in TENSION_LAWS[kind].parameters]
+    known = [parameter.name for parameter in MUSCLE_LAWS[kind].parameters]
     for name in given:
         if name not in known:
             raise UnknownNameError("key", name, ["preset", "kind", *known], key=f"model.{name}")
     parameters = dict(base.parameters) | given
-    for parameter in TENSION_LAWS[kind].parameters:
+    for parameter in MUSCLE_LAWS[kind].parameters:
         _check(parameter, parameters.get(parameter.name, parameter.default), kind)
     return CableModel(kind, tuple(parameters.items()))
 
@@ -322,7 +322,7 @@ def _own_model(law: CustomLaw, given: Mapping[str, Any]) -> CableModel:
             what = "is not for custom laws; set it in model.parameters"
             raise InputError(what, key=f"model.{name}")
     parameters = tuple(given.get("parameters", {}).items())
-    return CableModel("ideal", parameters, OwnTension(str(law.file), law.name, _command(law)))
+    return CableModel("ideal", parameters, CustomMuscleLaw(str(law.file), law.name, _command(law)))
 
 
 def _command(law: CustomLaw) -> tuple[str, str, float, float] | None:

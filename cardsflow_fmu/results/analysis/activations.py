@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError, Muscle, Robot
-from addin_sdfusion.robot.model.tension_laws import law_of
+from addin_sdfusion.robot.model.muscle_laws import law_of
 from cardsflow_fmu.experiment.config.names import Names
 from cardsflow_fmu.experiment.recorded_motion import read_recorded
 from cardsflow_fmu.utils.arrays import FloatArray

@@ -8,7 +8,7 @@ from typing import Any
 
 from addin_sdfusion.robot import WORLD, CardsflowError, Muscle, Robot, Vector3, read_robot
 from addin_sdfusion.robot.checks.not_simulated import not_simulated
-from addin_sdfusion.robot.model.tension_laws import law_of, states_of
+from addin_sdfusion.robot.model.muscle_laws import law_of, states_of
 from cardsflow_fmu.utils.text_table import table
 from sim_dart.muscles.paths import MusclePaths
 

@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from addin_sdfusion.robot.model.tension_laws import law_of
+from addin_sdfusion.robot.model.muscle_laws import law_of
 from cardsflow_fmu.cosim.signals.followed import Followed, followed_by_name
 from cardsflow_fmu.cosim.signals.muscles import (
     command_signals,

@@ -124,7 +124,7 @@ def test_custom_law_is_packed_in_fmus_and_results(folder: Path, tmp_path: Path) 
     np.testing.assert_array_equal(result["q.joint_1"], direct["q.joint_1"])
     shutil.rmtree(folder)
     with opened_run(tmp_path / "out") as again:
-        own = again.experiment.robot.muscles[0].model.own
+        own = again.experiment.robot.muscles[0].model.custom
         assert own is not None
         assert Path(own.file).read_text() == CODE
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
-from addin_sdfusion.robot.model.tension_laws import law_parameters
+from addin_sdfusion.robot.model.muscle_laws import law_parameters
 from cardsflow_fmu import Experiment
 from cardsflow_fmu.experiment.writer import experiment_data
 from sim_dart import MusclePaths, Plant

@@ -15,7 +15,7 @@ from jsonschema import Draft202012Validator
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError, UnknownNameError
-from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
 from cardsflow_fmu.cli.init import schema
 from cardsflow_fmu.experiment import scene
 from cardsflow_fmu.experiment.config.table import Context
@@ -216,7 +216,7 @@ def is_free(place: Path_, key: str) -> bool:
     return (not place and key in ("robots",)) or (place[:1] == ("fmus",) and len(place) > 1)
 
 
-LAW_PARAMETERS = {own.name for law in TENSION_LAWS.values() for own in law.parameters}
+LAW_PARAMETERS = {own.name for law in MUSCLE_LAWS.values() for own in law.parameters}
 LEAVES = [
     (place, key)
     for place, key in leaves(EXPERIMENT)

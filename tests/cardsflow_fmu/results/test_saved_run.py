@@ -10,7 +10,7 @@ import pytest
 from support.robots.robots import EXAMPLES, PLANAR_2R
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.mesh_files import mesh_file, own_name
+from addin_sdfusion.robot.mesh_files import mesh_file, packed_name
 from cardsflow_fmu import Experiment, Result, run
 from cardsflow_fmu.results.files import EXPERIMENT
 from cardsflow_fmu.results.saved_run import is_run, opened_run, read_results
@@ -113,7 +113,7 @@ def test_meshes_travel_with_the_results(tmp_path: Path) -> None:
     ],
 )
 def test_a_mesh_travels_below_its_robots_folder(uri: str, name: str) -> None:
-    assert own_name(uri) == name
+    assert packed_name(uri) == name
 
 
 def test_the_summary_lists_the_archive(finished: tuple[Path, Result]) -> None:

@@ -12,8 +12,8 @@ from support.oracles.mujoco_file import MujocoFile
 
 from addin_sdfusion.robot import Muscle, Robot, WrapSurface
 from addin_sdfusion.robot.formats.read import read
+from addin_sdfusion.robot.model.muscle_laws import law_parameters
 from addin_sdfusion.robot.model.rotations import apply, inverse
-from addin_sdfusion.robot.model.tension_laws import law_parameters
 from sim_dart import CoreDynamics
 
 NEAR = 1e-10

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from support.robots.muscle_bench import HILL, Bench
 
-from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
 from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.laws import Curve, MuscleLaws
 
@@ -96,7 +96,7 @@ def test_bezier_curves_are_their_control_polygons(extra: dict[str, float]) -> No
                 assert found == pytest.approx(left[0, 1], abs=1e-10 * max(1.0, abs(slope).max()))
 
 
-DEFAULTS = {p.name: p.default for p in TENSION_LAWS["hill_millard2012"].parameters}
+DEFAULTS = {p.name: p.default for p in MUSCLE_LAWS["hill_millard2012"].parameters}
 
 
 def _pieces(p: Mapping[str, Any]) -> list[tuple[str, list[float], float]]:

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from support.robots.muscle_bench import HILL, SOUND, Bench
 
-from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
 
 pytestmark = pytest.mark.native
 
 ELASTIC = HILL | {"elastic_tendon": 1.0}
 DRIVEN = [
-    *((kind, p) for kind, p in SOUND.items() if TENSION_LAWS[kind].command and kind != "ideal"),
+    *((kind, p) for kind, p in SOUND.items() if MUSCLE_LAWS[kind].command and kind != "ideal"),
     *((kind, ELASTIC) for kind in SOUND if kind.startswith("hill")),
 ]
 

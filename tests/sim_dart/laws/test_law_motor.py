@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from support.robots.muscle_bench import Bench
 
 from addin_sdfusion.robot import CableModel
-from addin_sdfusion.robot.model.tension_laws import PRESETS, law_parameters
+from addin_sdfusion.robot.model.muscle_laws import PRESETS, law_parameters
 from sim_dart.core.arrays import FloatArray
 
 pytestmark = pytest.mark.native

@@ -14,7 +14,7 @@ import pytest
 from support.robots.muscle_bench import Bench
 
 from addin_sdfusion.robot.formats.read import read
-from addin_sdfusion.robot.model.tension_laws import law_parameters
+from addin_sdfusion.robot.model.muscle_laws import law_parameters
 
 pytestmark = pytest.mark.native
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from support.robots.muscle_bench import HILL, SOUND, Bench
 
-from addin_sdfusion.robot.model.laws import TENSION_LAWS
-from addin_sdfusion.robot.model.tension_laws import command_range, states_of
-from addin_sdfusion.robot.model.tension_laws import law_of as _law_of
+from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
+from addin_sdfusion.robot.model.muscle_laws import command_range, states_of
+from addin_sdfusion.robot.model.muscle_laws import law_of as _law_of
 from sim_dart.core.arrays import FloatArray
 
 pytestmark = pytest.mark.native
@@ -48,7 +48,7 @@ def test_any_length_and_speed_give_a_finite_tension_that_does_not_push(
                 assert reach[0][0] <= reach[1][0]
 
 
-@pytest.mark.parametrize("kind", [k for k in SOUND if TENSION_LAWS[k].states])
+@pytest.mark.parametrize("kind", [k for k in SOUND if MUSCLE_LAWS[k].states])
 def test_extreme_states_give_finite_tensions(kind: str) -> None:
     for parameters in [SOUND[kind]] + ([ELASTIC] if kind.startswith("hill") else []):
         bench = Bench((kind, parameters))
@@ -138,7 +138,7 @@ def test_the_tension_is_monotone_in_the_command(kind: str, parameters: dict[str,
     Muscles of Hill's type: up to the speed at which they shorten without force, a quarter of the
     largest for Thelen's.
     """
-    law = TENSION_LAWS[kind]
+    law = MUSCLE_LAWS[kind]
     if law.command is None:
         return
     bench = Bench((kind, parameters))

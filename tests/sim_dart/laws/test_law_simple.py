@@ -11,7 +11,7 @@ from support.robots.muscle_bench import SOUND, Bench, slider
 from support.robots.random_robots import random_robot
 
 from addin_sdfusion.robot import CableModel, Robot, check
-from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 from sim_dart.muscles.laws import MuscleLaws
@@ -122,7 +122,7 @@ def test_ideal_cables_are_driven_as_they_are_pulled(seed: int) -> None:
 @pytest.mark.parametrize("kind", SOUND)
 def test_the_core_takes_every_checked_law_and_stays_finite(kind: str) -> None:
     """Every parameter alone at values beside, at and far beyond its bounds."""
-    law, taken = TENSION_LAWS[kind], 0
+    law, taken = MUSCLE_LAWS[kind], 0
     for parameter in law.parameters:
         extremes = {parameter.low, parameter.high, -1.0, 0.0, 1e-300, 1e-9, 1e9, 1e300}
         for value in sorted(extremes):

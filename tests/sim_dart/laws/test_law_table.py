@@ -10,10 +10,10 @@ import pytest
 from support.robots.muscle_bench import BROKEN_RULES, HILL, SOUND, Bench, beside, slider
 
 from addin_sdfusion.robot import CableModel, CardsflowError, InputError
-from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
 from addin_sdfusion.robot.model.laws.hill import RULES as HILL_RULES
 from addin_sdfusion.robot.model.laws.law import Parameter
-from addin_sdfusion.robot.model.tension_laws import (
+from addin_sdfusion.robot.model.muscle_laws import (
     PRESETS,
     command_range,
     law_parameters,
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.native
 
 @pytest.mark.parametrize("kind", SOUND)
 def test_defaults_are_within_bounds_and_the_core_takes_them(kind: str) -> None:
-    for parameter in TENSION_LAWS[kind].parameters:
+    for parameter in MUSCLE_LAWS[kind].parameters:
         if parameter.default is not None:
             assert parameter.allows(parameter.default)
         assert parameter.meaning
@@ -36,14 +36,14 @@ def test_defaults_are_within_bounds_and_the_core_takes_them(kind: str) -> None:
 
 
 def test_every_law_names_its_source() -> None:
-    assert all(law.source and law.meaning for law in TENSION_LAWS.values())
+    assert all(law.source and law.meaning for law in MUSCLE_LAWS.values())
 
 
 def _blob(**fields: object) -> bytes:
     """The blob of a slider with one muscle of De Groote's law, with other numbers for some."""
     robot = slider(("hill_degroote2016", HILL))
     values = list(law_parameters(robot.muscles[0].model).values())
-    whole = {"law_kind": [list(TENSION_LAWS).index("hill_degroote2016")], "law_parameter": values}
+    whole = {"law_kind": [list(MUSCLE_LAWS).index("hill_degroote2016")], "law_parameter": values}
     changed = whole | fields
     counts = dict.fromkeys(_counts(), 0)
     counts |= {"dofs": 1, "frames": 1, "variables": 1, "muscles": 1, "points": 2, "robots": 1}
@@ -94,7 +94,7 @@ def _fields() -> list[str]:
 
 def test_a_blob_with_a_wrong_law_is_refused() -> None:
     Core(_blob())
-    for kind in (-1, len(TENSION_LAWS), 2**31 - 1):
+    for kind in (-1, len(MUSCLE_LAWS), 2**31 - 1):
         with pytest.raises(CardsflowError, match=f"muscle 0: unknown tension law {kind}"):
             Core(_blob(law_kind=[kind]))
     sound = list(law_parameters(CableModel("hill_degroote2016", tuple(HILL.items()))).values())
@@ -103,7 +103,7 @@ def test_a_blob_with_a_wrong_law_is_refused() -> None:
             Core(_blob(law_parameter=wrong))
 
 
-PARAMETERS = [(kind, p) for kind in SOUND for p in TENSION_LAWS[kind].parameters]
+PARAMETERS = [(kind, p) for kind in SOUND for p in MUSCLE_LAWS[kind].parameters]
 
 
 @pytest.mark.parametrize(("kind", "parameter"), PARAMETERS)
@@ -125,7 +125,7 @@ def test_parameters_that_do_not_go_together_are_refused(
 
 
 def test_every_rule_is_broken_by_a_case() -> None:
-    rules = {(kind, own.condition) for kind in SOUND for own in TENSION_LAWS[kind].conditions}
+    rules = {(kind, own.condition) for kind in SOUND for own in MUSCLE_LAWS[kind].conditions}
     hill = {own.condition for own in HILL_RULES}  # shared: one of them stands for all
     broken = {(kind, what) for kind, _, what in BROKEN_RULES}
     assert {(kind, what) for kind, what in rules - broken if what not in hill} == set()
@@ -138,9 +138,9 @@ def test_random_parameters_are_refused_or_give_finite_tensions() -> None:
     rng = np.random.default_rng(11)
     refused = 0
     for _ in range(1500):
-        kind = str(rng.choice([kind for kind in SOUND if TENSION_LAWS[kind].parameters]))
+        kind = str(rng.choice([kind for kind in SOUND if MUSCLE_LAWS[kind].parameters]))
         values = dict(SOUND[kind])
-        for parameter in rng.choice(TENSION_LAWS[kind].parameters, 2):
+        for parameter in rng.choice(MUSCLE_LAWS[kind].parameters, 2):
             values[parameter[0]] = float(rng.normal() * 10.0 ** rng.integers(-6, 6))
         try:
             bench = Bench((kind, values))
@@ -198,7 +198,7 @@ def test_the_law_of_a_preset_takes_other_parameters() -> None:
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_are_complete(name: str) -> None:
     given = {key for key, _ in PRESETS[name].parameters}
-    law = TENSION_LAWS[PRESETS[name].kind]
+    law = MUSCLE_LAWS[PRESETS[name].kind]
     assert given | {"rest_length", "max_voltage"} == {p.name for p in law.parameters}
 
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from addin_sdfusion.robot import CardsflowError
-from addin_sdfusion.robot.model.laws import LAW_NAMES, TENSION_LAWS
-from addin_sdfusion.robot.model.laws.law import Rule, TensionLaw, positive
+from addin_sdfusion.robot.model.laws import LAW_NAMES, MUSCLE_LAWS
+from addin_sdfusion.robot.model.laws.law import MuscleLawDefinition, Rule, positive
 from sim_dart.core import library
 from sim_dart.muscles.law_headers import CSRC, LawTableError, headers
 
 
-def _write(folder: Path, law: TensionLaw, c_file: str) -> str:
+def _write(folder: Path, law: MuscleLawDefinition, c_file: str) -> str:
     """The list of laws for a source tree with one law."""
     laws = folder / CSRC / "laws"
     laws.mkdir(parents=True)
@@ -21,8 +21,8 @@ def _write(folder: Path, law: TensionLaw, c_file: str) -> str:
     return "\n".join(headers({law.kind: law}, "law one k\n", folder).values())
 
 
-def _law(**more: object) -> TensionLaw:
-    return TensionLaw("one", "a law", "f = k", (positive("k", "N", None, "k"),), **more)  # type: ignore[arg-type]
+def _law(**more: object) -> MuscleLawDefinition:
+    return MuscleLawDefinition("one", "a law", "f = k", (positive("k", "N", None, "k"),), **more)  # type: ignore[arg-type]
 
 
 SOUND = "TENSION_LAW(one) = {0};\n"
@@ -47,7 +47,7 @@ def test_conditions_are_those_of_the_table(tmp_path: Path) -> None:
     ],
 )
 def test_what_does_not_fit_together_is_refused(
-    law: TensionLaw, c_file: str, what: str, tmp_path: Path
+    law: MuscleLawDefinition, c_file: str, what: str, tmp_path: Path
 ) -> None:
     with pytest.raises(LawTableError) as refused:
         _write(tmp_path, law, c_file)
@@ -55,7 +55,7 @@ def test_what_does_not_fit_together_is_refused(
 
 
 def test_a_core_of_another_table_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert [line.split()[1] for line in LAW_NAMES.splitlines()] == list(TENSION_LAWS)
+    assert [line.split()[1] for line in LAW_NAMES.splitlines()] == list(MUSCLE_LAWS)
     monkeypatch.setattr(library, "LAW_NAMES", LAW_NAMES + "law other\n")
     with pytest.raises(CardsflowError, match="has other muscle laws"):
         library.library.__wrapped__()

@@ -27,8 +27,8 @@ from addin_sdfusion.robot import (
     revolute,
 )
 from addin_sdfusion.robot.model.joint import Motion
+from addin_sdfusion.robot.model.muscle_laws import muscle_parameters
 from addin_sdfusion.robot.model.muscle_path import Branch
-from addin_sdfusion.robot.model.tension_laws import muscle_parameters
 from sim_dart import MusclePaths
 from sim_dart.core.arrays import FloatArray
 

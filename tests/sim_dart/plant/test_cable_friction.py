@@ -27,8 +27,8 @@ from addin_sdfusion.robot import (
     WrapSurface,
     prismatic,
 )
+from addin_sdfusion.robot.model.muscle_laws import PRESETS, law_parameters
 from addin_sdfusion.robot.model.rotations import rotation
-from addin_sdfusion.robot.model.tension_laws import PRESETS, law_parameters
 from sim_dart import Plant
 from sim_dart.core.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths

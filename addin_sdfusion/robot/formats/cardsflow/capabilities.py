@@ -48,7 +48,7 @@ WRAPS_IN_CARDSFLOW_XML = left_out(
 CARDSFLOW = Capabilities(
     "cardsflow.xml",
     (
-        kept(features.MUSCLES, features.TENSION_LAWS, features.IDEAL_PARAMETERS, features.PULLEYS),
+        kept(features.MUSCLES, features.MUSCLE_LAWS, features.IDEAL_PARAMETERS, features.PULLEYS),
         kept(features.CABLE_FRICTION, features.CONDITIONS, features.MOVING_POINTS),
         kept(features.BRANCHES, features.TERMS, features.TASK_FRAMES, features.TASK_AXES),
         left_out(

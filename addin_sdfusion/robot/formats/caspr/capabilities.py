@@ -237,7 +237,7 @@ CASPR = Capabilities(
                 of_muscles(lambda muscle: muscle.f_max == math.inf),
             ),
             left_out(
-                features.TENSION_LAWS,
+                features.MUSCLE_LAWS,
                 "caspr-tension-law",
                 "CASPR has no {kind}; written as an ideal cable with force limits",
                 of_muscles(_other_law),

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from ...finding import Subject
 from ...model.joint import Coordinate, Joint
-from ...model.laws import TENSION_LAWS
+from ...model.laws import MUSCLE_LAWS
 from ...model.muscle import CableKind, CableModel, Muscle, ViaPoint, Wrap, WrapSurface
 from ...model.muscle_path import Branch, CoordinateTerm
 from ...transforms.joint_chains import Names
@@ -218,7 +218,7 @@ def _law(row: Row, node: Node) -> CableModel:
         values["force"] = gear * gain[3] / row["acc0"]
     else:
         values |= {"scale": gain[3], "acc0": 0.0}
-    law = TENSION_LAWS[KIND].parameters
+    law = MUSCLE_LAWS[KIND].parameters
     pairs = [(p.name, values[p.name], p.default) for p in law if p.name in values]
     return CableModel(KIND, tuple((name, v) for name, v, default in pairs if v != default))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...model.muscle import Muscle
-from ...model.tension_laws import law_parameters
+from ...model.muscle_laws import law_parameters
 from ..writing.xml_text import numbers
 
 MUSCLE = "mujoco_muscle"

@@ -252,14 +252,14 @@ OPENSIM = Capabilities(
             of_muscles(has_other_bounds),
         ),
         changed(
-            features.TENSION_LAWS,
+            features.MUSCLE_LAWS,
             "tension-law-changed",
             "a {class} is written with {values}: it takes no other",
             of_muscles(changed_parameters),
             only="parameters that OpenSim sets itself",
         ),
         changed(
-            features.TENSION_LAWS,
+            features.MUSCLE_LAWS,
             "fibre-damping-passed-over",
             "OpenSim moves the fibre of a {class} with an elastic tendon as if its fibre_damping "
             "{damping:g} were 0; at rest the tension is the same",

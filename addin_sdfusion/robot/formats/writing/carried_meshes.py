@@ -10,7 +10,7 @@ from ...errors import InputError
 from ...files import write_files
 from ...finding import Finding, Subject
 from ...finding_builders import warning
-from ...mesh_files import MODEL_URIS, is_file, mesh_bytes, mesh_file, own_name
+from ...mesh_files import MODEL_URIS, is_file, mesh_bytes, mesh_file, packed_name
 from ...model.robot import Robot
 
 Opens = Callable[[str, bytes], bool]
@@ -94,4 +94,4 @@ class CarriedMeshes:
         return written
 
     def _is_found_as(self, uri: str) -> bool:
-        return uri.startswith(MODEL_URIS) and self.names.get(uri) == own_name(uri)
+        return uri.startswith(MODEL_URIS) and self.names.get(uri) == packed_name(uri)

@@ -10,17 +10,17 @@ from __future__ import annotations
 from importlib import import_module
 from pkgutil import iter_modules
 
-from .law import TensionLaw
+from .law import MuscleLawDefinition
 
 _MODULES = sorted(module.name for module in iter_modules(__path__) if module.name != "law")
 
-TENSION_LAWS: dict[str, TensionLaw] = {
+MUSCLE_LAWS: dict[str, MuscleLawDefinition] = {
     law.kind: law for module in _MODULES for law in import_module(f"{__name__}.{module}").LAWS
 }
 """The laws that are simulated, by kind, in the C core's order."""
 
 LAW_NAMES = "".join(
     f"{' '.join(['law', law.kind, *(parameter.name for parameter in law.parameters)])}\n"
-    for law in TENSION_LAWS.values()
+    for law in MUSCLE_LAWS.values()
 )
 """Every law with its parameters, in order: what a core says that it was compiled with."""

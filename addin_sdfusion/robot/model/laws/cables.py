@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 
-from .law import Command, TensionLaw, bounded, natural, positive
+from .law import Command, MuscleLawDefinition, bounded, natural, positive
 
 _REST_LENGTH = Command("rest_length", "m", 0.0, "longest_rest_length")
 
 LAWS = (
-    TensionLaw(
+    MuscleLawDefinition(
         "ideal",
         "a cable that pulls as commanded",
         "f = max(u, 0)",
         command=Command("force", "N", 0.0, math.inf),
     ),
-    TensionLaw(
+    MuscleLawDefinition(
         "elastic_cable",
         "a cable with stiffness and damping; slack when too long",
         "f = k (l - u) + d l' while l > u, never below 0",
@@ -28,7 +28,7 @@ LAWS = (
         damped="damping != 0",
         stretches=True,
     ),
-    TensionLaw(
+    MuscleLawDefinition(
         "heavy_cable",
         "an elastic cable that sags by its weight between two points",
         "Irvine 1981, Cable Structures: the elastic catenary, in equilibrium at every moment. f is "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .law import Command, LawState, Parameter, Rule, TensionLaw, natural, part, positive
+from .law import Command, LawState, MuscleLawDefinition, Parameter, Rule, natural, part, positive
 
 EXCITATION = Command("excitation", "1", 0.0, 1.0)
 
@@ -56,7 +56,7 @@ def hill_parameters(rise: float, fall: float, least_activation: float) -> tuple[
 
 
 LAWS = (
-    TensionLaw(
+    MuscleLawDefinition(
         "hill_degroote2016",
         "a muscle of Hill's type with smooth closed-form curves",
         "De Groote, Kinney, Rao & Fregly 2016, Ann. Biomed. Eng. 44",
@@ -73,7 +73,7 @@ LAWS = (
         RULES,
         damped=RIGID,
     ),
-    TensionLaw(
+    MuscleLawDefinition(
         "hill_thelen2003",
         "a muscle of Hill's type with Thelen's curves",
         "Thelen 2003, J. Biomech. Eng. 125",
@@ -112,7 +112,7 @@ LAWS = (
         ),
         damped=RIGID,
     ),
-    TensionLaw(
+    MuscleLawDefinition(
         "hill_schutte1993",
         "a muscle of Hill's type with curves through points",
         "Schutte, Rodgers, Zajac & Glaser 1993, IEEE Trans. Rehabil. Eng. 1; curves of OpenSim's "

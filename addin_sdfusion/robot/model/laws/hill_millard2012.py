@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from .hill import EXCITATION, FIBRE_DAMPING, RIGID, RULES, STATES, hill_parameters
-from .law import Parameter, Rule, TensionLaw, Term, natural, part, positive
+from .law import MuscleLawDefinition, Parameter, Rule, Term, natural, part, positive
 
 _MIN_VALUE, _MAX_VALUE = 1e-7, 1e7
 """Strains, forces over F0 and slopes beyond which a curve's pieces have no digits left."""
@@ -87,7 +87,7 @@ _PASSIVE = (
 _TENDON = (Rule("tendon_stiffness == 0 or tendon_stiffness > 1 / tendon_strain"),)
 
 LAWS = (
-    TensionLaw(
+    MuscleLawDefinition(
         "hill_millard2012",
         "a muscle of Hill's type with Bezier curves and damping",
         "Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135",

@@ -113,7 +113,7 @@ class Rule(NamedTuple):
         return f"{self.condition} must hold" + (f": {self.why}" if self.why else "")
 
 
-class TensionLaw(NamedTuple):
+class MuscleLawDefinition(NamedTuple):
     """How the tension of a muscle follows from its command, its length and its speed.
 
     Conditions and formulas are written as in Python, with comparisons, `and`, `or`, `... if ...

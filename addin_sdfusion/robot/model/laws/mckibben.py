@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from .law import Command, LawState, Parameter, TensionLaw, natural, positive
+from .law import Command, LawState, MuscleLawDefinition, Parameter, natural, positive
 
 LAWS = (
-    TensionLaw(
+    MuscleLawDefinition(
         "mckibben",
         "a pneumatic muscle: a bladder in a braided sleeve",
         "Chou & Hannaford 1996: F = p (3 L^2 - b^2) / (4 pi n^2)",

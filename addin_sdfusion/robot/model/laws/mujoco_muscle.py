@@ -4,10 +4,20 @@ from __future__ import annotations
 
 import math
 
-from .law import Command, LawState, Parameter, Rule, TensionLaw, free, natural, part, positive
+from .law import (
+    Command,
+    LawState,
+    MuscleLawDefinition,
+    Parameter,
+    Rule,
+    free,
+    natural,
+    part,
+    positive,
+)
 
 LAWS = (
-    TensionLaw(
+    MuscleLawDefinition(
         "mujoco_muscle",
         "MuJoCo's muscle, of Hill's type with a rigid tendon",
         "MuJoCo: f = F (FL(L) FV(V) a + FP(L))",

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import math
 
-from .law import Command, LawState, Parameter, Rule, TensionLaw, Term, free, natural, positive
+from .law import (
+    Command,
+    LawState,
+    MuscleLawDefinition,
+    Parameter,
+    Rule,
+    Term,
+    free,
+    natural,
+    positive,
+)
 
 _ROBOY_MYO_MUSCLE = (
     ("resistance", 0.797),
@@ -40,7 +50,7 @@ _ROBOY_TEST_BENCH = (
 """What the plug-in's own test of a muscle uses; its spindle and spring are those of the plug-in."""
 
 LAWS = (
-    TensionLaw(
+    MuscleLawDefinition(
         "series_elastic_motor",
         "a DC motor with gear and spindle behind a spring",
         "Roboy's myo-motor: La i' = V - R i - Ke N w; N J w' = Kt i - r f / (rho N); "

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from .law import Rule, TensionLaw, free, natural, positive
+from .law import MuscleLawDefinition, Rule, free, natural, positive
 
 LAWS = (
-    TensionLaw(
+    MuscleLawDefinition(
         "passive_spring",
         "CASPR's spring: it pulls, and pushes when too short",
         "CASPR, CableModelPassiveLinearSpring: f = K (l - l0)",
@@ -16,7 +16,7 @@ LAWS = (
         at_start="l",
         pushes=True,
     ),
-    TensionLaw(
+    MuscleLawDefinition(
         "path_spring",
         "OpenSim's spring along a path, slack when too short",
         "OpenSim, PathSpring: f = K (l - l0) (1 + D l'), never below 0",
@@ -28,7 +28,7 @@ LAWS = (
         at_start="lv",
         stretches=True,
     ),
-    TensionLaw(
+    MuscleLawDefinition(
         "tendon_spring",
         "a spring and damper of MuJoCo's tendons; it pushes, too",
         "MuJoCo: f = k (l - l_high) or k (l - l_low), + d l'",
@@ -42,7 +42,7 @@ LAWS = (
         at_start="lv",
         pushes=True,
     ),
-    TensionLaw(
+    MuscleLawDefinition(
         "ligament_blankevoort1991",
         "a ligament: a toe, then a line; damped when pulled",
         "Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24",

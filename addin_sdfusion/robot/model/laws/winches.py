@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .law import MAX_VALUE, Command, LawState, TensionLaw, bounded
+from .law import MAX_VALUE, Command, LawState, MuscleLawDefinition, bounded
 
 _WINCH = (
     bounded("drum_radius", "m", None, 1e-6, "r, to the middle of the cable"),
@@ -38,7 +38,7 @@ _STATES = (
 )
 
 LAWS = (
-    TensionLaw(
+    MuscleLawDefinition(
         "winch",
         "a motor with gear and drum that winds up an elastic cable",
         "(N^2 J_M + J_D) w' = N u - r (f + EA e^2 / 2) - b w - Tc sgn w; f = EA e (1 + D e'), "
@@ -50,7 +50,7 @@ LAWS = (
         stretches=True,
         has_drum=True,
     ),
-    TensionLaw(
+    MuscleLawDefinition(
         "winch_position",
         "the same with a drive that holds the length of cable",
         "winch, with N u = Kp (l_u - u) / r - Kd w within +-N T_max. A controller of forces "

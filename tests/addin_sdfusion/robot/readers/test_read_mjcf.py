@@ -14,7 +14,7 @@ from support.models_of_others import INCLUDED, MJCF, OPTIONS
 
 from addin_sdfusion.robot import Robot
 from addin_sdfusion.robot.formats.read import read
-from addin_sdfusion.robot.model.tension_laws import law_parameters
+from addin_sdfusion.robot.model.muscle_laws import law_parameters
 
 
 def files(folder: Path) -> Path:

@@ -14,7 +14,7 @@ from support.oracles.moving_links import MovingLinks
 from addin_sdfusion.robot import InputError
 from addin_sdfusion.robot.formats.read import read
 from addin_sdfusion.robot.model.function import Polynomial, derivatives
-from addin_sdfusion.robot.model.tension_laws import law_parameters
+from addin_sdfusion.robot.model.muscle_laws import law_parameters
 
 
 def of_text(folder: Path, text: str = OSIM) -> Path:

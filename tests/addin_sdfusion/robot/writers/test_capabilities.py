@@ -227,7 +227,7 @@ ALONE = {
         one_link(actuated=True, tau_min=-1.0, tau_max=2.0),
     ),
     "LOOPS": (BARE, replace(BARE, loops=(LoopJoint("loop", WORLD, "a", "universal", (X, Y)),))),
-    "TENSION_LAWS": (CABLE, with_muscle(model=SPRING)),
+    "MUSCLE_LAWS": (CABLE, with_muscle(model=SPRING)),
     "IDEAL_PARAMETERS": (CABLE, with_muscle(model=CableModel("ideal", (("colour", 1.0),)))),
     "CABLE_FRICTION": (CABLE, with_muscle(friction=0.1)),
     "CONDITIONS": (with_point(), with_point(when=PointCondition("q", -1.0, 1.0))),

@@ -11,7 +11,7 @@ from support.robots.muscle_bench import HILL, Bench, slider
 from addin_sdfusion.robot import check, read_robot
 from addin_sdfusion.robot.formats.opensim.capabilities import osim_losses
 from addin_sdfusion.robot.formats.opensim.write import write_osim
-from addin_sdfusion.robot.model.tension_laws import law_parameters
+from addin_sdfusion.robot.model.muscle_laws import law_parameters
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", DeprecationWarning)  # of its SWIG wrapper

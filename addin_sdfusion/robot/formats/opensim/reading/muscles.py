@@ -8,7 +8,7 @@ from dataclasses import replace
 from ....checks.driven import function_fault
 from ....finding import Subject
 from ....model import function
-from ....model.laws import TENSION_LAWS
+from ....model.laws import MUSCLE_LAWS
 from ....model.muscle import CableKind, CableModel, Muscle
 from ....model.schutte_curves import RANGES, SCHUTTES_CURVES
 from ...reading.xml import Node
@@ -110,7 +110,7 @@ def _parameters(node: Node) -> Iterator[tuple[str, float]]:
         for curve, names in MILLARDS_CURVES.items():
             child = node.optional(curve)
             values |= {} if child is None else _given(child, names)
-    law = {p.name: p.default for p in TENSION_LAWS[kind].parameters}
+    law = {p.name: p.default for p in MUSCLE_LAWS[kind].parameters}
     complete = {name: values.get(name, default) for name, default in law.items()}
     known = {name: value for name, value in complete.items() if value is not None}
     if kind == "hill_millard2012":

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from xml.etree import ElementTree
 
 from ....model.muscle import Muscle
+from ....model.muscle_laws import law_parameters
 from ....model.schutte_curves import SCHUTTES_CURVES
-from ....model.tension_laws import law_parameters
 from ...writing.xml_text import element
 from .functions import add_function
 

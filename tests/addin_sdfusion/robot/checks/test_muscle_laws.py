@@ -25,13 +25,13 @@ from addin_sdfusion.robot import (
     write_sdf,
 )
 from addin_sdfusion.robot.checks.check import require_valid
-from addin_sdfusion.robot.model.laws import TENSION_LAWS
+from addin_sdfusion.robot.model.laws import MUSCLE_LAWS
 from addin_sdfusion.snapshot import MuscleSnapshot
 from sim_dart.core.blob import compile_blob
 from sim_dart.core.library import Core
 
-KINDS = [kind for kind in SOUND if TENSION_LAWS[kind].parameters]
-NAMED = [(kind, p) for kind in KINDS for p in TENSION_LAWS[kind].parameters]
+KINDS = [kind for kind in SOUND if MUSCLE_LAWS[kind].parameters]
+NAMED = [(kind, p) for kind in KINDS for p in MUSCLE_LAWS[kind].parameters]
 
 
 def _passive(robot):
@@ -67,7 +67,7 @@ def test_every_number_out_of_its_bounds_is_reported_with_the_muscles_name(kind, 
 @pytest.mark.parametrize("kind", ["series_elastic_motor", "hill_millard2012"])
 def test_numbers_that_are_nearly_none_are_found_or_sound(kind):
     """Their quotients are no numbers."""
-    for parameter in TENSION_LAWS[kind].parameters:
+    for parameter in MUSCLE_LAWS[kind].parameters:
         for found in _errors(kind, SOUND[kind] | {parameter.name: 5e-324}):
             assert found.code == "bad-law-parameter"
 
@@ -108,7 +108,7 @@ def test_what_the_check_lets_pass_the_core_takes(kind):
     """Random numbers near the defaults and at the bounds; both reject some of them."""
     rng = np.random.default_rng(len(kind))
     passed = 0
-    parameters = TENSION_LAWS[kind].parameters
+    parameters = MUSCLE_LAWS[kind].parameters
     for _ in range(200):
         values = dict(SOUND[kind])
         for k in rng.choice(len(parameters), 2):

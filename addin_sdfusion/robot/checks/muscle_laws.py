@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from ..caspr_vocabulary import CASPR_CABLES
 from ..finding import Finding, Subject
 from ..finding_builders import all_muscles, error, finite, unknown
-from ..model.laws import TENSION_LAWS
+from ..model.laws import MUSCLE_LAWS
 from ..model.laws.law import Parameter
 from ..model.muscle import CableModel
 from ..model.robot import Robot
@@ -20,7 +20,7 @@ _ALSO_CASPRS = {
 """What CASPR's files say of a cable next to its law, such as its diameter."""
 
 
-def tension_laws(robot: Robot) -> Iterator[Finding]:
+def muscle_laws(robot: Robot) -> Iterator[Finding]:
     """Muscles of every cable set whose law cannot be computed with their parameters."""
     for subject, muscle in all_muscles(robot):
         yield from law_findings(subject, muscle.model)
@@ -33,7 +33,7 @@ def law_findings(subject: Subject, model: CableModel) -> Iterator[Finding]:
         subject: Whose law it is.
         model: The law and its parameters, however broken.
     """
-    law = TENSION_LAWS.get(model.kind)
+    law = MUSCLE_LAWS.get(model.kind)
     if law is None:
         return
     parameters = law.parameters

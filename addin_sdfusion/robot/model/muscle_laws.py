@@ -6,25 +6,26 @@ The table of laws is in `laws`, the equations are in `sim_dart/csrc/laws/<law>.c
 from __future__ import annotations
 
 from ..errors import InputError
-from .laws import TENSION_LAWS
-from .laws.law import Command, LawState, TensionLaw, evaluated
+from .laws import MUSCLE_LAWS
+from .laws.law import Command, LawState, MuscleLawDefinition, evaluated
 from .muscle import CableModel, Muscle
 
 PRESETS: dict[str, CableModel] = {
     name: CableModel(law.kind, values)
-    for law in TENSION_LAWS.values()
+    for law in MUSCLE_LAWS.values()
     for name, values in law.presets.items()
 }
 """Published sets of parameters, by name."""
 
 
-def law_of(model: CableModel) -> TensionLaw:
+def law_of(model: CableModel) -> MuscleLawDefinition:
     """Return the law that a muscle is simulated by: `ideal` for what is described only."""
-    if model.own is not None:
-        command = None if model.own.command is None else Command(*model.own.command)
-        return TensionLaw("own", "a custom law", f"{model.own.file}:{model.own.name}",
-                          command=command)  # fmt: skip
-    return TENSION_LAWS.get(model.kind, TENSION_LAWS["ideal"])
+    if model.custom is not None:
+        custom = model.custom
+        command = None if custom.command is None else Command(*custom.command)
+        source = f"{custom.file}:{custom.name}"
+        return MuscleLawDefinition("custom", "a custom law", source, command=command)
+    return MUSCLE_LAWS.get(model.kind, MUSCLE_LAWS["ideal"])
 
 
 def law_parameters(model: CableModel) -> dict[str, float]:

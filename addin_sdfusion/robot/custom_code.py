@@ -14,7 +14,7 @@ from .errors import CardsflowError, InputError, UnknownNameError
 T = TypeVar("T")
 
 
-def own_class(file: Path, name: str, base: type) -> type[Any]:
+def load_class(file: Path, name: str, base: type) -> type[Any]:
     """Return a class from a file, which is run.
 
     Args:
@@ -33,16 +33,16 @@ def own_class(file: Path, name: str, base: type) -> type[Any]:
     made = importlib.util.module_from_spec(spec)
     sys.modules[module] = made  # dataclasses look there
     loader = spec.loader
-    guarded(file, lambda: loader.exec_module(made))
+    call_custom(file, lambda: loader.exec_module(made))
     found = getattr(made, name, None)
     if not isinstance(found, type):
         raise UnknownNameError("class", name, [], file=file)
     if not issubclass(found, base):
-        raise NoSubclassError(found, base, file)
+        raise WrongBaseClassError(found, base, file)
     return found
 
 
-class NoSubclassError(InputError):
+class WrongBaseClassError(InputError):
     """A custom class that is none of what it must be.
 
     Attributes:
@@ -57,7 +57,7 @@ class NoSubclassError(InputError):
         self.found = found
 
 
-def guarded(file: Path, call: Callable[[], T]) -> T:
+def call_custom(file: Path, call: Callable[[], T]) -> T:
     """What a call into the file gives; its errors with the line that made them.
 
     Raises:
