@@ -24,6 +24,7 @@ from .caspr.read_trajectories import (
 from .kinds import WHAT, Kind, holds_robot, kind_of, robot_file
 from .mjcf.read import read_mjcf
 from .opensim.read import read_osim
+from .reading.unread import note_unread
 from .reading.xml import ABSOLUTE, Notes, shortened
 from .sdf.read import read_sdf
 from .urdf.read import read_urdf
@@ -40,6 +41,18 @@ __all__ = [
     "trajectories_file",
     "trajectory_names",
 ]
+
+IGNORED = frozenset({
+    # OpenSim: appearance, texts, and values without influence in OpenSim itself; for default
+    # activations there is the finding `start-left-out`
+    "Appearance", "FrameGeometry", "credits", "default_activation", "defaults", "fixed",
+    "force_units", "groups", "length_units", "method", "optimal_force", "prescribed_function",
+    "publications", "socket_frame",
+    # SDF: appearance, wind, and contacts, which an experiment's world defines
+    "allow_auto_disable", "cast_shadows", "enable_wind", "laser_retro", "max_contacts",
+    "self_collide", "surface", "transparency",
+})  # fmt: skip
+"""Tags of elements that change nothing of a robot or its motion."""
 
 Reader = Callable[[Path, str | None, Notes], Robot | None]
 
@@ -84,6 +97,8 @@ def read(path: str | Path, cable_set: str | None = None, *, repair: bool = False
     file = robot_file(Path(path))
     notes = Notes()
     robot = _reader(file, repair)(file, cable_set, notes)
+    if robot is not None:
+        note_unread(notes, IGNORED)
     findings = [
         *notes.findings,
         *_outside(file, notes.files, file.stem if robot is None else robot.name),

@@ -8,9 +8,10 @@ from dataclasses import replace
 from ...errors import UnknownNameError
 from ...finding import Subject
 from ...finding_builders import unknown
+from ...model.muscle import Muscle
 from ...model.pose import Vector3
 from ...model.robot import MARKERS, Robot
-from ..reading.xml import Node, parse
+from ..reading.xml import Node, Notes, parse
 from .read import MuscleReader, read_surface, read_task_set
 
 DEFAULT_SET = "cardsflow"
@@ -32,9 +33,7 @@ def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: s
         UnknownNameError: There is no such cable set.
     """
     cable_sets, task_sets = _children(plugins, "cable_set"), _children(plugins, "task_set")
-    sources = plugins
-    if not cable_sets or not task_sets:
-        sources = [*(() if _are_beside(plugins, model) else cardsflow_xml(model)), *plugins]
+    sources = [*(() if _are_beside(plugins, model) else cardsflow_xml(model)), *plugins]
     robot = _with_mesh_names(_with_ends(robot, plugins), plugins)
     for node in _children(plugins, "gravity"):
         robot = replace(robot, gravity=node.vector3())
@@ -45,13 +44,16 @@ def read_extras(robot: Robot, model: Node, plugins: Sequence[Node], cable_set: s
     muscles = MuscleReader([link.name for link in robot.links], surfaces)
     if cable_sets:
         robot = _with_named_cable_sets(robot, cable_sets, cable_set, muscles)
+        _note_other_muscles(robot, sources)
     else:
         robot = _with_muscles(robot, sources, muscles)
     if cable_set is not None:
         _require_cable_set(cable_set, robot, model)
     robot = replace(robot, wrap_surfaces=tuple(muscles.surfaces))
     if task_sets:
-        return _with_named_task_sets(robot, task_sets)
+        robot = _with_named_task_sets(robot, task_sets)
+        _note_other_points(robot, sources)
+        return robot
     return _with_points(robot, sources)
 
 
@@ -120,6 +122,43 @@ def _with_muscles(robot: Robot, sources: Sequence[Node], muscles: MuscleReader) 
         return robot
     cable_set = muscles.cable_set(node, DEFAULT_SET, DEFAULT_SET)
     return replace(robot, cable_sets=(cable_set,), cable_set=DEFAULT_SET)
+
+
+def _note_other_muscles(robot: Robot, sources: Sequence[Node]) -> None:
+    """Note muscles outside cable sets, as Gazebo reads them, that differ from those in use."""
+    node = _first_with(sources, "myoMuscle")
+    if node is None:
+        return
+    reader = MuscleReader([link.name for link in robot.links])
+    others = reader.cable_set(replace(node, notes=Notes()), DEFAULT_SET, DEFAULT_SET)
+    in_use = {_outline(muscle) for cable_set in robot.cable_sets for muscle in cable_set.muscles}
+    differing = [muscle.name for muscle in others.muscles if _outline(muscle) not in in_use]
+    _note_ignored(node, "myoMuscle", differing, "cable sets")
+
+
+def _note_other_points(robot: Robot, sources: Sequence[Node]) -> None:
+    """Note points outside task sets, as Gazebo reads them, that differ from those in use."""
+    in_use = {frame for task_set in robot.task_sets for frame in task_set.frames}
+    for tag in ("endEffector", "marker"):
+        node = _first_with(sources, tag)
+        if node is not None:
+            others = read_task_set(replace(node, notes=Notes()), DEFAULT_SET, DEFAULT_SET, tag)
+            differing = [frame.name for frame in others.frames if frame not in in_use]
+            _note_ignored(node, tag, differing, "task sets")
+
+
+def _note_ignored(node: Node, tag: str, differing: Sequence[str], sets: str) -> None:
+    for child in node.all(tag):
+        child.mark_used()  # its content was compared
+    if differing:
+        names = ", ".join(map(repr, differing[:10]))
+        problem = f"<{tag}> of {node.file.name} differ from the {sets}, which are used: {names}"
+        node.warning("elements-ignored", problem)
+
+
+def _outline(muscle: Muscle) -> tuple[object, ...]:
+    points = tuple((point.link, point.position) for point in muscle.via_points)
+    return muscle.name, muscle.f_min, muscle.f_max, points
 
 
 def _require_cable_set(chosen: str, robot: Robot, model: Node) -> None:

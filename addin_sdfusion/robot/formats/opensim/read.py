@@ -37,11 +37,6 @@ from .reading.wraps import read_wrap_objects
 
 GRAVITY = (0.0, -9.80665, 0.0)
 """What a file without gravity has."""
-LEFT_OUT = {
-    "ControllerSet": "controllers",
-    "ContactGeometrySet": "contact shapes",
-    "ProbeSet": "probes",
-}
 
 
 def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
@@ -79,7 +74,6 @@ def read_osim(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     distinct(muscles, partial(Subject, "muscle"))
     read = [muscle for node in muscles if (muscle := read_muscle(node, around)) is not None]
     loops = tuple(read_loops(constraints, frames, joints))
-    _note_left_out(model)
     note_shapes(model)
     note_missing_meshes(model, links)
     surfaces = {name: wrap.surface for name, wrap in wraps.items() if wrap is not None}
@@ -122,14 +116,6 @@ def _markers(model: Node, frames: Frames) -> list[TaskSet]:
             continue  # points of the world are none of the robot's
         found.append(TaskFrame(node.attribute("name"), link, position))
     return [TaskSet(MARKERS, tuple(found))] if found else []
-
-
-def _note_left_out(model: Node) -> None:
-    for tag, what in LEFT_OUT.items():
-        parts = objects(model, tag)
-        if parts:
-            names = ", ".join(repr(part.attribute("name", "")) for part in parts[:10])
-            parts[0].warning("part-left-out", f"{len(parts)} {what} are left out: {names}")
 
 
 def _note_approximations(model: Node, muscles: Sequence[Muscle]) -> None:

@@ -40,12 +40,16 @@ class Notes:
         locations: File and line of each object.
         files: The files that were read.
         elements: How many elements they have together.
+        roots: Root elements of the files whose unread elements are to be reported.
+        used: Elements whose content was read.
     """
 
     findings: list[Finding] = field(default_factory=list)
     locations: dict[Subject, tuple[Path, int | None]] = field(default_factory=dict)
     files: list[Path] = field(default_factory=list)
     elements: int = 0
+    roots: list[Node] = field(default_factory=list)
+    used: set[etree._Element] = field(default_factory=set)
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,7 @@ class Node:
     @property
     def text(self) -> str:
         """The element's own text, in one line, without the space around it."""
+        self.notes.used.add(self.element)
         return _plain(self.element.text or "")
 
     @property
@@ -84,8 +89,13 @@ class Node:
 
     def about(self, subject: Subject) -> Node:
         """Return the same element as the description of an object, whose place is noted."""
+        self.notes.used.add(self.element)
         self.notes.locations[subject] = (self.file, self.line)
         return replace(self, subject=subject)
+
+    def mark_used(self) -> None:
+        """Mark the element and all elements below it as used; see `reading/unread.py`."""
+        self.notes.used.update(self.element.iter())
 
     def error(self, code: str, problem: str) -> None:
         """Note an error here."""
@@ -97,6 +107,7 @@ class Node:
 
     def all(self, *tags: str) -> list[Node]:
         """Return the child elements with these tags, in order; every child if none is given."""
+        self.notes.used.add(self.element)
         found = self.element.iterchildren(*tags) if tags else self.element.iterchildren()
         return [replace(self, element=child) for child in found]
 
@@ -116,10 +127,12 @@ class Node:
 
     def has(self, name: str) -> bool:
         """Return whether the element has that attribute."""
+        self.notes.used.add(self.element)
         return name in self.element.attrib
 
     def attribute(self, name: str, default: str | None = None) -> str:
         """Return the value of an attribute, which must be there unless there is a default."""
+        self.notes.used.add(self.element)
         value = self.element.get(name, default)
         if value is None:
             self.error("missing-attribute", f"<{self.tag}> has no {name!r}")
@@ -266,7 +279,9 @@ def parse(
     if notes.elements > XML_ELEMENTS:
         others = "" if len(notes.files) == 1 else " with the other files of the robot"
         raise InputError(f"holds more than {XML_ELEMENTS} elements{others}", file=file)
-    return Node(root, file, subject, notes)
+    node = Node(root, file, subject, notes)
+    notes.roots.append(node)
+    return node
 
 
 def _bytes(file: Path) -> bytes:

@@ -18,6 +18,9 @@ def read_link(node: Node, frames: Frames) -> Link:
     gravity = node.optional("gravity")
     if gravity is not None and gravity.text in ("false", "0"):
         gravity.warning("gravity-not-off", "<gravity> is ignored; gravity acts on the link")
+    kinematic = node.optional("kinematic")
+    if kinematic is not None and kinematic.text in TRUE:
+        kinematic.warning("kinematic-link", "<kinematic> is ignored; forces move the link")
     meshes, shapes = tuple(_meshes(node, frames)), tuple(_shapes(node, frames))
     inertial = node.optional("inertial")
     if inertial is None:

@@ -31,8 +31,6 @@ XACRO = (
     "is xacro, not yet URDF; `xacro {0} > {1}` writes the URDF (xacro is a package of ROS, and "
     "`pip install xacro` if it is missing)"
 )
-KNOWN = {"link", "joint", "transmission", "ros2_control", "material", "mujoco"}
-"""Elements that are read, and the colours of what is seen."""
 
 
 def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
@@ -55,7 +53,6 @@ def read_urdf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     node = root.about(Subject("robot", root.attribute("name")))
     for kind in ("link", "joint"):
         distinct(node.all(kind), partial(Subject, kind))
-    _note_left_out(node)
     elements = [child for child in node.all("link") if child.attribute("name", "") != WORLD]
     motors = motor_joints(node)
     joints = [read_joint(_about(child, "joint"), motors) for child in node.all("joint")]
@@ -90,17 +87,6 @@ def _refuse_xacro(root: Node) -> None:
 
 def _has_macros(root: Node) -> bool:
     return any("}" in str(element.tag) for element in root.element.iter())
-
-
-def _note_left_out(node: Node) -> None:
-    """Elements of other programs, once a kind."""
-    seen: set[str] = set()
-    for child in node.all():
-        if child.tag not in KNOWN and child.tag not in seen:
-            seen.add(child.tag)
-            count = len(node.all(child.tag))
-            problem = f"<{child.tag}> is for other programs; {count} left out"
-            child.warning("element-left-out", problem)
 
 
 def _with_motors_by_effort(

@@ -56,6 +56,8 @@ def _moved(
     """Return the motions of a joint and what drives them."""
     name = node.subject.name
     if type_ == "fixed":
+        for unused in node.all("axis", "limit"):
+            unused.mark_used()
         return (), ()
     if type_ in SINGLE:
         motion = Motion(SINGLE[type_], _axis(node))

@@ -29,7 +29,7 @@ DEFECTS = {
     "VRpuppet": GEN_B | {"zero-limits", "shared-name"},
     "exosuit": GEN_B | {"link-name-case"},
     "msj_platform": GEN_A | {"inertia-triangle"},
-    "musc-le": set(),
+    "musc-le": {"kinematic-link"},
     "roboy_icecream": GEN_B | {"duplicate-link", "several-roots", "no-moment-arm", "zero-limits"},
     "roboy_upper_body": GEN_A | {"inertia-triangle"},
     "test_robot": GEN_A,

@@ -9,11 +9,26 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from lxml import etree
+
 from ....errors import InputError
 from ....finding import Subject
 from ...reading.xml import TRUE, Node, Notes, parse
 
 OLDEST = 40000
+OFFSET_FRAME = "PhysicalOffsetFrame"
+SETS = {
+    "BodySet": "Body",
+    "JointSet": r"\w+Joint",
+    "ConstraintSet": r"\w+Constraint",
+    "ForceSet": r"\w+(Force|Actuator|Muscle\w*|Ligament\w*|Spring)",
+    "MarkerSet": "Marker",
+    "ControllerSet": r"\w*Controller",
+    "ContactGeometrySet": r"Contact\w+",
+    "ProbeSet": r"\w+Probe",
+    "ComponentSet": OFFSET_FRAME,
+}
+"""Sets of a model, and the tags of the objects that they contain."""
 _COLONS = re.compile(rb"<(/?\w+)::(\w+)")
 
 
@@ -38,7 +53,33 @@ def read_document(file: Path, notes: Notes) -> Node:
         what = f"holds {len(root.all('Model'))} models, not one"
         raise InputError(what, file=file, line=root.line)
     model = models[0]
+    _sort_components(model)
     return model.about(Subject("robot", model.attribute("name", "") or file.stem))
+
+
+def _sort_components(model: Node) -> None:
+    """Move components of a model into the set of their kind, where OpenSim accepts them as well.
+
+    Components of other kinds stay in place; the list of unread elements contains them.
+    """
+    nodes = [child for group in model.all("components") for child in group.all()]
+    nodes += [child for child in objects(model, "ComponentSet") if child.tag != OFFSET_FRAME]
+    for node in nodes:
+        kind = next((name for name, tags in SETS.items() if re.fullmatch(tags, node.tag)), None)
+        if kind is None and node.element.find(".//GeometryPath") is not None:
+            kind = "ForceSet"
+        if kind is not None:
+            _objects_element(model, kind).append(node.element)
+
+
+def _objects_element(model: Node, kind: str) -> etree._Element:
+    """Return the `<objects>` of a set; it is created if missing."""
+    element = model.element.find(f"{kind}/objects")
+    if element is None:
+        group = model.element.find(kind)
+        group = etree.SubElement(model.element, kind) if group is None else group
+        element = etree.SubElement(group, "objects")
+    return element
 
 
 def _without_colons(data: bytes) -> bytes:

@@ -10,7 +10,7 @@ from ....model.robot import WORLD
 from ....model.rotations import Matrix3, multiply, rotation
 from ....model.transform import IDENTITY, Transform
 from ...reading.xml import ZERO, Node
-from .document import last_name, objects
+from .document import OFFSET_FRAME, SETS, last_name, objects
 
 GROUND = "/ground"
 MAX_OFFSETS = 50
@@ -38,7 +38,7 @@ class Frames:
                 constraint, f"/constraintset/{constraint.attribute('name', '')}", "frames"
             )
         for frame in objects(model, "ComponentSet"):
-            if frame.tag == "PhysicalOffsetFrame":
+            if frame.tag == OFFSET_FRAME:
                 self._add(frame, f"/componentset/{frame.attribute('name', '')}")
 
     def offsets(self, link: str) -> list[tuple[str, Node]]:
@@ -70,7 +70,7 @@ class Frames:
 
     def _add_offsets(self, owner: Node, path: str, tag: str) -> None:
         for group in owner.all(tag):
-            for frame in group.all("PhysicalOffsetFrame"):
+            for frame in group.all(OFFSET_FRAME):
                 self._add(frame, f"{path}/{frame.attribute('name', '')}")
 
     def _add(self, frame: Node, path: str) -> None:
@@ -83,13 +83,13 @@ class Frames:
         self._offsets[path] = (frame, path)
         self._by_name.setdefault(last_name(path), []).append(path)
         for group in frame.all("components"):
-            for inner in group.all("PhysicalOffsetFrame"):
+            for inner in group.all(OFFSET_FRAME):
                 self._add(inner, f"{path}/{inner.attribute('name', '')}")
 
     def _path(self, words: str, owner: str) -> str:
         """Return the absolute path that a socket means; one of a name alone may be anywhere."""
         if words.startswith("/"):
-            return words
+            return self._in_set(words)
         path = _joined(words, owner)
         if self._place(path) is not None:
             return path
@@ -98,6 +98,14 @@ class Frames:
             return f"/bodyset/{name}"
         paths = self._by_name.get(name, [])
         return paths[0] if len(paths) == 1 else path
+
+    def _in_set(self, path: str) -> str:
+        """Return a path with the set that contains a component of the model."""
+        for owner in ("", *(f"/{name.lower()}" for name in SETS)):
+            kind, _, name = f"{owner}{path}".rpartition("/")
+            if owner + path in self._offsets or (kind == "/bodyset" and name in self.bodies):
+                return owner + path
+        return path
 
     def _place(self, path: str) -> tuple[str, Transform] | None:
         """Return the link of a frame and the place in it; None if there is no such frame."""
@@ -125,7 +133,7 @@ class Frames:
     def _parent_path(self, words: str, own: str) -> str:
         """As `_path`, but no frame is its own parent."""
         if words.startswith("/"):
-            return words
+            return self._in_set(words)
         path = _joined(words, own)
         if path in self._offsets or path == GROUND or path.startswith("/bodyset/"):
             return path
