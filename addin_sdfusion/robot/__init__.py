@@ -1,4 +1,4 @@
-"""Robot description, its files and its checks. Standard library only, but for the readers."""
+"""Robot description, readers, writers and checks. Only the readers use third-party packages."""
 
 from __future__ import annotations
 
@@ -97,18 +97,19 @@ def read_robot(path: str | Path, cable_set: str | None = None, *, repair: bool =
     """Read a robot from its files.
 
     Args:
-        path: A model.sdf, .urdf, .osim, MJCF .xml, CASPR `<name>_bodies.xml`, or the folder of one.
-        cable_set: The cable set to make active; the file's own choice if None.
-        repair: Whether to undo known defects of published files.
+        path: A model.sdf, .urdf, .osim, MJCF .xml, CASPR `<name>_bodies.xml`, or the folder that
+            contains one of these files.
+        cable_set: The cable set to activate, or None for the one that the file specifies.
+        repair: Whether to repair known defects of published files.
 
     Returns:
-        A robot without errors; `addin_sdfusion.robot.formats.read.read` also gives the warnings.
+        A robot without errors. `addin_sdfusion.robot.formats.read.read` also returns the warnings.
 
     Raises:
-        RobotError: The files hold a robot that cannot be used.
+        RobotError: The robot in the files has errors.
         InputError: The files cannot be read.
-        UnknownNameError: There is no such cable set.
+        UnknownNameError: The cable set does not exist.
     """
-    from .formats.read import read_robot as read  # lxml is not there inside Fusion
+    from .formats.read import read_robot as read  # Fusion's Python does not include lxml
 
     return read(path, cable_set, repair=repair)

@@ -1,4 +1,4 @@
-"""CASPR's names for cables, pulleys, operational spaces and trajectories, both directions."""
+"""Mapping between CASPR's names and ours: cables, pulleys, operational spaces, trajectories."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from .model.trajectory import Spline
 
 
 class Property(NamedTuple):
-    """A number, or a row of numbers, that an element gives.
+    """A number, or a row of numbers, of a CASPR element.
 
     Attributes:
-        tag: Its element.
-        size: How many numbers; None for any.
-        required: Whether CASPR rejects an element without it.
+        tag: Name of the XML element.
+        size: Number of values, or None for any number.
+        required: Whether CASPR requires the property.
     """
 
     tag: str
@@ -23,7 +23,7 @@ class Property(NamedTuple):
     required: bool = True
 
     def name(self, index: int) -> str:
-        """Return the name of one of its numbers among the parameters of a cable, counted from 1."""
+        """Return the name of the cable parameter for a value; `index` counts from 1."""
         return self.tag if self.size == 1 else f"{self.tag}_{index}"
 
 
@@ -31,9 +31,9 @@ class CasprCable(NamedTuple):
     """A cable element.
 
     Attributes:
-        kind: What we call it.
-        properties: Beside the force limits. The numbers of a row are parameters of their own:
-            `<tag>_1`, `<tag>_2`, ...
+        kind: Our name for this kind of cable.
+        properties: Properties, except the force limits. Each number of a row becomes a separate
+            parameter: `<tag>_1`, `<tag>_2`, ...
     """
 
     kind: CableKind
@@ -41,12 +41,12 @@ class CasprCable(NamedTuple):
 
 
 class CasprPulley(NamedTuple):
-    """An attachment element that is a pulley at the base.
+    """An attachment element that describes a pulley at the base.
 
     Attributes:
-        kind: What we call it.
-        location: The element of the place where the cable comes from.
-        properties: The other ones.
+        kind: Our name for this kind of pulley.
+        location: Name of the XML element with the point where the cable enters the pulley.
+        properties: All other properties.
     """
 
     kind: Literal["rotating", "screw"]
@@ -55,7 +55,8 @@ class CasprPulley(NamedTuple):
 
 
 _OTHER = (Property("diameter", required=False), Property("force_error", required=False))
-"""What any cable may have: for interference, and older CASPR's mark for a force not found."""
+"""Properties of any cable: its diameter for interference checks, and the value that older versions
+of CASPR report if no force is found."""
 
 CASPR_CABLES: dict[str, CasprCable] = {
     "cable_ideal": CasprCable("ideal", _OTHER),
@@ -90,7 +91,7 @@ CASPR_CABLES: dict[str, CasprCable] = {
 
 
 def cable_tag(kind: CableKind) -> str:
-    """Return the element for a cable of a kind; that of ideal ones for what CASPR does not have."""
+    """Return the element for a kind of cable; `cable_ideal` if CASPR does not support the kind."""
     tags = [tag for tag, cable in CASPR_CABLES.items() if cable.kind == kind]
     return tags[0] if tags else "cable_ideal"
 
@@ -122,17 +123,17 @@ CASPR_AXES: dict[str, Axis] = {
     "b": "beta",
     "g": "gamma",
 }
-"""The task axes by CASPR's letters."""
+"""Task axes by CASPR's letters."""
 
 CASPR_TASKS: dict[str, str] = {
     "position": "xyz",
     "orientation_euler_xyz": "abg",
     "pose_euler_xyz": "xyzabg",
 }
-"""The letters that each item of an operational space may use."""
+"""Allowed letters for each type of item in an operational space."""
 
 ORIENTATION = "_orientation"
-"""A pose is two task frames: its point, and under its name with this the orientation."""
+"""Suffix for the second task frame of a pose. A pose becomes a point and an orientation frame."""
 
 CASPR_SPLINES: dict[Spline, str] = {
     "linear": "linear_spline_trajectory",
@@ -141,7 +142,7 @@ CASPR_SPLINES: dict[Spline, str] = {
     "parabolic_blend": "parabolic_blend_trajectory",
     "samples": "file_trajectory",
 }
-"""The element of each kind of trajectory."""
+"""XML element of each kind of trajectory."""
 
 CASPR_DERIVATIVES: dict[Spline, int] = {"linear": 0, "parabolic_blend": 0, "cubic": 1, "quintic": 2}
-"""How many derivatives a point gives, by spline."""
+"""Number of derivatives that each point specifies, by spline."""

@@ -1,4 +1,4 @@
-"""How much the scene of a COLLADA file places: a few nodes can place a geometry without end."""
+"""Size of the scene in a COLLADA file. A few nodes can instantiate a geometry many times."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ _FACES = {"triangles", "trifans", "tristrips", "polylist", "polygons"}
 
 @dataclass
 class _Node:
-    """A node, or the top of a scene, with what it places.
+    """A node, or the root of a scene, with its instances.
 
     Attributes:
-        geometries, nodes: The references to them.
-        inner: The nodes in it.
+        geometries, nodes: Names of the geometries and nodes that it instantiates.
+        inner: Child nodes.
+        found: Numbers of parts and of values below this node, or None if not counted yet.
     """
 
     geometries: list[str] = field(default_factory=list)
@@ -26,14 +27,14 @@ class _Node:
 
 
 class ColladaScene:
-    """What is in a file, counted while it is parsed.
+    """Contents of a COLLADA file, counted while the file is parsed.
 
     Args:
-        data: The file's content.
+        data: Content of the file.
 
     Raises:
-        ValueError: It declares XML entities.
-        expat.ExpatError: It is not XML.
+        ValueError: The file declares XML entities.
+        expat.ExpatError: The file is not XML.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -53,23 +54,23 @@ class ColladaScene:
         parser.Parse(data, True)
 
     def fault(self) -> str | None:
-        """What keeps it from being a mesh; None if nothing does."""
+        """Return the reason why the file is not a usable mesh, or None."""
         if "COLLADA" not in self.elements or self.elements.isdisjoint(_FACES):
             return "it is not a .dae mesh: it has no faces"
-        placed = [self._placed(scene, 0) for scene in self._scenes]
+        placed = [self._count(scene, 0) for scene in self._scenes]
         if sum(parts for parts, _ in placed) > limits.MESH_NODES:
             return f"its scene has more than {limits.MESH_NODES} parts"
         if sum(numbers for _, numbers in placed) > limits.MESH_NUMBERS:
-            return f"its scene places more than {limits.MESH_NUMBERS} numbers"
+            return f"its scene has more than {limits.MESH_NUMBERS} numbers"
         return None
 
-    def _placed(self, node: _Node, depth: int) -> tuple[int, int]:
-        """So many nodes and parts of geometries, and numbers in these, a node places."""
+    def _count(self, node: _Node, depth: int) -> tuple[int, int]:
+        """Return the number of nodes and geometry parts below a node, and of their values."""
         if depth > limits.MESH_DEPTH:
-            raise ValueError(f"it has nodes in nodes more than {limits.MESH_DEPTH} deep")
+            raise ValueError(f"its nodes are nested more than {limits.MESH_DEPTH} deep")
         if node.found is None:
             below = [*node.inner, *(self._nodes[n] for n in node.nodes if n in self._nodes)]
-            placed = [self._placed(one, depth + 1) for one in below]
+            placed = [self._count(child, depth + 1) for child in below]
             parts = 1 + sum(self._parts.get(name, 1) for name in node.geometries)
             parts += sum(parts for parts, _ in placed)
             numbers = sum(self._sizes.get(name, 0) for name in node.geometries)

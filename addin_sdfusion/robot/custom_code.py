@@ -1,4 +1,4 @@
-"""Custom classes, in Python files that lie beside what names them."""
+"""Custom classes from Python files next to the file that refers to them."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ T = TypeVar("T")
 
 
 def load_class(file: Path, name: str, base: type) -> type[Any]:
-    """Return a class from a file, which is run.
+    """Execute a Python file and return one of its classes.
 
     Args:
         file: The file.
-        name: The class.
-        base: What it must be a subclass of.
+        name: Name of the class.
+        base: Required base class.
 
     Raises:
-        InputError: The file cannot be run, or the class is another one.
-        UnknownNameError: It has no such class.
+        InputError: The file cannot be executed, or the class is not a subclass of `base`.
+        UnknownNameError: The class does not exist in the file.
     """
     module = f"_own_{file.stem}"
     spec = importlib.util.spec_from_file_location(module, file.absolute())
     if spec is None or spec.loader is None:
         raise InputError("is not a Python file", file=file)
-    made = importlib.util.module_from_spec(spec)
-    sys.modules[module] = made  # dataclasses look there
+    loaded = importlib.util.module_from_spec(spec)
+    sys.modules[module] = loaded  # dataclasses search for the module there
     loader = spec.loader
-    call_custom(file, lambda: loader.exec_module(made))
-    found = getattr(made, name, None)
+    call_custom(file, lambda: loader.exec_module(loaded))
+    found = getattr(loaded, name, None)
     if not isinstance(found, type):
         raise UnknownNameError("class", name, [], file=file)
     if not issubclass(found, base):
@@ -43,7 +43,7 @@ def load_class(file: Path, name: str, base: type) -> type[Any]:
 
 
 class WrongBaseClassError(InputError):
-    """A custom class that is none of what it must be.
+    """A custom class that is not a subclass of the required base class.
 
     Attributes:
         found: The class.
@@ -58,7 +58,7 @@ class WrongBaseClassError(InputError):
 
 
 def call_custom(file: Path, call: Callable[[], T]) -> T:
-    """What a call into the file gives; its errors with the line that made them.
+    """Call a function of a custom file; errors report the line in that file.
 
     Raises:
         InputError: The call failed.

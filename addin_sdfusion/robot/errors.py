@@ -1,4 +1,4 @@
-"""Errors of CARDSFlow: one root, and messages with the fault, its place and the known names."""
+"""Exceptions of CARDSFlow. Messages state the location, the error and the known names."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ import difflib
 from collections.abc import Iterable
 from pathlib import Path
 
-from .finding import Finding, cut
+from .finding import Finding, truncate
 
 _MAX_COMPARED, _MAX_KEY, _MAX_PATH = 1000, 200, 1000
 
 
 class CardsflowError(Exception):
-    """The root of every error that CARDSFlow raises on purpose."""
+    """Base class of all errors that CARDSFlow raises."""
 
 
 class InputError(CardsflowError):
-    """Something the user gave is wrong: a file, a key, a value.
+    """An error in the user's input: a file, a key or a value.
 
     Args:
-        what: What is wrong and what to do, without the place.
-        file: The file concerned.
-        line: The line in that file, counted from 1.
-        key: The key concerned, such as `controller.period`.
+        what: Description of the error and how to correct it, without the location.
+        file: File with the error.
+        line: Line in that file, counted from 1.
+        key: Key with the error, such as `controller.period`.
 
     Attributes:
-        more: What else is wrong with the same file.
+        more: Further errors in the same file.
     """
 
     def __init__(
@@ -44,24 +44,28 @@ class InputError(CardsflowError):
         super().__init__(what)
 
     def __str__(self) -> str:
-        """The message, led by the place; a line for each thing that is wrong."""
-        place = "" if self.file is None else cut(str(self.file), _MAX_PATH)
+        """Return the message with its location; further errors are on separate lines."""
+        place = "" if self.file is None else truncate(str(self.file), _MAX_PATH)
         if place and self.line is not None:
             place += f":{self.line}"
-        parts = [part for part in (place, cut(self.key or "", _MAX_KEY), cut(self.what)) if part]
+        parts = [
+            part
+            for part in (place, truncate(self.key or "", _MAX_KEY), truncate(self.what))
+            if part
+        ]
         return "\n".join([": ".join(parts), *map(str, self.more)])
 
 
 class UnknownNameError(InputError):
-    """A name that does not exist, with the nearest one that does.
+    """An unknown name. The message suggests the most similar known name.
 
     Args:
-        kind: What the name should have named, such as `muscle`.
-        name: The name that was given.
-        known: The names that exist.
-        file: The file concerned.
-        line: The line in that file, counted from 1.
-        key: The key concerned.
+        kind: Kind of object, such as `muscle`.
+        name: The unknown name.
+        known: All known names.
+        file: File with the error.
+        line: Line in that file, counted from 1.
+        key: Key with the error.
     """
 
     def __init__(
@@ -86,12 +90,12 @@ class UnknownNameError(InputError):
 
 
 class RobotError(InputError):
-    """A robot, or the files that describe it, cannot be used.
+    """Errors in a robot or in its files.
 
     Args:
-        findings: Everything that is wrong; at least one finding is an error.
-        file: The file that was read, if there is one.
-        format_: The format that cannot hold the robot; None if the robot itself is wrong.
+        findings: All findings, with at least one error.
+        file: The file of the robot, if known.
+        format_: The format that does not support the robot, or None if the robot is invalid.
     """
 
     def __init__(
@@ -107,22 +111,22 @@ class RobotError(InputError):
         what = first.message
         if len(errors) > 1:
             check = "cardsflow check" if format_ is None else f"cardsflow check --for {format_}"
-            what += f" (and {len(errors) - 1} more: `{check}` lists all)"
+            what += f" (and {len(errors) - 1} more; `{check}` lists all)"
         super().__init__(what, file=first.file or file, line=first.line)
 
 
 class MachineError(CardsflowError):
-    """The machine fails, not what it was given: a full disk, a broken drive, too many open files.
+    """An error of the operating system, such as a full disk or too many open files.
 
     Args:
-        what: What fails.
-        file: The file or folder concerned.
+        what: Description of the error.
+        file: The file or folder.
     """
 
     def __init__(self, what: str, file: str | Path) -> None:
         self.what, self.file = what, Path(file)
-        super().__init__(f"{cut(str(file), _MAX_PATH)}: {what}")
+        super().__init__(f"{truncate(str(file), _MAX_PATH)}: {what}")
 
 
 class SimulationError(CardsflowError):
-    """A run cannot continue: the state is no longer finite, or an FMU reported an error."""
+    """A run that cannot continue: the state is not finite, or an FMU reports an error."""

@@ -1,4 +1,4 @@
-"""Reading of untrusted files, and atomic writing of several."""
+"""Reading of untrusted files and atomic writing of files."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from typing import BinaryIO
 from .errors import CardsflowError, InputError, MachineError
 from .limits import too_large
 
-_OF_THE_MACHINE = {
+_SYSTEM_ERRORS = {
     getattr(errno, name, None)
     for name in ("ENOSPC", "EDQUOT", "EFBIG", "EIO", "EMFILE", "ENFILE", "ENOMEM")
 } - {None}
-_ASIDE = ".cardsflow.tmp"
+_TEMPORARY_SUFFIX = ".cardsflow.tmp"
 _LEFTOVER = re.compile(r"\..+\.\d+\.cardsflow\.tmp")
 
 
@@ -26,25 +26,25 @@ def read_file(file: Path, largest: int) -> bytes:
     """Return the content of a regular file.
 
     Args:
-        file: What to read.
-        largest: So many bytes are taken; more are rejected.
+        file: File to read.
+        largest: Maximum size, in bytes.
 
     Raises:
-        InputError: It is missing, no regular file, too large, or may not be read.
+        InputError: The file does not exist, is not a regular file, is too large or is not readable.
     """
-    with opened_file(file, largest) as stream:
+    with open_file(file, largest) as stream:
         try:
-            return stream.read(os.fstat(stream.fileno()).st_size)  # memory for no more is taken
+            return stream.read(os.fstat(stream.fileno()).st_size)  # limits the allocated memory
         except OSError as error:
             raise file_error(error, "cannot be read", file) from error
 
 
-def opened_file(file: Path, largest: int) -> BinaryIO:
-    """Return a regular file opened for reading; arguments and errors as for `read_file`."""
+def open_file(file: Path, largest: int) -> BinaryIO:
+    """Open a regular file for reading; arguments and errors as for `read_file`."""
     try:
         if file.is_dir():
             raise InputError("is a folder, not a file", file=file)
-        stream = open(file, "rb", opener=_open_at_once)  # noqa: SIM115 - the caller closes it
+        stream = open(file, "rb", opener=_open_nonblocking)  # noqa: SIM115 - the caller closes it
     except (OSError, ValueError) as error:
         raise file_error(error, "cannot be read", file) from error
     status = os.fstat(stream.fileno())
@@ -58,25 +58,27 @@ def opened_file(file: Path, largest: int) -> BinaryIO:
 
 
 def file_error(error: OSError | ValueError, what: str, file: str | Path) -> CardsflowError:
-    """Return the error of the system about a file: the user's, or the machine's as of a full disk.
+    """Convert an OSError about a file to a MachineError or an InputError.
+
+    Errors such as a full disk become a MachineError, all others an InputError.
 
     Args:
-        error: What the system says; ValueError of a path that nothing can have.
-        what: What did not work, such as `cannot be written`.
+        error: Error of the operating system, or ValueError for an invalid path.
+        what: Description of the failure, such as `cannot be written`.
         file: The file or folder.
     """
     number = getattr(error, "errno", None)
     what = f"{what}: {getattr(error, 'strerror', None) or error}"
-    return MachineError(what, file) if number in _OF_THE_MACHINE else InputError(what, file=file)
+    return MachineError(what, file) if number in _SYSTEM_ERRORS else InputError(what, file=file)
 
 
-def _open_at_once(path: str, flags: int) -> int:
-    """Open without waiting for the other end of a pipe."""
+def _open_nonblocking(path: str, flags: int) -> int:
+    """Open a file without waiting for the other end of a pipe."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def is_folder(path: Path) -> bool:
-    """Return whether there is a folder; a path that nothing can have is none."""
+    """Return whether a path is an existing folder; False for an invalid path."""
     try:
         return path.is_dir()
     except (OSError, ValueError):
@@ -84,70 +86,79 @@ def is_folder(path: Path) -> bool:
 
 
 def write_new(file: Path, content: bytes) -> None:
-    """Write a file again: what is there, such as a link to another file, goes and is not followed.
+    """Replace a file. An existing symbolic link is removed, not followed.
 
     Raises:
-        OSError: It cannot be written.
+        OSError: The file cannot be written.
     """
     file.unlink(missing_ok=True)
     file.write_bytes(content)
 
 
 def write_files(folder: str | Path, contents: Mapping[str, str | bytes]) -> list[Path]:
-    """Write files into a folder: all of them aside first, then each into place.
+    """Write files into a folder.
+
+    All files are written under temporary names first, then renamed.
 
     Args:
-        folder: Where to; made if it does not exist.
-        contents: The content of each file, by its name; text becomes UTF-8.
+        folder: Output folder; created if it does not exist.
+        contents: Content of each file, by file name. Text is encoded as UTF-8.
 
     Returns:
-        The files, in the order given.
+        The files, in the given order.
 
     Raises:
-        InputError: The folder cannot be made or written.
-        MachineError: There is no room.
+        InputError: The folder cannot be created or written.
+        MachineError: The disk is full.
     """
     folder = Path(folder)
-    waiting = {folder / name: folder / f".{name}.{os.getpid()}{_ASIDE}" for name in contents}
+    waiting = {folder / name: _temporary_file(folder / name) for name in contents}
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for content, aside in zip(contents.values(), waiting.values(), strict=True):
-            write_new(aside, content if isinstance(content, bytes) else content.encode())
-        for file, aside in waiting.items():
-            aside.replace(file)
+        for content, temporary in zip(contents.values(), waiting.values(), strict=True):
+            write_new(temporary, content if isinstance(content, bytes) else content.encode())
+        for file, temporary in waiting.items():
+            temporary.replace(file)
     except (OSError, ValueError) as error:
         raise file_error(error, "cannot be written", folder) from error
     finally:
-        for aside in waiting.values():
+        for temporary in waiting.values():
             with contextlib.suppress(OSError, ValueError):
-                aside.unlink(missing_ok=True)
+                temporary.unlink(missing_ok=True)
     return list(waiting)
 
 
 @contextlib.contextmanager
-def replaced_file(file: Path) -> Iterator[BinaryIO]:
-    """A stream to a file that takes its place when it is whole; otherwise all stays as it is.
+def replace_file(file: Path) -> Iterator[BinaryIO]:
+    """Open a temporary stream that replaces a file at the end of a successful block.
+
+    After an error the file is unchanged.
 
     Raises:
-        InputError: The folder cannot be made or written.
-        MachineError: There is no room.
+        InputError: The folder cannot be created or written.
+        MachineError: The disk is full.
     """
-    aside = file.parent / f".{file.name}.{os.getpid()}{_ASIDE}"
+    temporary = _temporary_file(file)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        aside.unlink(missing_ok=True)
-        with aside.open("xb") as stream:
+        temporary.unlink(missing_ok=True)
+        with temporary.open("xb") as stream:
             yield stream
-        aside.replace(file)
+        temporary.replace(file)
     except (OSError, ValueError) as error:
         raise file_error(error, "cannot be written", file) from error
     finally:
         with contextlib.suppress(OSError, ValueError):
-            aside.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
+
+
+def _temporary_file(file: Path) -> Path:
+    """Return the temporary name of a file in the same folder; `_LEFTOVER` matches it."""
+    return file.parent / f".{file.name}.{os.getpid()}{_TEMPORARY_SUFFIX}"
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Remove what writing by a killed process has left in a folder that no other writes."""
+    """Remove temporary files of killed processes from a folder that no other process writes."""
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:
             if _LEFTOVER.fullmatch(entry.name):

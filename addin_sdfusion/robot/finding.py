@@ -1,4 +1,4 @@
-"""Findings of checks: one a defect."""
+"""Findings of checks: errors and warnings."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Literal, NamedTuple
 Severity = Literal["error", "warning"]
 
 _MAX_MESSAGE = 2000
-"""Characters of a message: what it quotes of a file may be as long as the file."""
+"""Maximum number of characters of a message, since text quoted from a file may be very long."""
 
 
-def cut(message: str, most: int = _MAX_MESSAGE) -> str:
-    """Return a message without the end that nobody reads."""
-    return message if len(message) <= most else f"{message[:most]} ..."
+def truncate(message: str, length: int = _MAX_MESSAGE) -> str:
+    """Return a message, shortened to a maximum number of characters."""
+    return message if len(message) <= length else f"{message[:length]} ..."
 
 
 class Subject(NamedTuple):
@@ -24,8 +24,8 @@ class Subject(NamedTuple):
     Attributes:
         kind: `robot`, `link`, `joint`, `coordinate`, `cable_set`, `muscle`, `task_set` or
             `task_frame`.
-        name: Its name. A muscle of another than the active cable set is `set/muscle`; a task frame
-            of another than the active task set is `set/frame`.
+        name: Name of the object. Muscles of inactive cable sets are `set/muscle`, task frames of
+            inactive task sets `set/frame`.
     """
 
     kind: str
@@ -34,15 +34,15 @@ class Subject(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """Something wrong, or doubtful, in a robot or its files.
+    """An error or a warning about a robot or its files.
 
     Attributes:
         severity: `error` (the robot cannot be used) or `warning`.
-        code: A short stable identifier, such as `zero-inertia-about-axis`.
-        message: One sentence: what is wrong and what to do.
-        subject: The object concerned.
-        file: The file it comes from, if known.
-        line: The line in that file, counted from 1, if known.
+        code: Short, stable identifier, such as `zero-inertia-about-axis`.
+        message: One sentence with the problem and its solution.
+        subject: The object with the problem.
+        file: File that defines the object, if known.
+        line: Line in that file, counted from 1, if known.
     """
 
     severity: Severity
@@ -70,16 +70,16 @@ class Finding:
         }
 
     def __str__(self) -> str:
-        """`file:line: severity: message [code]`, in one line."""
+        """Return `file:line: severity: message [code]` as one line."""
         place = "" if self.file is None else str(self.file)
         if place and self.line is not None:
             place += f":{self.line}"
-        what = f"{self.severity}: {cut(self.message)} [{self.code}]"
+        what = f"{self.severity}: {truncate(self.message)} [{self.code}]"
         return f"{place}: {what}" if place else what
 
 
 def errors_first(findings: Iterable[Finding]) -> list[Finding]:
-    """Return the findings in their order, but errors before warnings."""
+    """Return the findings with errors before warnings, otherwise in their order."""
     return sorted(findings, key=lambda finding: not finding.is_error)
 
 
@@ -89,7 +89,7 @@ def member(kind: str, name: str, of: str, active: str) -> Subject:
     Args:
         kind: `muscle` or `task_frame`.
         name: The member's name.
-        of: The name of the set that holds it.
-        active: The name of the active set.
+        of: Name of the set that contains the member.
+        active: Name of the active set.
     """
     return Subject(kind, name if of == active else f"{of}/{name}")

@@ -1,4 +1,4 @@
-"""Builders of findings, shared by all checks."""
+"""Functions that create findings and their texts, for all checks."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .model.robot import Robot, TaskFrame
 
 
 def error(subject: Subject, code: str, problem: str) -> Finding:
-    """Return an error; its message begins with the subject."""
+    """Return an error finding; its message begins with the subject."""
     return Finding("error", code, f"{label(subject)}: {problem}", subject)
 
 
 def warning(subject: Subject, code: str, problem: str) -> Finding:
-    """Return a warning; its message begins with the subject."""
+    """Return a warning finding; its message begins with the subject."""
     return Finding("warning", code, f"{label(subject)}: {problem}", subject)
 
 
@@ -27,35 +27,35 @@ def label(subject: Subject) -> str:
 
 
 MAX_NAMES_COMPARED = 100
-"""With more names the nearest one is not looked for: the time would grow with their square."""
+"""With more names no similar name is searched, since the time grows with the number squared."""
 
 
 def unknown(kind: str, name: str, known: Sequence[str]) -> str:
-    """Return the text that there is no such name, with the nearest one."""
+    """Return the message for an unknown name, with the most similar known name."""
     if len(known) > MAX_NAMES_COMPARED:
         return f"no {kind} {name!r} among the {len(known)} known"
     return UnknownNameError(kind, name, known).what
 
 
 def listed(names: Sequence[str], most: int = 10) -> str:
-    """Return the names in quotes, with ... in place of those beyond a number."""
+    """Return the quoted names, separated by commas; names after the first `most` become `...`."""
     return ", ".join(map(repr, names[:most])) + (", ..." if len(names) > most else "")
 
 
 def all_muscles(robot: Robot) -> Iterator[tuple[Subject, Muscle]]:
-    """The muscles of every cable set, with the subjects of their findings."""
+    """Yield the muscles of every cable set, with the subjects of their findings."""
     for group in robot.cable_sets:
         for muscle in group.muscles:
             yield member("muscle", muscle.name, group.name, robot.cable_set), muscle
 
 
 def all_task_frames(robot: Robot) -> Iterator[tuple[Subject, TaskFrame]]:
-    """The frames of every operational space, with the subjects of their findings."""
+    """Yield the frames of every operational space, with the subjects of their findings."""
     for group in robot.task_sets:
         for frame in group.frames:
             yield member("task_frame", frame.name, group.name, robot.task_set), frame
 
 
 def finite(values: Iterable[float]) -> bool:
-    """Return whether all values are numbers and none is infinite."""
+    """Return whether all values are finite."""
     return all(map(math.isfinite, values))

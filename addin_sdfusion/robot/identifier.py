@@ -1,4 +1,4 @@
-"""Names of links, joints and muscles as parts of FMI's structured names of variables."""
+"""Conversion of link, joint and muscle names to parts of structured FMI variable names."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import unicodedata
 
 
 def identifier(name: str) -> str:
-    """A name in ASCII: `cable 1` as `cable_1`, `bíceps` as `biceps`, other scripts by their codes.
+    """Return a name in ASCII: `cable 1` becomes `cable_1`, `bíceps` becomes `biceps`.
 
-    Letters without an ASCII form are `u` and their code point in hexadecimal digits, so that names
-    in one script stay different.
+    Letters without an ASCII form become `u` and their hexadecimal code point, so that different
+    names in other scripts remain different.
     """
     plain = "".join(map(_ascii, unicodedata.normalize("NFKD", name))) or "_"
     return f"_{plain}" if plain[0].isdigit() else plain
@@ -20,5 +20,5 @@ def _ascii(character: str) -> str:
     if re.fullmatch(r"\w", character, re.ASCII):
         return character
     if unicodedata.combining(character) and ord(character) < 0x370:
-        return ""  # an accent, apart from its letter
+        return ""  # an accent, which NFKD separates from its letter
     return f"u{ord(character):04x}" if re.fullmatch(r"\w", character) else "_"

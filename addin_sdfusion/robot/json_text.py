@@ -1,4 +1,4 @@
-"""JSON as the standard has it, which knows no NaN and no infinity."""
+"""Standard JSON, which does not support NaN and infinity."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def json_text(value: Any, **style: Any) -> str:
 
     Args:
         value: Plain data.
-        style: As `json.dumps` takes it, such as `indent`.
+        style: Arguments of `json.dumps`, such as `indent`.
     """
     try:
         return json.dumps(value, allow_nan=False, **style)
@@ -22,7 +22,7 @@ def json_text(value: Any, **style: Any) -> str:
 
 
 def finite(value: Any) -> Any:
-    """Plain data with None for numbers that are not finite."""
+    """Return plain data with None instead of numbers that are not finite."""
     if isinstance(value, Mapping):
         return {key: finite(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):

@@ -1,6 +1,6 @@
-"""Limits of files from outside: reading any of them takes less than 1 GB and 10 s, or is rejected.
+"""Limits for untrusted files: reading a file uses less than 1 GB and 10 s, or it is rejected.
 
-What a file may be made of is limited next to its bytes wherever a few bytes become much memory.
+If a few bytes can expand to much memory, the number of elements is limited as well.
 """
 
 from __future__ import annotations
@@ -8,108 +8,108 @@ from __future__ import annotations
 KIB, MIB = 2**10, 2**20
 
 SETTINGS = 4 * MIB
-"""Bytes of a TOML file: tomllib takes half a second a MiB."""
+"""Bytes of a TOML file; tomllib requires half a second per MiB."""
 CODE = MIB
-"""Bytes of a Python file whose classes are looked for: each may become 200 in memory."""
+"""Bytes of a Python file that is parsed for its classes; each byte may require 200 in memory."""
 JSON = 16 * MIB
-"""Bytes of JSON, of which each may become 20 in memory."""
+"""Bytes of a JSON file; each byte may require 20 in memory."""
 
 SNAPSHOT = 192 * MIB
-"""Bytes of a design as JSON; nearly all are meshes, packed."""
+"""Bytes of a design as JSON, mostly compressed meshes."""
 SNAPSHOT_VALUES = 2_000_000
 SNAPSHOT_UNPACKED = 256 * MIB
-"""Bytes of the meshes in it."""
+"""Bytes of the uncompressed meshes in a design."""
 DESIGN = 16 * MIB
-"""Bytes of a design that is a program, and of a table of its joints or muscles."""
+"""Bytes of a design that is a Python program, and of a table of joints or muscles."""
 STEP = 1024 * MIB
-"""Bytes of a STEP file, which a process of its own reads."""
+"""Bytes of a STEP file, which a separate process reads."""
 
 XML = 16 * MIB
 XML_ELEMENTS = 100_000
-"""Elements of a robot's files together; a large robot has some thousand."""
+"""Elements in all files of a robot; a large robot has a few thousand."""
 MJCF_MEMORY = 1024 * MIB
-"""Bytes that MuJoCo's compiler may take for an MJCF, in a process of its own."""
+"""Bytes of memory for MuJoCo's compiler, which runs in a separate process."""
 MJCF_SECONDS = 10.0
-"""Processor time that it may take, in [s]."""
+"""Processor time for MuJoCo's compiler, in [s]."""
 MUSCLES_WITHOUT_RANGE = 500_000
-"""Places of links by which ranges of lengths are found that an MJCF does not give."""
+"""Link poses that are evaluated to determine length ranges missing in an MJCF."""
 MATRIX = 2**22
-"""Numbers in a robot's mass matrix or Jacobian: 32 MiB, and there are several."""
+"""Numbers in a robot's mass matrix or Jacobian: 32 MiB for each of several matrices."""
 DRIVEN_COORDINATES, DRIVEN_MUSCLES = 300, 2000
-"""Largest robot that `check` and `init` analyse."""
+"""Coordinates and muscles of the largest robot that `check` and `init` analyse."""
 BODIES = 500
-"""Of a world, that can touch one another: all pairs of them are looked at."""
+"""Bodies of a world that can collide; all pairs of them are checked."""
 WRAPS = 1000
-"""Wraps of one muscle, whose bends are found together."""
+"""Wraps of one muscle, which are solved simultaneously."""
 DESCRIPTION = 32 * MIB
 DESCRIPTION_TAGS = 600_000
-"""Opening and closing tags of an FMU's description: 100000 variables have as many."""
+"""Opening and closing tags of a model description; sufficient for 100000 variables."""
 XML_ATTRIBUTES = 1_500_000
 
 TRAJECTORY = 16 * MIB
-"""Bytes of all of CASPR's .traj files of a robot."""
+"""Bytes of all CASPR .traj files of a robot."""
 
 COLUMNS = 100_000
-"""Columns of a table, and variables of an FMU with the elements of its arrays."""
+"""Columns of a table, and variables of an FMU including array elements."""
 VALUES = 2**25
-"""Numbers in a table of results: 256 MiB, twice where two are compared."""
+"""Numbers in a table of results: 256 MiB, or twice that for a comparison of two tables."""
 TABLE = 512 * MIB
 """Bytes of a table as text."""
 LINE = 4 * MIB
 """Bytes of a line in a table."""
 ARRAYS = 128 * MIB
-"""Bytes of NumPy's arrays, unpacked."""
+"""Bytes of uncompressed NumPy arrays."""
 MOTION = 16 * MIB
 MOTION_VALUES = 2**24
-"""Numbers in a file whose motion is followed: 128 MiB."""
+"""Numbers in a file with a recorded motion: 128 MiB."""
 MOTION_ROWS = 1_000_000
 MOTION_POSITIONS = 4_000_000
-"""Rows of a motion that is followed, times its coordinates."""
+"""Number of rows of a recorded motion times the number of coordinates."""
 RECORDING = 256 * MIB
 RECORDS = 2_000_000
-"""Messages of any kind in a recording."""
+"""Messages in a recording."""
 JOINT_STATES = 500_000
-"""Messages with joint states in a recording: 10 us each."""
+"""Messages with joint states in a recording; reading one requires 10 us."""
 
 MESH = 32 * MIB
-"""Bytes of a binary mesh: 670000 triangles as STL."""
+"""Bytes of a binary mesh; sufficient for 670000 STL triangles."""
 MESH_TEXT = 12 * MIB
 MESH_LINE = 4 * KIB
-"""Bytes of a line in a mesh as text: a longer one is a polygon of hundreds of corners."""
+"""Bytes of a line in a text mesh; a longer line is a polygon with hundreds of vertices."""
 MESH_REACH = 1e9
-"""How far a corner may be from the origin, in the mesh's own unit."""
+"""Distance of a vertex from the origin, in the unit of the mesh."""
 MESH_NUMBERS = 6_000_000
-"""Corners and indices of all meshes placed in a glTF scene, numbers in a COLLADA scene."""
+"""Vertices and indices of all mesh instances in a glTF scene, or numbers in a COLLADA scene."""
 MESH_NODES = 5000
-"""Nodes and parts placed in a scene of glTF or COLLADA."""
+"""Nodes and part instances in a glTF or COLLADA scene."""
 MESH_DEPTH = 50
-"""Nodes below one another there."""
+"""Nesting depth of nodes in a glTF or COLLADA scene."""
 
 ARCHIVE = 256 * MIB
-"""Bytes of a zip archive: an FMU, an .ssp, an experiment.zip."""
+"""Bytes of a zip archive, such as an FMU, an .ssp or an experiment.zip."""
 ARCHIVE_ENTRIES = 10_000
 ARCHIVE_DIRECTORY = 4 * MIB
 UNPACKED = 1024 * MIB
-"""Bytes that an archive unpacks to, on disk."""
+"""Bytes of an unpacked archive on disk."""
 UNPACKED_IN_MEMORY = 64 * MIB
 INNER_FMU = 128 * MIB
-"""Bytes of an FMU in an .ssp whose experiment is looked for."""
+"""Bytes of an FMU in an .ssp that is searched for its experiment."""
 
 
 def too_large(largest: int) -> str:
-    """What is wrong with a file of more bytes."""
+    """Return the error text for a file with more than `largest` bytes."""
     return f"is larger than {f'{largest // MIB} MiB' if largest >= MIB else f'{largest} bytes'}"
 
 
 def xml_fault(data: bytes, tags: int = 3 * XML_ELEMENTS) -> str | None:
-    """What is too much in XML, before a parser sees it; None if nothing is.
+    """Return the reason why XML is too large to parse, or None.
 
     Args:
-        data: The text.
-        tags: So many opening and closing tags it may have.
+        data: The XML text.
+        tags: Maximum number of opening and closing tags.
     """
     if data.count(b"<") > tags:
-        return f"holds more than {tags} tags"
+        return f"contains more than {tags} tags"
     if data.count(b"=") > XML_ATTRIBUTES:
-        return f"holds more than {XML_ATTRIBUTES} attributes"
+        return f"contains more than {XML_ATTRIBUTES} attributes"
     return None

@@ -1,4 +1,4 @@
-"""Check of a mesh file: its content is of the format that its name says."""
+"""Check that the content of a mesh file matches the format of its suffix."""
 
 from __future__ import annotations
 
@@ -14,37 +14,37 @@ from .collada_scene import ColladaScene
 
 _BINARY_HEAD, _BINARY_FACET = 84, 50
 _STL_WORDS = rb"solid|facet|outer|vertex|endloop|endfacet|endsolid|color"
-_NO_NUMBER = "it has corners that are no finite numbers"
+_NOT_FINITE = "it has vertices that are not finite"
 _OBJ_WORDS = rb"v|vt|vn|vp|f|l|p|o|g|s|mg|usemtl|mtllib|usemap|maplib|cstype|deg|end|#.*"
 _GLB_HEAD, _GLB_CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
 
 
 def mesh_problem(suffix: str, data: bytes) -> str | None:
-    """What keeps a file from being a mesh; None if it is one.
+    """Return the reason why a file is not a usable mesh, or None.
 
-    A mesh in several files is none: the others would be left behind.
+    A mesh that requires other files is rejected, since they would not be copied.
 
     Args:
-        suffix: Of its name, such as `.stl`.
-        data: Its content.
+        suffix: Suffix of the file name, such as `.stl`.
+        data: Content of the file.
     """
     test = _TESTS.get(suffix.lower())
     if test is None:
-        return f"{suffix or 'no suffix'!s} is not a mesh type ({', '.join(_TESTS)})"
+        return f"{suffix or 'no suffix'!s} is not a mesh type; known: {', '.join(_TESTS)}"
     try:
-        return _too_much(suffix.lower(), data) or test(data)
+        return _size_problem(suffix.lower(), data) or test(data)
     except (ValueError, RecursionError, struct.error, expat.ExpatError) as error:
         return f"it is not a {suffix} mesh: {error}"
 
 
-def _too_much(suffix: str, data: bytes) -> str | None:
-    """What would take much memory to read; None if nothing would."""
+def _size_problem(suffix: str, data: bytes) -> str | None:
+    """Return the reason why reading would require too much memory, or None."""
     if len(data) > limits.MESH:
         return limits.too_large(limits.MESH)
     if not _is_text(suffix, data):
         return None
     if len(data) > limits.MESH_TEXT:
-        return f"{limits.too_large(limits.MESH_TEXT)}, the limit of meshes as text"
+        return f"{limits.too_large(limits.MESH_TEXT)}, the limit for text meshes"
     if suffix == ".dae":
         return limits.xml_fault(data)
     if max(map(len, data.splitlines()), default=0) >= limits.MESH_LINE:
@@ -72,21 +72,21 @@ def _stl(data: bytes) -> str | None:
         return _binary_corners(data)
     if b"\0" in data[:_BINARY_HEAD] and data[80:_BINARY_HEAD].strip(b"\0"):
         (facets,) = struct.unpack_from("<I", data, _BINARY_HEAD - 4)
-        there = (len(data) - _BINARY_HEAD) / _BINARY_FACET
-        numbers = f"its header specifies {facets} facets, but it contains {there:g}"
+        actual = (len(data) - _BINARY_HEAD) / _BINARY_FACET
+        numbers = f"its header specifies {facets} facets, but it contains {actual:g}"
         return f"it is not a .stl mesh: {numbers}"
     return _lines(data, ".stl", _STL_WORDS, b"solid", b"vertex")
 
 
 def _binary_corners(data: bytes) -> str | None:
-    """Corners of a binary STL that are not numbers, or beyond 1.7e38, by their exponents.
+    """Report vertices of a binary STL that are not finite or exceed 1.7e38, by their exponents.
 
-    Normals do not matter: programs compute them again.
+    Normals are not checked, since programs recompute them.
     """
     for last in range(_BINARY_HEAD + 15, _BINARY_HEAD + _BINARY_FACET - 2, 4):
         exponents = data[last::_BINARY_FACET]
         if b"\x7f" in exponents or b"\xff" in exponents:
-            return _NO_NUMBER
+            return _NOT_FINITE
     return None
 
 
@@ -95,16 +95,16 @@ def _obj(data: bytes) -> str | None:
 
 
 def _lines(data: bytes, kind: str, words: bytes, *needed: bytes) -> str | None:
-    """Of text whose lines all begin with certain words, some of which must be there."""
-    stranger = re.search(rb"(?im)^[ \t]*(?!(?:" + words + rb")(?:\s|$))[^\s]", data)
-    if stranger is not None:
-        line = data.count(b"\n", 0, stranger.start()) + 1
-        return f"it is not a {kind} mesh: line {line} is of another kind"
+    """Check text whose lines must begin with one of `words`, with a line for each of `needed`."""
+    unexpected = re.search(rb"(?im)^[ \t]*(?!(?:" + words + rb")(?:\s|$))[^\s]", data)
+    if unexpected is not None:
+        line = data.count(b"\n", 0, unexpected.start()) + 1
+        return f"it is not a {kind} mesh: line {line} has an unexpected keyword"
     for word in needed:
         if not re.search(rb"(?im)^[ \t]*" + word + rb"\s", data):
             return f"it is not a {kind} mesh: no line begins with {word.decode()}"
     if re.search(rb"(?im)^[ \t]*v(?:ertex)?[ \t][^\n#]*\b(?:nan|inf(?:inity)?)\b", data):
-        return _NO_NUMBER
+        return _NOT_FINITE
     return None
 
 
@@ -122,7 +122,7 @@ def _ply(data: bytes) -> str | None:
 def _off(data: bytes) -> str | None:
     text = re.sub(rb"#[^\n]*", b"", data).strip()
     if not text.startswith(b"OFF") or text.translate(None, b"0123456789+-.eE \t\r\n") != b"OFF":
-        return "it is not a .off mesh: it contains more than numbers"
+        return "it is not a .off mesh: it contains characters that are not part of numbers"
     return None
 
 
@@ -144,19 +144,19 @@ def _gltf(data: bytes) -> str | None:
 
 
 def _scene(scene: Any, kind: str) -> str | None:
-    """Of the scene in a glTF file."""
+    """Check the scene in a glTF file."""
     if not isinstance(scene, dict) or not scene.get("asset") or not scene.get("meshes"):
         return f"it is not a {kind} mesh: it has no faces"
     parts = [*(scene.get("buffers") or ()), *(scene.get("images") or ())]
     for part in parts:
         uri = part.get("uri", "data:") if isinstance(part, dict) else ""
         if not str(uri).startswith("data:"):
-            return f"it needs another file, {str(uri)[:80]!r}: make it a .glb with all in it"
-    return _too_many(scene)
+            return f"it requires another file, {str(uri)[:80]!r}; save it as one .glb file"
+    return _scene_size_problem(scene)
 
 
-def _too_many(scene: dict[str, Any]) -> str | None:
-    """What is too much in a glTF scene, whose meshes can be placed often; None if nothing is."""
+def _scene_size_problem(scene: dict[str, Any]) -> str | None:
+    """Return the reason why a glTF scene is invalid or has too many mesh instances, or None."""
     lists = (scene.get(key) or [] for key in ("nodes", "meshes", "accessors", "scenes"))
     nodes, meshes, accessors, scenes = lists
     try:
@@ -164,7 +164,10 @@ def _too_many(scene: dict[str, Any]) -> str | None:
         if len(set(children)) < len(children):
             return "it has a node with two parents"
         if _is_deep([node.get("children") or () for node in nodes]):
-            return f"it has more than {limits.MESH_NODES} nodes, or {limits.MESH_DEPTH} in a row"
+            return (
+                f"it has more than {limits.MESH_NODES} nodes, or more than {limits.MESH_DEPTH} "
+                "nested ones"
+            )
         if any("bufferView" not in one or "sparse" in one for one in accessors):
             return "it has accessors without a buffer"
         if any(type(one["count"]) is not int or one["count"] < 0 for one in accessors):
@@ -186,14 +189,14 @@ def _too_many(scene: dict[str, Any]) -> str | None:
     except (AttributeError, KeyError, IndexError, TypeError) as error:
         raise ValueError(f"its scene is damaged ({error!r})") from None
     if max(sum(sizes), *numbers) > limits.MESH_NUMBERS:
-        return f"its meshes have more than {limits.MESH_NUMBERS} corners and indices"
+        return f"its meshes have more than {limits.MESH_NUMBERS} vertices and indices"
     if max(pieces) > limits.MESH_NODES:
         return f"its scene has more than {limits.MESH_NODES} parts"
     return None
 
 
 def _is_deep(children: list[Any]) -> bool:
-    """Return whether there are too many nodes, or too many below one another, or in a circle."""
+    """Return whether there are too many nodes, too many nested nodes, or a cycle of nodes."""
     if len(children) > limits.MESH_NODES:
         return True
     parents = {child: k for k, own in enumerate(children) for child in own}

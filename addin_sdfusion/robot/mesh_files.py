@@ -1,8 +1,8 @@
-"""Files of meshes by their URIs, and which of them may be opened and packed.
+"""Mesh files by their URIs, and the decision which files may be opened and packed.
 
-A robot may come from a stranger and name any file of this machine as a mesh. So what is packed,
-drawn or collided with lies in the folder of the robot or of the experiment, or was named by the
-user, links followed; `lies_in` decides it for every kind of file.
+An untrusted robot can name any file of this computer as a mesh. Therefore a mesh is only used if,
+after links are resolved, it is in the folder of the robot or of the experiment, or if the user
+named it. `lies_in` decides this for every kind of file.
 """
 
 from __future__ import annotations
@@ -18,42 +18,42 @@ from .mesh_content import mesh_problem
 
 MODEL_URIS = ("model://", "package://")
 _FILE_URI = "file://"
-_NETWORK = ("//", "\\\\")  # looking there shows another machine who asks
+_NETWORK = ("//", "\\\\")  # access would reveal the user to another computer
 
 
 def mesh_file(uri: str, folder: Path | None, roots: Iterable[Path] | None = None) -> Path:
-    """Return the file that a mesh's URI means.
+    """Return the file that a mesh URI refers to.
 
-    A model of a name is looked for next to the robot's folder, as Gazebo does, and, as a robot's
-    folder may have been renamed, in the folder itself; so is whatever has travelled with the robot.
+    A model is searched next to the robot's folder, as in Gazebo, and in the folder itself, since
+    the folder may have been renamed. Meshes that were packed with the robot are also in its folder.
 
     Args:
-        uri: `model://name/path`, `package://name/path`, `file://path` or a path; a name in it may
-            be percent-encoded.
-        folder: Folder of the robot's file; the working directory when None.
-        roots: As for `lies_in`; files elsewhere are taken if there is no other.
+        uri: `model://name/path`, `package://name/path`, `file://path` or a path; its parts may be
+            percent-encoded.
+        folder: Folder of the robot's file, or None for the working directory.
+        roots: Preferred folders, see `lies_in`. Other files are used if these have no match.
 
     Returns:
-        The file that is there, or else the first that was looked for.
+        The first existing file, or the first candidate if no file exists.
     """
     folder = Path() if folder is None else folder
-    files = list(_places(uri, folder)) or [folder / packed_name(uri)]
-    there = [file for file in files if is_file(file)]
+    files = list(_candidates(uri, folder)) or [folder / packed_name(uri)]
+    existing = [file for file in files if is_file(file)]
     if roots is not None:
-        there.sort(key=lambda file: not lies_in(file, roots))
-    return next(iter(there), files[0])
+        existing.sort(key=lambda file: not lies_in(file, roots))
+    return next(iter(existing), files[0])
 
 
 def allowed_mesh_file(uri: str, folder: Path | None, roots: Iterable[Path] | None) -> Path:
-    """As `mesh_file`, of files that may be opened alone.
+    """Return the file of a mesh URI, as `mesh_file`, and reject files outside of the roots.
 
     Args:
-        uri: As `mesh_file` takes it.
-        folder: Folder of the robot's file; the working directory when None.
-        roots: As for `lies_in`; None admits every file.
+        uri: See `mesh_file`.
+        folder: Folder of the robot's file, or None for the working directory.
+        roots: Allowed folders, see `lies_in`; None allows every file.
 
     Raises:
-        InputError: The file lies elsewhere.
+        InputError: The file is outside of the roots.
     """
     file = mesh_file(uri, folder, roots)
     if roots is not None and is_file(file) and not lies_in(file, roots):
@@ -62,34 +62,34 @@ def allowed_mesh_file(uri: str, folder: Path | None, roots: Iterable[Path] | Non
 
 
 OUTSIDE = (
-    "lies outside the folders of robot and experiment, where links are followed, and is neither "
-    "opened nor packed; copy it into one of them"
+    "is outside the folders of robot and experiment after links are resolved, and is neither "
+    "opened nor packed; copy it into one of these folders"
 )
 
 
 def lies_in(file: Path, roots: Iterable[Path]) -> bool:
-    """Return whether a file is in certain folders, where links are followed.
+    """Return whether a file is in one of several folders, after links are resolved.
 
     Args:
         file: The file.
         roots: Folders, or single files.
     """
     try:
-        place = file.resolve(strict=True)
-        return any(place.is_relative_to(root.resolve()) for root in roots)
+        resolved = file.resolve(strict=True)
+        return any(resolved.is_relative_to(root.resolve()) for root in roots)
     except (OSError, ValueError, RuntimeError):
         return False
 
 
 def mesh_bytes(file: Path, roots: Iterable[Path] | None) -> bytes:
-    """Return the content of a mesh, to be read or packed.
+    """Return the content of a mesh file.
 
     Args:
         file: The file.
-        roots: As for `lies_in`; None admits every file.
+        roots: Allowed folders, see `lies_in`; None allows every file.
 
     Raises:
-        InputError: It lies elsewhere, cannot be read, or is not a mesh.
+        InputError: The file is outside of the roots, cannot be read, or is not a mesh.
     """
     if roots is not None and is_file(file) and not lies_in(file, roots):
         raise InputError(OUTSIDE, file=file)
@@ -101,10 +101,10 @@ def mesh_bytes(file: Path, roots: Iterable[Path] | None) -> bytes:
 
 
 def packed_name(uri: str) -> str:
-    """Path of a mesh below its robot's folder when it travels with it.
+    """Return the path of a mesh relative to the robot's folder when it is packed with the robot.
 
     Args:
-        uri: As `mesh_file` takes it.
+        uri: See `mesh_file`.
     """
     path = uri.removeprefix(_FILE_URI)
     if uri.startswith(MODEL_URIS):
@@ -114,23 +114,23 @@ def packed_name(uri: str) -> str:
 
 
 def is_file(path: Path) -> bool:
-    """Return whether there is a file; a path that no file can have holds none."""
+    """Return whether a path is an existing file; False for an invalid path."""
     try:
         return path.is_file()
     except (OSError, ValueError):
         return False
 
 
-def _places(uri: str, folder: Path) -> Iterator[Path]:
-    """Where to look, the names first as they are and then decoded."""
-    for words in (uri, unquote(uri)):
-        path = words.removeprefix(_FILE_URI)
+def _candidates(uri: str, folder: Path) -> Iterator[Path]:
+    """Yield the files that a URI may refer to, first without and then with percent-decoding."""
+    for text in (uri, unquote(uri)):
+        path = text.removeprefix(_FILE_URI)
         if path.startswith(_NETWORK):
             continue
-        if not words.startswith(MODEL_URIS):
+        if not text.startswith(MODEL_URIS):
             yield folder / path
             continue
-        name, _, path = words.partition("://")[2].partition("/")
+        name, _, path = text.partition("://")[2].partition("/")
         yield folder.resolve().parent / name / path.lstrip("/")
         yield folder / path.lstrip("/")
     yield folder / packed_name(uri)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from addin_sdfusion.robot import InputError, limits
-from addin_sdfusion.robot.files import opened_file
+from addin_sdfusion.robot.files import open_file
 from addin_sdfusion.robot.model.transform import IDENTITY
 
 from .assembly import Part
@@ -26,7 +26,7 @@ def read_step(file: Path) -> tuple[str, tuple[Part, ...]]:
     Raises:
         InputError: It cannot be read.
     """
-    with opened_file(file, limits.STEP) as stream:
+    with open_file(file, limits.STEP) as stream:
         head = stream.read(_HEAD)
     if not head.lstrip().startswith(b"ISO-10303-21"):
         raise InputError("is not a STEP file: it does not begin with ISO-10303-21", file=file)

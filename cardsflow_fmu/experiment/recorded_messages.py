@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from addin_sdfusion.robot import InputError, limits
-from addin_sdfusion.robot.files import opened_file
+from addin_sdfusion.robot.files import open_file
 from cardsflow_fmu.utils.extras import require
 
 TYPE = "sensor_msgs/msg/JointState"
@@ -88,7 +88,7 @@ def _database_messages(file: Path, _: Budget) -> Iterator[Message]:
     SQL of an untrusted database is not executed: views, computed columns and endless queries are
     rejected.
     """
-    with opened_file(file, limits.RECORDING):
+    with open_file(file, limits.RECORDING):
         pass
     place = f"{file.resolve().as_uri()}?mode=ro&immutable=1"
     with contextlib.closing(sqlite3.connect(place, uri=True)) as database:
@@ -114,7 +114,7 @@ def _mcap_messages(file: Path, budget: Budget) -> Iterator[Message]:
     """Yield the messages of an MCAP file, also without its end (mcap.dev/spec)."""
     types: dict[int, str] = {}
     topics: dict[int, str] = {}
-    with opened_file(file, limits.RECORDING) as stream:
+    with open_file(file, limits.RECORDING) as stream:
         if stream.read(len(_MAGIC)) != _MAGIC:
             raise ValueError("it is not an MCAP file")
         for kind, content in _unpacked(stream, budget):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from addin_sdfusion.robot import InputError, limits
-from addin_sdfusion.robot.files import opened_file
+from addin_sdfusion.robot.files import open_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.utils.csv_table import require_table
@@ -81,7 +81,7 @@ def read_parquet(file: Path) -> RunData:
     import pyarrow.parquet as pq
 
     try:
-        with opened_file(file, limits.TABLE) as stream:
+        with open_file(file, limits.TABLE) as stream:
             parquet = pq.ParquetFile(stream, **_FOOTER_LIMITS)
             _require_bounded(parquet, pa, file)
             schema, names = parquet.schema_arrow, parquet.schema_arrow.names

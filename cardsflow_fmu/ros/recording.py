@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import replaced_file
+from addin_sdfusion.robot.files import replace_file
 from cardsflow_fmu.hardware.protocol.recording import HardwareRecording, read_recording
 from cardsflow_fmu.results.files import EXPERIMENT
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
@@ -85,7 +85,7 @@ def write_recording(run: RunData, file: Path) -> Recorded:
     frames = scene.frame_rows(run) if scene else np.zeros(0, dtype=np.int64)
     highest = scene.highest(run, frames) if scene else 0.0
     topics = (*(scene.topics if scene else ()), *rows.topics, DIAGNOSTICS)
-    with replaced_file(file) as stream, McapWriter(stream, topics) as writer:
+    with replace_file(file) as stream, McapWriter(stream, topics) as writer:
         if scene is not None:
             writer.attach(scene.meshes)
             writer.write(scene.first(run["time"][:1]))

@@ -13,7 +13,7 @@ from typing import BinaryIO
 
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.errors import MachineError
-from addin_sdfusion.robot.files import file_error, opened_file, read_file, write_files
+from addin_sdfusion.robot.files import file_error, open_file, read_file, write_files
 
 _LEVEL = 4  # a library is packed in half the time of the default's, 2 % larger
 _PACKED = (".fmu", ".zip", ".png")
@@ -106,7 +106,7 @@ def opened_archive(path: Path, kind: str) -> Iterator[zipfile.ZipFile]:
         InputError: It is no zip archive, is too large, or is damaged if it is read meanwhile.
     """
     try:
-        with opened_file(path, limits.ARCHIVE) as stream, _archive(stream) as archive:
+        with open_file(path, limits.ARCHIVE) as stream, _archive(stream) as archive:
             yield archive
     except InputError as error:
         if error.file is None:

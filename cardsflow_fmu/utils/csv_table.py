@@ -13,7 +13,7 @@ import numpy as np
 from pydantic_core import to_json
 
 from addin_sdfusion.robot import InputError, limits
-from addin_sdfusion.robot.files import opened_file
+from addin_sdfusion.robot.files import open_file
 from cardsflow_fmu.utils.arrays import FloatArray
 
 _BLOCK = 4096
@@ -66,7 +66,7 @@ def read_csv(
         InputError: It is not a table of numbers.
     """
     try:
-        with opened_file(file, limits.TABLE) as binary:
+        with open_file(file, limits.TABLE) as binary:
             require_bounded(binary, file, most)
             stream = io.TextIOWrapper(binary, encoding="utf-8-sig")
             header = stream.readline().rstrip("\n")

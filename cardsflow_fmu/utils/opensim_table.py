@@ -12,7 +12,7 @@ from typing import NamedTuple, TextIO
 import numpy as np
 
 from addin_sdfusion.robot import InputError, limits
-from addin_sdfusion.robot.files import opened_file
+from addin_sdfusion.robot.files import open_file
 from cardsflow_fmu.utils.arrays import FloatArray
 
 from .csv_table import csv_text, reason, require_bounded, require_table
@@ -45,7 +45,7 @@ def read_opensim_table(file: Path) -> OpenSimTable:
         InputError: It is none.
     """
     try:
-        with opened_file(file, limits.TABLE) as binary:
+        with open_file(file, limits.TABLE) as binary:
             require_bounded(binary, file, limits.MOTION_VALUES, b" ,;\t\n\r")
             stream = io.TextIOWrapper(binary, encoding="utf-8-sig")
             in_degrees, line = _header(stream, file)

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from addin_sdfusion.robot import InputError
-from addin_sdfusion.robot.files import file_error, is_folder, opened_file, write_files
+from addin_sdfusion.robot.files import file_error, is_folder, open_file, write_files
 
 MARK = "cardsflow"
 """Name of the program in the metadata of figures and pages."""
@@ -58,7 +58,7 @@ def _is_replaceable(file: Path) -> bool:
     try:
         if not file.exists():
             return True
-        with opened_file(file, sys.maxsize) as stream:
+        with open_file(file, sys.maxsize) as stream:
             head = stream.read(_MARK_RANGE)
             stream.seek(max(file.stat().st_size - _MARK_RANGE, 0))
             return not head or MARK.encode() in head or MARK.encode() in stream.read(_MARK_RANGE)

@@ -1,1 +1,1 @@
-"""Single checks of a robot, by subject; `check.py` lists them."""
+"""Checks of a robot, grouped by subject; `check.py` lists them."""

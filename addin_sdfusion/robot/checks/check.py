@@ -1,4 +1,4 @@
-"""All findings on a robot at once, errors apart from warnings."""
+"""Check of a complete robot: all errors and warnings."""
 
 from __future__ import annotations
 
@@ -65,27 +65,27 @@ CHECKS: tuple[Check, ...] = (
 
 
 def check(robot: Robot) -> list[Finding]:
-    """Everything that is wrong or doubtful.
+    """Return all errors and warnings of a robot.
 
     Returns:
-        Errors first, then warnings; empty for a sound robot.
+        Errors first, then warnings; empty for a valid robot without warnings.
     """
-    return list(_found(robot))
+    return list(_cached_findings(robot))
 
 
 @cached_on_robot
-def _found(robot: Robot) -> tuple[Finding, ...]:
-    found = [finding for single in CHECKS for finding in single(robot)]
+def _cached_findings(robot: Robot) -> tuple[Finding, ...]:
+    found = [finding for run_check in CHECKS for finding in run_check(robot)]
     if not any(finding.is_error for finding in found):
         found += pulleys.reached_points(robot)
     return tuple(errors_first(found))
 
 
 def require_valid(robot: Robot) -> Robot:
-    """Return the robot itself, if nothing makes it unusable.
+    """Return the robot if it has no errors.
 
     Raises:
-        RobotError: It has errors; the exception carries all findings.
+        RobotError: The robot has errors. The exception contains all findings.
     """
     findings = check(robot)
     if any(finding.is_error for finding in findings):

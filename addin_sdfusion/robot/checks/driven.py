@@ -1,4 +1,4 @@
-"""Checks of functions between coordinates and motions, and of couplings."""
+"""Checks of the functions between coordinates and motions, and of couplings."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from ..model.joint import Coordinate
 from ..model.robot import Robot
 
 MAX_NUMBERS = 10_000
-"""So many coefficients or points a function may have."""
+"""Maximum number of coefficients or points of a function."""
 MAX_VALUE = 1e100
+"""Maximum absolute value of a coefficient of a spline segment."""
 
 
 def functions(robot: Robot) -> Iterator[Finding]:
-    """Functions have numbers, and points in order."""
+    """Check that functions have finite numbers and points with increasing x."""
     for joint in robot.joints:
         for motion in joint.motions:
             fault = function_fault(motion.function)
@@ -32,13 +33,13 @@ def functions(robot: Robot) -> Iterator[Finding]:
 
 
 def function_fault(function: Function) -> str:
-    """What is wrong with a function; empty for nothing."""
+    """Return the description of the error in a function, or an empty string."""
     if isinstance(function, Polynomial):
         if not 1 <= len(function.coefficients) <= MAX_NUMBERS:
             return f"polynomial has {len(function.coefficients)} coefficients"
         return "" if finite(function.coefficients) else "polynomial has a number that is not finite"
     if len(function.x) != len(function.y) or not 2 <= len(function.x) <= MAX_NUMBERS:
-        return f"function has {len(function.x)} x and {len(function.y)} y; give two pairs or more"
+        return f"function has {len(function.x)} x and {len(function.y)} y; give at least two pairs"
     if not finite(function.x) or not finite(function.y):
         return "function has a number that is not finite"
     if any(not a < b for a, b in pairwise(function.x)):
@@ -47,11 +48,11 @@ def function_fault(function: Function) -> str:
         sound = all(abs(number) < MAX_VALUE for piece in cubics(function) for number in piece)
     except (ZeroDivisionError, OverflowError):
         sound = False
-    return "" if sound else "function has points that are too near to each other for its slopes"
+    return "" if sound else "function has points that are too close together for finite slopes"
 
 
 def couplings(robot: Robot) -> Iterator[Finding]:
-    """Coupled coordinates follow others that there are, and not themselves."""
+    """Check that coupled coordinates follow existing coordinates and do not form a cycle."""
     known = {c.name: c for c in robot.all_coordinates}
     for c in known.values():
         subject = Subject("coordinate", c.name)
@@ -60,7 +61,10 @@ def couplings(robot: Robot) -> Iterator[Finding]:
                 problem = f"follows {unknown('coordinate', term.coordinate, list(known))}"
                 yield error(subject, "unknown-coordinate", problem)
         if not c.is_free and c.actuated:
-            problem = "has a motor, but is coupled or locked; put the motor on what it follows"
+            problem = (
+                "has a motor, but is coupled or locked; move the motor to the coordinate that it "
+                "follows"
+            )
             yield error(subject, "motor-not-free", problem)
         if c.locked and c.coupling:
             yield error(subject, "locked-and-coupled", "is locked and coupled; keep one of the two")
@@ -71,13 +75,13 @@ def couplings(robot: Robot) -> Iterator[Finding]:
                 "is coupled: its limits are ignored; set limits on the coordinates that it follows"
             )
             yield warning(subject, "limits-of-coupled", problem)
-    for circle in _circles(known):
-        problem = f"follows itself, through {listed(circle)}; leave out one of the couplings"
-        yield error(Subject("coordinate", circle[0]), "coupling-circle", problem)
+    for cycle in _cycles(known):
+        problem = f"follows itself through {listed(cycle)}; remove one of the couplings"
+        yield error(Subject("coordinate", cycle[0]), "coupling-circle", problem)
 
 
 def resisting(robot: Robot) -> Iterator[Finding]:
-    """Limit forces resist, within a range."""
+    """Check that limit forces have ordered ranges and no negative parameters."""
     for c in robot.all_coordinates:
         force, subject = c.limit_force, Subject("coordinate", c.name)
         if force is None:
@@ -90,23 +94,23 @@ def resisting(robot: Robot) -> Iterator[Finding]:
                 problem = f"limit force: {what} {getattr(force, what)!r} is negative"
                 yield error(subject, "negative-limit-force", problem)
         if not force.transition > 0.0:
-            problem = f"limit force: transition {force.transition!r} is not above 0"
+            problem = f"limit force: transition {force.transition!r} must be positive"
             yield error(subject, "limit-force-transition", problem)
 
 
-def _circles(known: dict[str, Coordinate]) -> Iterator[list[str]]:
-    """The circles of couplings, each once."""
+def _cycles(known: dict[str, Coordinate]) -> Iterator[list[str]]:
+    """Yield the first cycle of couplings, as the names of its coordinates."""
     done: set[str] = set()
     for name in known:
         path: list[str] = []
-        at: list[str | None] = [name]
-        while at:
-            here = at.pop()
-            if here is None:
+        stack: list[str | None] = [name]
+        while stack:
+            current = stack.pop()
+            if current is None:
                 done.add(path.pop())
-            elif here in path:
-                yield path[path.index(here) :]
+            elif current in path:
+                yield path[path.index(current) :]
                 return
-            elif here in known and here not in done:
-                path.append(here)
-                at += [None, *(term.coordinate for term in known[here].coupling)]
+            elif current in known and current not in done:
+                path.append(current)
+                stack += [None, *(term.coordinate for term in known[current].coupling)]

@@ -1,4 +1,4 @@
-"""Checks of loop joints: ends that move against one another, a type with its axes."""
+"""Checks of loop joints: links, type and axes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .tree import AXIS_TOLERANCE
 
 
 def loop_ends(robot: Robot) -> Iterator[Finding]:
-    """Both links of every loop joint exist, and can move against one another."""
+    """Check that both links of every loop joint exist and can move relative to each other."""
     links, bodies = [link.name for link in robot.links], rigid_bodies(robot.joints)
     children, parents = set(links), {WORLD, *links}
     for loop in robot.loops:
@@ -25,20 +25,19 @@ def loop_ends(robot: Robot) -> Iterator[Finding]:
             yield error(subject, "unknown-parent", problem)
         elif loop.child not in children:
             yield error(subject, "unknown-child", f"child: {unknown('link', loop.child, links)}")
-        elif _same(bodies, loop):
+        elif _is_one_body(bodies, loop):
             problem = (
-                f"closes a loop of no length: {loop.parent!r} and {loop.child!r} are one rigid "
-                "body; remove it"
+                f"connects {loop.parent!r} and {loop.child!r}, which are one rigid body; remove it"
             )
             yield error(subject, "loop-of-no-length", problem)
 
 
 def loop_axes(robot: Robot) -> Iterator[Finding]:
-    """The type is known, and has its axes: unit vectors, of a universal joint orthogonal ones."""
+    """Check type and axes: unit vectors, which are orthogonal for a universal joint."""
     for loop in robot.loops:
         subject = Subject("joint", loop.name)
         if loop.type not in LOOP_TYPES:
-            problem = f"no joint of type {loop.type!r} closes a loop: {', '.join(LOOP_TYPES)} do"
+            problem = f"type {loop.type!r} cannot close a loop; use one of {', '.join(LOOP_TYPES)}"
             yield error(subject, "unsupported-loop", problem)
         elif len(loop.axes) != AXES[loop.type]:
             problem = f"a {loop.type} loop joint has {AXES[loop.type]} axes, not {len(loop.axes)}"
@@ -55,7 +54,7 @@ def _axes(loop: LoopJoint, subject: Subject) -> Iterator[Finding]:
         elif norm == 0.0:
             yield error(subject, "zero-axis", "the axis is zero; give it a direction")
         elif not abs(norm - 1.0) <= AXIS_TOLERANCE:
-            problem = f"the axis has length {norm:g}; divide it by that"
+            problem = f"the axis has length {norm:g}; divide it by this length"
             yield error(subject, "axis-not-unit", problem)
     if loop.type == "universal" and not abs(dot(*loop.axes)) <= AXIS_TOLERANCE:
         problem = "the axes of a universal loop joint are not orthogonal"
@@ -65,16 +64,18 @@ def _axes(loop: LoopJoint, subject: Subject) -> Iterator[Finding]:
             yield error(subject, "not-finite", "the pose of its frame is not finite")
 
 
-def _same(bodies: dict[str, str], loop: LoopJoint) -> bool:
-    """Return whether a loop joint's links are one body; not where the tree itself is broken."""
+def _is_one_body(bodies: dict[str, str], loop: LoopJoint) -> bool:
+    """Return whether both links are one rigid body; False if the tree is invalid."""
     return loop.parent in bodies and bodies[loop.parent] == bodies.get(loop.child)
 
 
 def rigid_bodies(joints: Sequence[Joint]) -> dict[str, str]:
-    """For each link one that it is fixed to, the same for all that are fixed to one another.
+    """Return a representative link of the rigid body of each link.
+
+    Links that are fixed to each other have the same representative.
 
     Args:
-        joints: The tree, parents first.
+        joints: Joints of the tree, parents first.
     """
     bodies = {WORLD: WORLD}
     for joint in joints:

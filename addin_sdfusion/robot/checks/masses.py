@@ -1,4 +1,4 @@
-"""Checks of masses and inertias: physically possible, and enough to divide by."""
+"""Checks of masses and inertias: physically possible, and positive along every joint motion."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from ..model.rotations import (
 from .numbers import joint_numbers, link_numbers
 
 MINOR_TOLERANCE = 1e-9
-"""Below zero by this much, relative to the largest entry, counts as zero."""
+"""Tolerance for negative minors, relative to the largest entry of the matrix."""
 ZERO_INERTIA = 1e-15
-"""In [kg·m²]: less than any machine part, more than rounding leaves of a zero."""
+"""Inertia that is considered zero, in [kg·m²]: below any machine part, above rounding errors."""
 
 LONG, THIN = 10.0, 1.0
-"""A link that reaches farther, in [m], with less mass for its length, in [kg/m], is doubted."""
+"""Reach in [m], mass per length in [kg/m]: a link that is longer and lighter causes a warning."""
 
 
 def inertias(robot: Robot) -> Iterator[Finding]:
-    """Masses are not negative and inertia matrices are those of a body."""
+    """Check that masses are not negative and inertia matrices are physically possible."""
     for link in robot.links:
         if not finite(link_numbers(link)):
             continue
@@ -42,20 +42,23 @@ def inertias(robot: Robot) -> Iterator[Finding]:
         if link.inertia.mass < 0.0:
             yield error(subject, "negative-mass", f"mass {link.inertia.mass!r} is negative")
         if not positive_semidefinite(link.inertia.matrix):
-            problem = "the inertia matrix is not positive semi-definite; no body has it"
+            problem = "the inertia matrix is not positive semi-definite; correct its entries"
             yield error(subject, "inertia-not-psd", problem)
         elif not positive_semidefinite(density_matrix(link.inertia.matrix)):
             problem = (
-                "a principal moment of inertia exceeds the sum of the other two; no body has "
-                "that. Is the matrix about the centre of mass?"
+                "a principal moment of inertia exceeds the sum of the other two, which is "
+                "physically impossible; is the matrix about the centre of mass?"
             )
             yield warning(subject, "inertia-triangle", problem)
 
 
 def moving_bodies(robot: Robot) -> Iterator[Finding]:
-    """Every last moving body has inertia about, or mass along, its joint."""
+    """Check that every last moving body has inertia about, or mass along, its joint axis."""
     if robot.joints and all(not any(_own_inertia(link)) for link in robot.links):
-        problem = "no link has a mass: it has lengths and moment arms, but it cannot be simulated"
+        problem = (
+            "no link has a mass; muscle lengths and moment arms are available, but the robot "
+            "cannot be simulated"
+        )
         yield warning(Subject("robot", robot.name), "no-masses", problem)
         return
     links = {link.name: link for link in robot.links}
@@ -71,7 +74,7 @@ def moving_bodies(robot: Robot) -> Iterator[Finding]:
             continue
         subject = Subject("link", joint.child)
         if not joint.is_plain or any(c.armature for c in joint.coordinates):
-            continue  # the mass matrix shows it
+            continue  # the check of the mass matrix covers these joints
         last = joint.motions[-1]
         if last.kind == "translation" and sum(link.inertia.mass for link, _ in parts) == 0.0:
             problem = f"no mass moves along joint {joint.name!r}; give the link a mass"
@@ -90,7 +93,7 @@ def _own_inertia(link: Link) -> tuple[float, ...]:
 
 
 def inertia_about_axis(robot: Robot) -> Iterator[Finding]:
-    """A link that turns has inertia of its own about that axis."""
+    """Check that each link on a revolute joint has inertia about the axis through its COM."""
     links = {link.name: link for link in robot.links}
     for joint in robot.joints:
         link = links.get(joint.child)
@@ -107,7 +110,7 @@ def inertia_about_axis(robot: Robot) -> Iterator[Finding]:
 
 
 def lengths(robot: Robot) -> Iterator[Finding]:
-    """No light link is as long as a mast: masses in kg with lengths in mm."""
+    """Check for links that are very long and light: the lengths are probably in mm."""
     points: dict[str, list[Vector3]] = {}
     for _, muscle in all_muscles(robot):
         for point in muscle.via_points:
@@ -121,12 +124,12 @@ def lengths(robot: Robot) -> Iterator[Finding]:
         gyration = math.sqrt(max(0.5 * trace / mass, 0.0))
         reach = max([gyration, *(math.dist(place, com) for place in places)])
         if reach > LONG and mass < THIN * reach:
-            problem = f"it reaches {reach:.3g} m with {mass:.3g} kg; are lengths in mm?"
+            problem = f"it reaches {reach:.3g} m with {mass:.3g} kg; are the lengths in mm?"
             yield warning(Subject("link", link.name), "lengths-in-millimetres", problem)
 
 
 def positive_semidefinite(A: Matrix3) -> bool:
-    """Return whether no principal minor of a symmetric matrix is negative, but for rounding."""
+    """Return whether a symmetric matrix is positive semi-definite, within rounding errors."""
     scale = max(abs(entry) for row in A for entry in row)
     if scale == 0.0:
         return True
@@ -144,10 +147,12 @@ def positive_semidefinite(A: Matrix3) -> bool:
 
 
 def density_matrix(inertia: Matrix3) -> Matrix3:
-    """∫ r rᵀ dm = ½ tr(I) 1 - I, positive semi-definite exactly if the triangle inequality holds.
+    """Return ∫ r rᵀ dm = ½ tr(I) 1 - I.
+
+    It is positive semi-definite exactly if the triangle inequality of the moments holds.
 
     Args:
-        inertia: About the centre of mass, in [kg·m²].
+        inertia: Inertia matrix about the centre of mass, in [kg·m²].
     """
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia
     half = 0.5 * (xx + yy + zz)
@@ -159,9 +164,9 @@ def _usable(joint: Joint, link: Link) -> bool:
 
 
 def _body(joint: Joint, carried: dict[str, list[Joint]]) -> dict[str, Pose] | None:
-    """Return the joint's child and all that is fixed to it, with poses in the child's frame.
+    """Return the joint's child and all links fixed to it, with poses in the child's frame.
 
-    None if another joint moves something on it: then its mass is not the last one.
+    Return None if another joint moves a link on this body, since it is then not the last one.
     """
     body = {joint.child: IDENTITY}
     waiting = [joint.child]
@@ -179,7 +184,10 @@ def _body(joint: Joint, carried: dict[str, list[Joint]]) -> dict[str, Pose] | No
 
 
 def _inertia_about(joint: Joint, parts: list[tuple[Link, Pose]]) -> float:
-    """Inertia of links about a joint's last axis, in [kg·m²]; poses are in the child's frame."""
+    """Return the inertia of links about a joint's last axis, in [kg·m²].
+
+    Poses are in the child's frame.
+    """
     axis = _last_axis(joint)
     total = 0.0
     for link, T_child_link in parts:

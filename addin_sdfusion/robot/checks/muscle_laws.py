@@ -1,4 +1,4 @@
-"""Checks of muscle laws: known, given and consistent parameters."""
+"""Checks of the parameters of muscle laws: known, complete and consistent."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from ..model.laws.law import Parameter
 from ..model.muscle import CableModel
 from ..model.robot import Robot
 
-_ALSO_CASPRS = {
+_CASPR_PARAMETERS = {
     cable.kind: [item.tag for item in cable.properties] for cable in CASPR_CABLES.values()
 }
-"""What CASPR's files say of a cable next to its law, such as its diameter."""
+"""Additional parameters in CASPR's files, such as the diameter, by kind of cable."""
 
 
 def muscle_laws(robot: Robot) -> Iterator[Finding]:
-    """Muscles of every cable set whose law cannot be computed with their parameters."""
+    """Check the muscle laws of all muscles in every cable set."""
     for subject, muscle in all_muscles(robot):
         yield from law_findings(subject, muscle.model)
 
 
 def law_findings(subject: Subject, model: CableModel) -> Iterator[Finding]:
-    """What is wrong with a muscle's muscle law.
+    """Check the parameters of a muscle law.
 
     Args:
-        subject: Whose law it is.
-        model: The law and its parameters, however broken.
+        subject: The muscle.
+        model: The law and its parameters, which may be invalid.
     """
     law = MUSCLE_LAWS.get(model.kind)
     if law is None:
@@ -57,7 +57,7 @@ def _names(
     subject: Subject, model: CableModel, parameters: tuple[Parameter, ...]
 ) -> Iterator[Finding]:
     known = [parameter.name for parameter in parameters]
-    allowed = {*known, *_ALSO_CASPRS.get(model.kind, ())}
+    allowed = {*known, *_CASPR_PARAMETERS.get(model.kind, ())}
     counts = Counter(name for name, _ in model.parameters)
     for name, count in counts.items():
         if model.kind != "ideal" and name not in allowed:
@@ -74,7 +74,7 @@ def _described(parameter: Parameter) -> str:
 
 
 def _out_of_bounds(parameters: Iterable[Parameter], values: Mapping[str, float]) -> Iterator[str]:
-    """Values next to their bounds. The check of all numbers finds those that are not finite."""
+    """Yield an error text for each finite value out of bounds; see `numbers` for the others."""
     for parameter in parameters:
         value = values.get(parameter.name, math.nan)
         if math.isfinite(value) and not parameter.allows(value):

@@ -1,4 +1,4 @@
-"""Checks of names: present, writable in every file, unique; and of the active sets."""
+"""Checks of names (not empty, printable, unique) and of the active sets."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..model.robot import WORLD, Robot
 
 
 def names(robot: Robot) -> Iterator[Finding]:
-    """Names are unique in their group, not empty, printable and not padded with spaces."""
+    """Check that names are unique in their group, not empty, printable and not padded."""
     yield from named([Subject("robot", robot.name)])
     yield from named([Subject("link", link.name) for link in robot.links])
     joints = [joint.name for joint in robot.joints] + [loop.name for loop in robot.loops]
@@ -30,7 +30,7 @@ def names(robot: Robot) -> Iterator[Finding]:
 
 
 def world_is_reserved(robot: Robot) -> Iterator[Finding]:
-    """No link has the name of the fixed frame."""
+    """Check that no link has the name of the fixed frame."""
     for link in robot.links:
         if link.name == WORLD:
             problem = "the name is reserved for the fixed frame; rename the link"
@@ -38,7 +38,7 @@ def world_is_reserved(robot: Robot) -> Iterator[Finding]:
 
 
 def active_sets(robot: Robot) -> Iterator[Finding]:
-    """The active cable set and the active task set exist."""
+    """Check that the active cable set and the active task set exist."""
     cable_sets = [group.name for group in robot.cable_sets]
     if robot.cable_set and robot.cable_set not in cable_sets:
         problem = unknown("cable set", robot.cable_set, cable_sets)
@@ -56,23 +56,23 @@ def _members(kind: str, members: list[str], of: str, active: str) -> Iterator[Fi
 
 
 def named(subjects: Sequence[Subject]) -> Iterator[Finding]:
-    """What is wrong with the names of objects of one kind."""
+    """Check the names of objects of one kind."""
     for subject in subjects:
         yield from spelling(subject, subject.name)
     yield from unique(subjects)
 
 
 def spelling(subject: Subject, name: str) -> Iterator[Finding]:
-    """Whether a name is empty, not printable or padded with spaces."""
+    """Report a name that is empty, not printable or padded with spaces."""
     if not name:
         yield error(subject, "bad-name", "the name is empty")
     elif not name.isprintable() or name != name.strip():
-        problem = "a name may not begin or end with a space nor hold control characters"
+        problem = "a name must not begin or end with a space or contain control characters"
         yield error(subject, "bad-name", problem)
 
 
 def unique(subjects: Iterable[Subject]) -> Iterator[Finding]:
-    """Names that are used more than once."""
+    """Report names that are used more than once."""
     for subject, count in Counter(subjects).items():
         if count > 1:
             problem = f"the name is used {count} times; rename all but one"

@@ -1,4 +1,4 @@
-"""Parts of a robot's description that no engine simulates: a line a kind, for every run."""
+"""Report of the parts of a robot's description that no engine simulates."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ NOT_SIMULATED = (
     "cable-model-not-simulated",
     "winch-travel-left-out",
 )
-"""Codes of these findings."""
+"""Codes of the findings about parts that are not simulated."""
 
 
 def not_simulated(robot: Robot) -> list[str]:
-    """What of a robot is left out of its simulation, in a line a kind; empty for nothing."""
+    """Return one line for each kind of part that is not simulated; empty if everything is."""
     first: dict[str, str] = {}
     names: dict[str, list[str]] = {}
     for finding in cable_models(robot):

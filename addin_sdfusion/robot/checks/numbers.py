@@ -1,4 +1,4 @@
-"""Checks for finite numbers, except limits that may be open."""
+"""Checks that all numbers are finite, except limits that may be infinite."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..model.robot import SHAPE_SIZES, Link, Robot
 
 
 def numbers(robot: Robot) -> Iterator[Finding]:
-    """No number is NaN, and none is infinite if that has no meaning."""
+    """Check that no number is NaN, and that only limits are infinite."""
     yield from _report(Subject("robot", robot.name), "gravity", robot.gravity)
     for link in robot.links:
         yield from _report(Subject("link", link.name), "mass or inertia", link_numbers(link))
@@ -45,13 +45,13 @@ def numbers(robot: Robot) -> Iterator[Finding]:
 
 
 def link_numbers(link: Link) -> tuple[float, ...]:
-    """What describes a link's mass."""
+    """Return mass, centre of mass and inertia matrix of a link."""
     i = link.inertia
     return (i.mass, *i.com, i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)
 
 
 def mesh_numbers(link: Link) -> tuple[float, ...]:
-    """What places and scales a link's meshes."""
+    """Return poses and scales of a link's meshes."""
     return tuple(
         number
         for mesh in link.meshes
@@ -66,28 +66,28 @@ def _shapes(link: Link) -> Iterator[Finding]:
         count = SHAPE_SIZES[shape.kind]
         if len(shape.sizes) != count or any(size <= 0.0 for size in shape.sizes):
             listed = " ".join(f"{size:g}" for size in shape.sizes)
-            problem = f"its {shape.kind} needs {count} sizes above 0, not {listed or 'none'}"
+            problem = f"its {shape.kind} needs {count} positive sizes, not {listed or 'none'}"
             yield error(subject, "bad-size", problem)
 
 
 def joint_numbers(joint: Joint) -> tuple[float, ...]:
-    """What places a joint."""
+    """Return axes and poses of a joint."""
     poses = (joint.T_parent_joint, joint.T_child_joint)
     axes = [number for motion in joint.motions for number in motion.axis]
     return (*axes, *(number for pose in poses for number in (*pose.position, *pose.rpy)))
 
 
 def muscle_numbers(muscle: Muscle) -> tuple[float, ...]:
-    """What describes a muscle, without an open upper force limit."""
+    """Return via points and force limits of a muscle, except an infinite f_max."""
     points = [number for point in muscle.via_points for number in point.position]
     upper = () if muscle.f_max == math.inf else (muscle.f_max,)
     return (*points, muscle.f_min, *upper)
 
 
 def path_numbers(muscle: Muscle) -> tuple[float, ...]:
-    """What of a muscle's path depends on coordinates, and the points that say the sides of wraps.
+    """Return the numbers of conditions, branches, terms and side points of a muscle's path.
 
-    An open end of a condition's range is left out.
+    Infinite limits of conditions are omitted.
     """
     conditions = [point.when for point in muscle.via_points if point.when is not None]
     ranges = [x for when in conditions for x in (when.low, when.high) if not math.isinf(x)]
@@ -102,7 +102,7 @@ def path_numbers(muscle: Muscle) -> tuple[float, ...]:
 
 
 def cable_numbers(muscle: Muscle) -> tuple[float, ...]:
-    """Return a muscle's friction and presliding, the parameters of its cable and of its pulley."""
+    """Return friction, presliding, cable parameters and pulley parameters of a muscle."""
     pulley = muscle.pulley.parameters if muscle.pulley else ()
     rows = (row for _, row in pulley)
     parameters = (number for _, number in muscle.model.parameters)
@@ -113,7 +113,7 @@ def cable_numbers(muscle: Muscle) -> tuple[float, ...]:
 
 
 def surface_numbers(surface: WrapSurface) -> tuple[float, ...]:
-    """What describes a wrap surface, without the length of one that has no ends."""
+    """Return pose and sizes of a wrap surface, except an infinite length."""
     length = () if surface.length == math.inf else (surface.length,)
     axes = surface.half_axes or ()
     return (*surface.pose.position, *surface.pose.rpy, surface.radius, *length, *axes)
@@ -125,7 +125,7 @@ def _limits(subject: Subject, c: Coordinate) -> Iterator[Finding]:
     yield from _report(subject, "limit", lower + upper)
     weakest = () if c.tau_min == -math.inf else (c.tau_min,)
     strongest = () if c.tau_max == math.inf else (c.tau_max,)
-    yield from _report(subject, "motor's bound", weakest + strongest)
+    yield from _report(subject, "motor limit", weakest + strongest)
 
 
 def _report(subject: Subject, what: str, values: Iterable[float]) -> Iterator[Finding]:

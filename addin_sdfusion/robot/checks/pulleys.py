@@ -16,14 +16,14 @@ from ..model.pose import Pose, Vector3
 from ..model.robot import Robot
 from ..model.rotations import apply, compose, inverse, subtract
 
-_OF_BEARING = ("inertia", "bearing_friction")
+_BEARING_PARAMETERS = ("inertia", "bearing_friction")
 _WITH_DRUM = [law.kind for law in MUSCLE_LAWS.values() if law.has_drum]
 MAX_RADIUS = 4.0
-"""Largest radius of a pulley, in [m]; those of cableways have up to 3."""
+"""Maximum radius of a pulley, in [m]; pulleys of cableways have up to 3 m."""
 
 
 def pulleys(robot: Robot) -> Iterator[Finding]:
-    """A pulley has a size and a direction, and its cable leaves it; a winch bears its inertia."""
+    """Check size, direction, next via point and bearing of each pulley."""
     for subject, muscle in all_muscles(robot):
         if muscle.pulley is None:
             continue
@@ -35,8 +35,8 @@ def pulleys(robot: Robot) -> Iterator[Finding]:
 
 
 def _names(subject: Subject, pulley: BasePulley) -> Iterator[Finding]:
-    words = next(words for words in CASPR_PULLEYS.values() if words.kind == pulley.kind)
-    known = [*(item.tag for item in words.properties), *_OF_BEARING]
+    caspr_pulley = next(p for p in CASPR_PULLEYS.values() if p.kind == pulley.kind)
+    known = [*(item.tag for item in caspr_pulley.properties), *_BEARING_PARAMETERS]
     for name, _ in pulley.parameters:
         if name not in known:
             problem = f"its pulley: {unknown('parameter', name, known)}"
@@ -46,34 +46,34 @@ def _names(subject: Subject, pulley: BasePulley) -> Iterator[Finding]:
 def _numbers(subject: Subject, pulley: BasePulley) -> Iterator[Finding]:
     radius, entry = pulley.radius, pulley.entry_vector
     if len(radius) != 1 or radius[0] <= 0.0:
-        problem = f"pulley_radius {_text(radius)} of its base pulley is not one number above zero"
+        problem = f"pulley_radius {_text(radius)} of its base pulley must be one positive number"
         yield error(subject, "bad-pulley", problem)
     elif radius[0] > MAX_RADIUS:
         problem = f"pulley_radius {_text(radius)} m of its base pulley is above {MAX_RADIUS:g} m; "
         yield error(subject, "bad-pulley", problem + "is it in mm?")
     if len(entry) != 3 or not any(entry):
-        problem = f"{pulley.entry_name} {_text(entry)} of its base pulley is not a direction"
+        problem = f"{pulley.entry_name} {_text(entry)} of its base pulley must be a nonzero vector"
         yield error(subject, "bad-pulley", problem)
     given = dict(pulley.parameters)
-    for name in _OF_BEARING:
+    for name in _BEARING_PARAMETERS:
         values = given.get(name, (0.0,))
         if len(values) != 1 or values[0] < 0.0:
-            problem = f"{name} {_text(values)} of its pulley is not one number from zero"
+            problem = f"{name} {_text(values)} of its pulley must be one number, not negative"
             yield error(subject, "bad-pulley", problem)
 
 
 def _next_point(subject: Subject, muscle: Muscle, pulley: BasePulley) -> Iterator[Finding]:
-    """The next via point is not within the pulley, as far as both are on one link."""
+    """Check that the next via point is outside the pulley if both are on the same link."""
     points = muscle.via_points[:2]
     if len(points) < 2 or points[0].link != points[1].link or any(p.moves for p in points):
         return
     if _is_inside(pulley, points[0].position, points[1].position):
-        problem = f"its via point 2 lies inside its pulley of radius {pulley.radius[0]:g} m"
+        problem = f"its via point 2 is inside its pulley of radius {pulley.radius[0]:g} m"
         yield error(subject, "point-in-pulley", problem)
 
 
 def reached_points(robot: Robot) -> Iterator[Finding]:
-    """The same of a point on another link, as the robot begins: of a robot without errors."""
+    """Check next via points on other links, in the initial pose of a robot without errors."""
     poses: dict[str, Pose] = {}
     for subject, muscle in all_muscles(robot):
         points, pulley = muscle.via_points[:2], muscle.pulley
@@ -83,27 +83,30 @@ def reached_points(robot: Robot) -> Iterator[Finding]:
         T_pulley_next = compose(inverse(poses[points[0].link]), poses[points[1].link])
         if _is_inside(pulley, points[0].position, apply(T_pulley_next, points[1].position)):
             problem = (
-                f"its via point 2 lies inside its pulley of radius {pulley.radius[0]:g} m "
-                "in the initial pose, so that the pulley shrinks to reach it"
+                f"its via point 2 is inside its pulley of radius {pulley.radius[0]:g} m "
+                "in the initial pose; the pulley is shrunk to reach it"
             )
             yield warning(subject, "point-reaches-pulley", problem)
 
 
 def _is_inside(pulley: BasePulley, start: Vector3, end: Vector3) -> bool:
-    """Whether a point is in the circle that swivels to hold it, both in the pulley's frame."""
-    way = subtract(end, start)
+    """Return whether a point is inside the pulley circle, which swivels into its direction.
+
+    Both points are in the pulley's frame.
+    """
+    offset = subtract(end, start)
     size = math.hypot(*pulley.entry_vector)
-    along = sum(w * v for w, v in zip(way, pulley.entry_vector, strict=True)) / size
-    whole = math.hypot(*way)
-    across = math.sqrt(max(whole**2 - along**2, 0.0))
+    along = sum(w * v for w, v in zip(offset, pulley.entry_vector, strict=True)) / size
+    distance = math.hypot(*offset)
+    across = math.sqrt(max(distance**2 - along**2, 0.0))
     return math.hypot(along, across - pulley.radius[0]) < pulley.radius[0]
 
 
 def _bearing(subject: Subject, muscle: Muscle, pulley: BasePulley) -> Iterator[Finding]:
-    given = [name for name in _OF_BEARING if pulley.number(name)]
+    given = [name for name in _BEARING_PARAMETERS if pulley.number(name)]
     if given and not law_of(muscle.model).has_drum:
-        problem = f"{' and '.join(given)} of its pulley need a winch to bear them; give the muscle "
-        problem += f"the law {' or '.join(_WITH_DRUM)}, or leave them out"
+        problem = f"{' and '.join(given)} of its pulley require a winch; use the muscle law "
+        problem += f"{' or '.join(_WITH_DRUM)}, or remove them"
         yield error(subject, "pulley-without-winch", problem)
 
 

@@ -10,7 +10,7 @@ from ..model.robot import ANGLES, POSITIONS, Robot
 
 
 def task_frames(robot: Robot) -> Iterator[Finding]:
-    """Task frames are on links that exist and name each axis once."""
+    """Check that task frames are on existing links and name each axis once."""
     links = [link.name for link in robot.links]
     known = set(links)
     for task_set in robot.task_sets:
@@ -24,5 +24,5 @@ def task_frames(robot: Robot) -> Iterator[Finding]:
         of_one_kind = axes <= set(POSITIONS) or axes <= set(ANGLES)
         if not axes or len(axes) != len(frame.axes) or not of_one_kind:
             given = f"axes {' '.join(frame.axes)!r}"
-            problem = f"{given}: give some of x, y, z or of alpha, beta, gamma, each once"
+            problem = f"{given}: use axes from x, y, z or from alpha, beta, gamma, each once"
             yield error(subject, "bad-task-axes", problem)

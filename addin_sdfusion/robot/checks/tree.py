@@ -1,4 +1,4 @@
-"""Checks of the tree of joints: parents first, each joint complete."""
+"""Checks of the joint tree: order, axes, coordinates, limits and motors."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ..model.robot import WORLD, Robot
 
 AXIS_TOLERANCE = 1e-6
 MAX_NAMES = 20
-"""So many links of a loop are named."""
+"""Maximum number of links that an error about a loop lists."""
 DEGREES = 3.0 * math.tau, 720.0
-"""Angles between these are taken for degrees; what is beyond stands for no limit."""
+"""Limits within this range are probably in degrees; larger ones mean that there is no limit."""
 
 
 def joint_ends(robot: Robot) -> Iterator[Finding]:
-    """Parent and child of every joint exist."""
+    """Check that parent and child of every joint exist."""
     links = [link.name for link in robot.links]
     children, parents = set(links), {WORLD, *links}
     for joint in robot.joints:
@@ -33,7 +33,7 @@ def joint_ends(robot: Robot) -> Iterator[Finding]:
 
 
 def one_parent_each(robot: Robot) -> Iterator[Finding]:
-    """Every link is the child of exactly one joint."""
+    """Check that every link is the child of exactly one joint."""
     counts = Counter(joint.child for joint in robot.joints)
     for name in dict.fromkeys(link.name for link in robot.links):
         subject = Subject("link", name)
@@ -47,19 +47,22 @@ def one_parent_each(robot: Robot) -> Iterator[Finding]:
 
 
 def parents_first(robot: Robot) -> Iterator[Finding]:
-    """No joint comes before the joint that carries its parent."""
+    """Check that every joint comes after the joint that moves its parent."""
     above = {joint.child: joint for joint in reversed(robot.joints)}
     looped = {link for loop in _loops(above) for link in loop}
     placed = {WORLD}
     for joint in robot.joints:
         if joint.parent not in placed and joint.parent in above and joint.child not in looped:
-            problem = f"comes before joint {above[joint.parent].name!r} that carries its parent"
+            problem = (
+                f"comes before joint {above[joint.parent].name!r}, which moves its parent; "
+                "list parents first"
+            )
             yield error(Subject("joint", joint.name), "joint-order", problem)
         placed.add(joint.child)
 
 
 def no_loops(robot: Robot) -> Iterator[Finding]:
-    """No link carries itself, directly or through others."""
+    """Check that the joints do not form a loop."""
     above = {joint.child: joint for joint in reversed(robot.joints)}
     for loop in _loops(above):
         links = listed(loop, MAX_NAMES)
@@ -68,7 +71,7 @@ def no_loops(robot: Robot) -> Iterator[Finding]:
 
 
 def axes(robot: Robot) -> Iterator[Finding]:
-    """Axes are unit vectors."""
+    """Check that axes are unit vectors."""
     for joint, motion in [(j, motion) for j in robot.joints for motion in j.motions]:
         if not finite(motion.axis):
             continue
@@ -77,12 +80,12 @@ def axes(robot: Robot) -> Iterator[Finding]:
         if norm == 0.0:
             yield error(subject, "zero-axis", "the axis is zero; give it a direction")
         elif not abs(norm - 1.0) <= AXIS_TOLERANCE:
-            problem = f"the axis has length {norm:g}; divide it by that"
+            problem = f"the axis has length {norm:g}; divide it by this length"
             yield error(subject, "axis-not-unit", problem)
 
 
 def coordinates(robot: Robot) -> Iterator[Finding]:
-    """Every motion has a coordinate, every coordinate a motion; units agree."""
+    """Check that every motion has a coordinate and vice versa, and that units agree."""
     for joint in robot.joints:
         subject = Subject("joint", joint.name)
         moving = [motion for motion in joint.motions if not motion.is_fixed]
@@ -90,19 +93,19 @@ def coordinates(robot: Robot) -> Iterator[Finding]:
         if driven != list(range(len(joint.coordinates))):
             problem = (
                 f"its {len(joint.motions)} motions are driven by coordinates {driven} of "
-                f"{len(joint.coordinates)}; give each coordinate a motion, and no other index"
+                f"{len(joint.coordinates)}; every coordinate needs a motion, and no other index"
             )
             yield error(subject, "wrong-coordinates", problem)
             continue
         for motion in moving:
             coordinate = joint.coordinates[motion.coordinate]
             if motion.function == ITSELF and coordinate.unit != motion.unit:
-                problem = f"{coordinate.name!r} drives a {motion.kind}, in {motion.unit}, "
-                yield error(subject, "wrong-unit", f"{problem}not in {coordinate.unit}")
+                problem = f"{coordinate.name!r} drives a {motion.kind}, so its unit must be "
+                yield error(subject, "wrong-unit", f"{problem}{motion.unit}, not {coordinate.unit}")
 
 
 def limits(robot: Robot) -> Iterator[Finding]:
-    """Limits are in order and leave room for the initial value; nothing drives by resisting."""
+    """Check joint limits and initial values, and that passive parameters are not negative."""
     for c in robot.all_coordinates:
         subject = Subject("coordinate", c.name)
         for what in ("damping", "stiffness", "friction", "armature"):
@@ -114,7 +117,7 @@ def limits(robot: Robot) -> Iterator[Finding]:
         elif not c.is_free:
             continue
         elif c.lower == c.upper == 0.0:
-            problem = "both limits are 0, so it may not move; widen them or fix the joint"
+            problem = "both limits are 0, so it cannot move; widen them or use a fixed joint"
             yield warning(subject, "zero-limits", problem)
         elif c.initial < c.lower or c.initial > c.upper:
             problem = f"initial value {c.initial!r} is outside {c.lower!r} .. {c.upper!r}"
@@ -127,7 +130,7 @@ def limits(robot: Robot) -> Iterator[Finding]:
 
 
 def motors(robot: Robot) -> Iterator[Finding]:
-    """Motors have bounds that are in order and leave them a torque."""
+    """Check that the limits of motors are in order, finite and not both 0."""
     for c in robot.coordinates:
         subject = Subject("coordinate", c.name)
         force = "torque" if c.unit == "rad" else "force"
@@ -135,22 +138,22 @@ def motors(robot: Robot) -> Iterator[Finding]:
             problem = f"tau_min {c.tau_min!r} of its motor is above tau_max {c.tau_max!r}"
             yield error(subject, "motor-limits-reversed", problem)
         elif c.actuated and c.tau_min == c.tau_max == 0.0:
-            problem = f"its motor has no {force}; give its effort, or take the motor off"
+            problem = f"its motor has no {force}; set its effort, or remove the motor"
             yield error(subject, "motor-without-torque", problem)
         elif c.actuated and (math.isinf(c.tau_min) or math.isinf(c.tau_max)):
-            problem = f"its motor has no largest {force}; give its effort"
+            problem = f"its motor has no maximum {force}; set its effort"
             yield warning(subject, "no-motor-limit", problem)
 
 
 def _loops(above: dict[str, Joint]) -> list[list[str]]:
-    """Return the loops of links that are met on the path to the root from any link."""
+    """Return the loops of links on the paths from any link to the root."""
     loops = []
-    met: set[str] = set()
+    visited: set[str] = set()
     for start in above:
         path: dict[str, None] = {}
         link = start
-        while link in above and link not in met:
-            met.add(link)
+        while link in above and link not in visited:
+            visited.add(link)
             path[link] = None
             link = above[link].parent
         if link in path:

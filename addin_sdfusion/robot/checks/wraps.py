@@ -1,4 +1,4 @@
-"""Checks of wrap surfaces, and of the muscles' wraps over them."""
+"""Checks of wrap surfaces and of the muscles' wraps over them."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from ..model.rotations import apply, inverse
 from .names import named
 
 MAX_WRAPS = 8
-"""In one segment: as many as the C core solves for together."""
+"""Maximum number of wraps in one segment, which the C core solves simultaneously."""
 MAX_TURNS = 10**6
 INSIDE = 1e-6
-"""Part of the radius by which a point on a surface may be inside it: files hold rounded numbers."""
+"""Relative depth at which a point is still on the surface, since files have rounded numbers."""
 
 
 def wrap_surfaces(robot: Robot) -> Iterator[Finding]:
-    """Names are there and unique, the link exists, and the surface has a size."""
+    """Check name, link, shape and sizes of each wrap surface."""
     links = [WORLD, *(link.name for link in robot.links)]
     known = set(links)
     yield from named([Subject("wrap_surface", surface.name) for surface in robot.wrap_surfaces])
@@ -36,21 +36,21 @@ def wrap_surfaces(robot: Robot) -> Iterator[Finding]:
             yield error(subject, "unknown-wrap-shape", problem)
         if surface.radius <= 0.0 or surface.length <= 0.0:
             size = f"radius {surface.radius!r} and length {surface.length!r}"
-            yield error(subject, "bad-wrap-size", f"{size} are not both above zero")
+            yield error(subject, "bad-wrap-size", f"{size} must be positive")
         yield from _half_axes(subject, surface)
 
 
 def _half_axes(subject: Subject, surface: WrapSurface) -> Iterator[Finding]:
     axes = surface.half_axes
     if (surface.shape == "ellipsoid") != (axes is not None):
-        problem = "half axes along y and z are required for ellipsoids, invalid for other shapes"
+        problem = "half axes along y and z are required for ellipsoids and invalid for other shapes"
         yield error(subject, "bad-wrap-axes", problem)
     elif axes is not None and min(axes) <= 0.0:
-        yield error(subject, "bad-wrap-size", f"half axes {axes!r} are not both above zero")
+        yield error(subject, "bad-wrap-size", f"half axes {axes!r} must be positive")
 
 
 def wraps(robot: Robot) -> Iterator[Finding]:
-    """Muscles wrap over surfaces that exist, between two of their via points that lie outside."""
+    """Check that muscles wrap over existing surfaces, between two via points outside of them."""
     surfaces = {surface.name: surface for surface in robot.wrap_surfaces}
     for subject, muscle in all_muscles(robot):
         yield from _wraps(subject, muscle, surfaces)
@@ -75,15 +75,15 @@ def _wraps(
             problem = f"side {wrap.side!r} of {wrap.surface!r} must be -1, 0 or 1"
             yield error(subject, "bad-wrap-side", problem)
         if not 0 <= wrap.turns <= MAX_TURNS:
-            problem = f"{wrap.turns} turns about {wrap.surface!r} are not within 0 to {MAX_TURNS}"
+            problem = f"{wrap.turns} turns about {wrap.surface!r} must be from 0 to {MAX_TURNS}"
             yield error(subject, "bad-wrap-turns", problem)
         elif wrap.inside and (wrap.turns or wrap.side):
-            problem = f"passes inside {wrap.surface!r}: remove its side and its turns"
+            problem = f"passes inside {wrap.surface!r}; remove its side and its turns"
             yield error(subject, "bad-wrap-inside", problem)
         elif wrap.inside:
             yield from _inside(subject, wrap, surfaces)
         elif wrap.rule != "taut":
-            continue  # with an end inside it is straight, by these rules
+            continue  # by these rules a path with an end inside the surface is straight
         elif 0 <= wrap.segment <= last and wrap.surface in surfaces:
             yield from _ends_inside(subject, muscle, wrap, surfaces[wrap.surface])
 
@@ -91,14 +91,14 @@ def _wraps(
 def _inside(subject: Subject, wrap: Wrap, surfaces: Mapping[str, WrapSurface]) -> Iterator[Finding]:
     surface = surfaces.get(wrap.surface)
     if surface and surface.shape == "cylinder" and math.isfinite(surface.length):
-        problem = f"passes inside the cylinder {surface.name!r}, whose ends do not count for it"
+        problem = f"passes inside the cylinder {surface.name!r}; the cylinder's ends are ignored"
         yield warning(subject, "wrap-ends-left", problem)
 
 
 def _ends_inside(
     subject: Subject, muscle: Muscle, wrap: Wrap, surface: WrapSurface
 ) -> Iterator[Finding]:
-    """Only of ends on the surface's own link: others move."""
+    """Report ends inside the surface, if they are on the surface's link; other ends move."""
     for k in (wrap.segment, wrap.segment + 1):
         point = muscle.via_points[k]
         if point.link == surface.link and _is_inside(point.position, surface):
@@ -117,24 +117,24 @@ def _is_inside(position: Vector3, surface: WrapSurface) -> bool:
 def _sequences(
     subject: Subject, muscle: Muscle, surfaces: Mapping[str, WrapSurface]
 ) -> Iterator[Finding]:
-    """Several surfaces in one segment: not too many, apart from each other."""
+    """Check several surfaces in one segment: their number, and that they do not overlap."""
     by_segment = groupby(sorted(muscle.wraps, key=_segment), key=_segment)
     for segment, group in by_segment:
         wraps = list(group)
         if len(wraps) > MAX_WRAPS:
-            problem = f"{len(wraps)} wraps in segment {segment}; at most {MAX_WRAPS} are possible"
+            problem = f"{len(wraps)} wraps in segment {segment}; use at most {MAX_WRAPS}"
             yield error(subject, "too-many-wraps", problem)
         over = [wrap for wrap in wraps if wrap.surface in surfaces and not wrap.inside]
         known = [surfaces[wrap.surface] for wrap in over]
         for first, second in pairwise(known):
             if _overlap(first, second):
                 problem = f"wraps over {first.name!r} and {second.name!r}, which overlap"
-                problem += ": between them it is not taut; put a via point there"
+                problem += "; the path between them is not taut; add a via point there"
                 yield warning(subject, "wraps-overlap", problem)
         for wrap in wraps if len(wraps) > 1 else ():
             if wrap.side and wrap.surface in surfaces and surfaces[wrap.surface].shape == "sphere":
-                problem = f"takes the shorter path past sphere {wrap.surface!r}, not on a side"
-                problem += ": there are other surfaces in its segment"
+                problem = f"ignores the side at sphere {wrap.surface!r} and uses the shorter path"
+                problem += ", since its segment has other surfaces"
                 yield warning(subject, "wrap-side-left", problem)
 
 
@@ -143,7 +143,10 @@ def _segment(wrap: Wrap) -> int:
 
 
 def _overlap(first: WrapSurface, second: WrapSurface) -> bool:
-    """Whether two spheres on one link do; of other shapes it depends on where they are touched."""
+    """Return whether two spheres on one link overlap.
+
+    Other shapes return False, since the result depends on the points of contact.
+    """
     if first.link != second.link or (first.shape, second.shape) != ("sphere", "sphere"):
         return False
     distance = math.dist(first.pose.position, second.pose.position)

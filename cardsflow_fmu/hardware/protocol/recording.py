@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from addin_sdfusion.robot import InputError, limits
 from addin_sdfusion.robot.errors import MachineError
-from addin_sdfusion.robot.files import file_error, opened_file, read_file
+from addin_sdfusion.robot.files import file_error, open_file, read_file
 from addin_sdfusion.robot.json_text import json_text
 from cardsflow_fmu.utils.arrays import FloatArray
 
@@ -245,5 +245,5 @@ def _require_recording(file: Path) -> None:
 
 def is_recording(file: Path) -> bool:
     """Whether a file begins as a recording does, or is empty, as of a run that was killed."""
-    with opened_file(file, sys.maxsize) as stream:
+    with open_file(file, sys.maxsize) as stream:
         return stream.read(len(_MAGIC)) in (b"", _MAGIC)

@@ -58,7 +58,7 @@ def test_other_names_are_no_meshes(suffix: str) -> None:
 @pytest.mark.parametrize("uri", ["../../secret.bin", "http://example.org/x", "file:///etc/passwd"])
 def test_a_mesh_that_needs_other_files_is_refused(part: str, uri: str) -> None:
     scene = {"asset": {"version": "2.0"}, "meshes": [{}], part: [{"uri": uri}]}
-    assert "needs another file" in str(mesh_problem(".gltf", json.dumps(scene).encode()))
+    assert "requires another file" in str(mesh_problem(".gltf", json.dumps(scene).encode()))
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_corners_that_are_no_numbers_are_refused(bad: float, k: int) -> None:
     assert mesh_problem(".stl", _binary_stl(*corners)) is None
     corners[k] = bad
     assert mesh_problem(".stl", _binary_stl(*corners)) == (
-        "it has corners that are no finite numbers"
+        "it has vertices that are not finite"
     )
 
 
@@ -104,7 +104,7 @@ def test_corners_that_are_no_numbers_are_refused_in_text(suffix: str, text: str)
     assert mesh_problem(suffix, text.format("1e-3").encode()) is None
     for bad in ("nan", "-inf", "NaN"):
         problem = mesh_problem(suffix, text.format(bad).encode())
-        assert problem == "it has corners that are no finite numbers"
+        assert problem == "it has vertices that are not finite"
 
 
 def test_a_binary_stl_that_ends_early_says_how_much_is_there() -> None:
@@ -134,8 +134,8 @@ DEEP = [{"children": [k + 1]} for k in range(limits.MESH_DEPTH + 1)]
     [
         (gltf([{"mesh": 0}]), None),
         (gltf([*DEEP[:-2], {"mesh": 0}]), None),
-        (gltf([*DEEP, {"mesh": 0}]), "in a row"),
-        (gltf([{"children": [1]}, {"children": [0]}]), "in a row"),
+        (gltf([*DEEP, {"mesh": 0}]), "nested ones"),
+        (gltf([{"children": [1]}, {"children": [0]}]), "nested ones"),
         (gltf(FLAT), "nodes"),
         (gltf([{"mesh": 0}], scenes=[{"nodes": [0] * len(FLAT)}]), "parts"),
         (gltf([{"mesh": 0}], meshes=[{"primitives": [TRIANGLE] * len(FLAT)}]), "parts"),

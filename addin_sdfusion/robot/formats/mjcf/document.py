@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 from lxml import etree
 
 from ...errors import InputError
-from ...files import opened_file
+from ...files import open_file
 from ...finding import Subject
 from ...limits import MESH
 from ...mesh_files import is_file, mesh_file
@@ -265,7 +265,7 @@ def _parent(node: Node) -> str:
 def _may_be_read(file: Path) -> bool:
     """Return whether a mesh is there, is a file, and is not too large."""
     try:
-        opened_file(file, MESH).close()
+        open_file(file, MESH).close()
     except InputError:
         return False
     return True

@@ -369,7 +369,7 @@ def test_a_pulley_at_the_base_is_kept_with_its_place(tmp_path, element, kind):
     found = {f.code: f.message for f in reading.findings if f.subject.kind == "muscle"}
     assert found.keys() == ({"winch-travel-left-out"} if kind == "screw" else set())
     if kind == "screw":  # 1 mm a turn of 2 pi 20 mm
-        assert "0.00796 m a metre of cable" in found["winch-travel-left-out"]
+        assert "0.00796 m per metre of cable" in found["winch-travel-left-out"]
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ def test_meshes_come_along_and_those_of_others_do_not(folder, format_, tmp_path,
     files = converted(folder, format_, tmp_path / "new")
     assert [name for name in files if name.endswith(".stl")] == CARRIED
     said = capsys.readouterr().err
-    assert "'../outside.stl' does not come along: lies outside" in said
+    assert "'../outside.stl' does not come along: is outside" in said
     assert "'meshes/no.stl' does not come along: cannot be used as a mesh" in said
 
 

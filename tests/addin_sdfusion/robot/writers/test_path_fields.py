@@ -123,10 +123,16 @@ def test_what_other_formats_lack_is_said(tmp_path: Path, name: str) -> None:
         (replace(MUSCLES[1], terms=()), "needs at least two via points"),
         (replace(MUSCLES[1], terms=(CoordinateTerm("elbow", 1.0),)), "no coordinate 'elbow'"),
         (replace(MUSCLES[2], wraps=(Wrap("barrel", 3, rule="opensim", last_segment=4),)), "up to"),
-        (replace(MUSCLES[2], wraps=(Wrap("barrel", 0, 1, rule="opensim"),)), "no side"),
-        (replace(MUSCLES[2], wraps=(Wrap("barrel", 0, quadrant="+x"),)), "only by the rule"),
-        (replace(MUSCLES[3], wraps=(Wrap("egg", 0, rule="mujoco"),)), "no ellipsoids"),
-        (replace(MUSCLES[3], wraps=(Wrap("barrel", 0, rule="mujoco"),) * 2), "one at most"),
+        (
+            replace(MUSCLES[2], wraps=(Wrap("barrel", 0, 1, rule="opensim"),)),
+            "does not support side",
+        ),
+        (replace(MUSCLES[2], wraps=(Wrap("barrel", 0, quadrant="+x"),)), "only rule"),
+        (
+            replace(MUSCLES[3], wraps=(Wrap("egg", 0, rule="mujoco"),)),
+            "does not support ellipsoids",
+        ),
+        (replace(MUSCLES[3], wraps=(Wrap("barrel", 0, rule="mujoco"),) * 2), "use at most one"),
     ],
 )
 def test_paths_that_make_no_sense_are_found(muscle: Muscle, problem: str) -> None:
