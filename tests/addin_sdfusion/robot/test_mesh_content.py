@@ -84,9 +84,7 @@ def test_corners_that_are_no_numbers_are_refused(bad: float, k: int) -> None:
     corners = [1e30, 0.0, 0.0, -1.0, 2.0, 0.0, 1e-40, 1.0, -1e37]
     assert mesh_problem(".stl", _binary_stl(*corners)) is None
     corners[k] = bad
-    assert mesh_problem(".stl", _binary_stl(*corners)) == (
-        "it has vertices that are not finite"
-    )
+    assert mesh_problem(".stl", _binary_stl(*corners)) == ("it has vertices that are not finite")
 
 
 @pytest.mark.parametrize(

@@ -102,7 +102,7 @@ def test_check_refuses_files_of_robots_that_may_not_travel(
     arm = f'path = "{PLANAR_2R / "robot"}"\ncable_set = "basic"'
     file.write_text(file.read_text().replace(arm, 'path = "robot"'))
     line = cardsflow.refused("run", file, "--coupling", "direct", "-o", tmp_path / "out")
-    assert "arm.xml: lies outside the folders" in line
+    assert "arm.xml: is outside the folders" in line
     assert cardsflow("check", file)[::2] == (2, line)
 
 
