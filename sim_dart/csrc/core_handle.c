@@ -1,4 +1,4 @@
-/* The handle: its memory, its arrays, and the calls that a step makes. */
+/* The core handle: its memory and arrays, and the calls of a step. */
 #include "blob/blob.h"
 #include "kinematics/tree.h"
 #include "laws/laws.h"

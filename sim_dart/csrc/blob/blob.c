@@ -1,4 +1,4 @@
-/* Opening a blob: nothing in it is trusted. */
+/* Open a robot blob. Every number in the blob is checked, since the blob may be damaged. */
 #include "blob.h"
 
 #include "../core.h"

@@ -1,4 +1,4 @@
-/* Opening a blob. */
+/* Opening of robot blobs. */
 #ifndef CARDSFLOW_BLOB_H
 #define CARDSFLOW_BLOB_H
 
@@ -6,8 +6,8 @@
 
 #include <stddef.h>
 
-/* 0, or a message in `message`: all of it is checked but for the muscle laws' parameters, so that nothing
-   after it reads out of bounds. */
+/* Fill `view` and return 0, or write a message and return nonzero. All fields are checked except the
+   parameters of the muscle laws, so that later code does not read out of bounds. */
 CORE_INSIDE int blob_open(blob_view *view, const void *blob, size_t size, char *message, size_t capacity);
 
 #endif

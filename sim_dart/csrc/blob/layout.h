@@ -1,15 +1,14 @@
-/* The robot blob: one flat, read-only piece of memory that holds a robot's numbers.
+/* The robot blob: one flat, read-only block of memory with all numbers of a robot.
 
-   This is the only place that states the order of its fields. Python asks the library for it as text
-   (core_layout), so that both ends agree by construction; the hash of that text stands in every blob.
+   Only this file defines the order of the fields. Python reads the order from the library as text
+   (core_layout), so that both sides agree by construction. Every blob contains the hash of this text.
 
-   A blob is a header, then the fields one after the other, each padded to 8 bytes; it begins at a multiple
-   of 8 bytes. All this holds for numbers of single precision too, where reals have 4 bytes, and the first
-   word of the header tells such a blob from one of doubles. Frames are the
-   moving frames of the tree, parents first; frame -1 is the world. Links that a fixed joint connects share
-   a frame. Each frame is driven by a variable of its own. The first variables are the degrees of freedom q;
-   those after them, if any, are sums of functions of earlier ones. Where there are none of these, there is a
-   frame for each degree of freedom.                                                                   */
+   A blob consists of a header and the fields in order. Each field is padded to 8 bytes, and the blob begins
+   at a multiple of 8 bytes. In a blob of single precision, reals have 4 bytes; the first word of the header
+   specifies the precision. Frames are the moving frames of the tree, parents first; frame -1 is the world.
+   Links that a fixed joint connects share a frame. Each frame has a different variable. The first variables
+   are the degrees of freedom q. Further variables are sums of functions of earlier variables. Without
+   further variables each degree of freedom has one frame. */
 #ifndef CARDSFLOW_LAYOUT_H
 #define CARDSFLOW_LAYOUT_H
 
@@ -22,7 +21,7 @@
 #define BLOB_MAGIC PRECISE(BLOB_MAGIC_DOUBLE, BLOB_MAGIC_FLOAT)
 #define BLOB_VERSION 1u
 
-/* COUNT(name, largest value) */
+/* COUNT(name, maximum) */
 #define BLOB_COUNTS(COUNT)                                                                             \
     COUNT(dofs, 4096)                                                                                  \
     COUNT(frames, 4096)                                                                                \
@@ -47,84 +46,86 @@
     COUNT(path_terms, 1048576)                                                                         \
     COUNT(robots, 1)
 
-/* FIELD(element type, name, elements an item, count that says how many items)
+/* FIELD(element type, name, elements per item, count that specifies the number of items)
+
      parent           frame that this one is fixed to at q = 0, or -1
-     motion           enum motion: what moves it
-     coordinate       variable that drives it
+     motion           enum motion: type of the joint motion
+     coordinate       variable of the joint motion
      offset_rotation  the frame at q = 0 in the parent frame, row by row
-     offset_position  its origin, in [m]
-     axis             of the motion: unit vector in the frame
-     mass             of the bodies that the frame carries, in [kg]; may be 0
-     mass_centre      of these bodies, in the frame, in [m]
-     inertia          of these bodies about their mass centre, along the frame's axes: xx, yy, zz, xy,
-                      xz, yz, in [kg m2]
-     damping          of a variable
+     offset_position  origin of the frame in the parent frame, in [m]
+     axis             axis of the motion: unit vector in the frame
+     mass             mass of the bodies fixed to the frame, in [kg]; may be 0
+     mass_centre      mass centre of these bodies, in the frame, in [m]
+     inertia          inertia of these bodies about their mass centre, along the axes of the frame: xx, yy, zz,
+                      xy, xz, yz, in [kg m2]
+     damping          damping of a variable
      stiffness, rest  spring of a variable x: torque -stiffness (x - rest)
-     armature         of a variable: inertia besides the bodies'
-     variable_terms   how many functions a variable is the sum of; none of those that are q
-     term_source      the variable that a function is of, before the one that it is part of
+     armature         inertia of a variable in addition to the bodies
+     variable_terms   number of functions in the sum of a variable; 0 for q
+     term_source      argument of a function: a variable before the variable of the sum
      term_kind        enum term
-     term_size        how many coefficients, or pieces
+     term_size        number of coefficients or pieces
      term_number      c0, c1, ... of a polynomial; x_k, a, b, c, d of each piece a + D (b + D (c + D d)),
-                      D = x - x_k, which holds from x_k on, the first one before the second
-     limit_variable   that a force beyond a range acts on
+                      D = x - x_k, valid for x >= x_k; the first piece is also valid below
+     limit_variable   variable of a limit force, which acts outside of a range
      limit_numbers    low, high, stiffness below and above, damping, transition
-     friction         Coulomb's, of a coordinate, by its index in q: largest force or torque
-     lower, upper     limits of a coordinate, by its index in q; infinite if there is none
-     gravity          in the world, in [m/s2]
-     muscle_points    via points of a muscle, at least 2
-     muscle_bends     bends of a muscle's cable with friction, see bends.h; 0 without. Its first via point is
-                      the driven end
-     bend_friction    mu there, from 0 on, along the path, muscle after muscle
-     presliding       way over which that friction turns round, in [m]
+     friction         maximum Coulomb friction of a coordinate, by its index in q
+     lower, upper     limits of a coordinate, by its index in q; infinite without a limit
+     gravity          gravity in the world, in [m/s2]
+     muscle_points    number of via points of a muscle, at least 2
+     muscle_bends     number of bends of a cable with friction, see bends.h; 0 without friction. The first via
+                      point is the driven end
+     bend_friction    friction coefficient mu >= 0 of a bend, in the order of the path, muscle after muscle
+     presliding       sliding distance over which cable friction reverses, in [m]
      point_frame      frame that a via point is fixed to, or -1
-     point_position   in that frame, in [m]; muscle after muscle
+     point_position   position in that frame, in [m]; muscle after muscle
      closure_kind     enum closure: an equation of a loop joint
-     closure_frame    the frames of its two sides A and B, or -1
+     closure_frame    frames of the two sides A and B, or -1
      closure_along    u, unit vector in A
-     closure_at       of a point p_A; of a direction the one in A that v is to point along, or 0 for either way
-     closure_other    in B: of a point p_B, of a direction v, a unit vector
-     task_kind        enum task: what of the frame counts
+     closure_at       of a point: p_A; of a direction: the direction in A along which v must point, or 0 if v may
+                      point in either sense
+     closure_other    in B: the point p_B, or the direction v, a unit vector
+     task_kind        enum task: point or orientation
      task_frame       frame that a task is fixed to, or -1
-     task_position    of a point in that frame, in [m]
-     task_rotation    of a link in that frame, row by row
-     law_kind         which muscle law: the how many-th law of core_laws()
-     law_parameter    of every muscle's law, muscle after muscle, in SI units
+     task_position    position of a task point in that frame, in [m]
+     task_rotation    orientation of a task link in that frame, row by row
+     law_kind         index of the muscle law in core_laws()
+     law_parameter    parameters of the muscle laws, muscle after muscle, in SI units
      surface_kind     enum surface
      surface_frame    frame that a surface is fixed to, or -1
-     surface_centre   in that frame, in [m]
-     surface_axis     its z axis there: unit vector
-     surface_across   its x axis there: unit vector
-     surface_radius   in [m]; of an ellipsoid its half axis along x
-     surface_half_axes  of an ellipsoid those along y and z, in [m]; 0 of others
-     surface_half     half the length of a cylinder, in [m]; 0 if it has no ends
-     wrap_point       via point before it, one of all, in order; never a muscle's last
-     wrap_surface     what it goes over
-     wrap_side        sense of turning about the z axis: 1, -1, or 0 for the shorter way; 2 inside it
-     wrap_turns       whole turns besides
-     wrap_last        via point before the last segment that it may be in; wrap_point but for OpenSim's rules
+     surface_centre   centre in that frame, in [m]
+     surface_axis     z axis in that frame: unit vector
+     surface_across   x axis in that frame: unit vector
+     surface_radius   radius in [m]; of an ellipsoid: half axis along x
+     surface_half_axes  half axes of an ellipsoid along y and z, in [m]; 0 for other surfaces
+     surface_half     half the length of a cylinder, in [m]; 0 if the cylinder is infinite
+     wrap_point       index of the via point before the wrap, in order; never the last point of a muscle
+     wrap_surface     surface of the wrap
+     wrap_side        sense of turning about the z axis: 1, -1, or 0 for the shorter way; 2 inside the surface
+     wrap_turns       number of additional whole turns
+     wrap_last        via point before the last allowed segment; equal to wrap_point except with OpenSim's rules
      wrap_rule        enum rule
-     wrap_guide       guide that says on which side, or -1
+     wrap_guide       guide that specifies the side, or -1
      guide_frame      frame that a guide is fixed to, or -1
-     guide_vector     in it: of MuJoCo's rules a point, of OpenSim's the quadrant's direction
-     condition_point  via point that is in use at times, one of all, in order, one each
-     condition_coordinate  by which variable it is
-     condition_low, condition_high  from where to where
-     condition_smoothing   over how far its share changes outside of that; 0: at once
-     move_point       via point that moves on its link, one of all, in order
-     move_coordinate  by which variable it does
-     move_axis        in the point's frame, along which
-     move_low, move_high   beyond which it stands still
-     move_first, move_pieces  the pieces of its function
-     piece            of a function: x0, a, b, c, d of a + D (b + D (c + D d)), D = x - x0, from x0 on; the
-                      first one from anywhere
-     branch_point     via point that a branch begins with, one of all, in order
-     branch_divisor   of its length
-     path_term_muscle muscle whose length has a part in proportion to a variable, in order
-     path_term_coordinate, path_term_factor   which one, and the derivative
-     pulley_point     first via point of a muscle, one of all, in order
-     pulley_direction in which the cable comes on: unit vector in that point's frame
-     pulley_radius    in [m]                                                                           */
+     guide_vector     vector in that frame: a point for MuJoCo's rules, the quadrant's direction for OpenSim's
+     condition_point  index of a conditional via point, in order, at most one condition per point
+     condition_coordinate  variable of the condition
+     condition_low, condition_high  range of the variable in which the point is active
+     condition_smoothing   transition width outside of the range; 0: the point switches
+     move_point       index of a via point that moves on its link, in order
+     move_coordinate  variable that moves the point
+     move_axis        axis of the motion in the frame of the point
+     move_low, move_high   range of the variable outside of which the point does not move
+     move_first, move_pieces  first piece and number of pieces of the function
+     piece            x0, a, b, c, d of a piece a + D (b + D (c + D d)), D = x - x0, valid for x >= x0; the first
+                      piece is also valid below
+     branch_point     index of the first via point of a branch, in order
+     branch_divisor   divisor of the length of the branch
+     path_term_muscle muscle with a length term that is proportional to a variable, in order
+     path_term_coordinate, path_term_factor   variable of the term, and the derivative
+     pulley_point     first via point of a muscle with a pulley, in order
+     pulley_direction direction of the incoming cable: unit vector in the frame of that point
+     pulley_radius    radius in [m] */
 #define BLOB_FIELDS(FIELD)                                                                             \
     FIELD(int32_t, parent, 1, frames)                                                                  \
     FIELD(int32_t, motion, 1, frames)                                                                  \
@@ -206,24 +207,24 @@
     FIELD(real, pulley_direction, 3, pulleys)                                                          \
     FIELD(real, pulley_radius, 1, pulleys)
 
-/* The most surfaces in one segment: the working memory of a sequence lies on the stack. */
+/* Maximum number of surfaces in one segment: the working memory of a sequence is on the stack. */
 #define MAX_SEQUENCE 8
 
-/* Whose rules a wrap goes by: ours, MuJoCo's, OpenSim's. */
+/* Rules of a wrap: the taut cable, MuJoCo's rules or OpenSim's rules. */
 enum rule { RULE_TAUT = 0, RULE_MUJOCO = 1, RULE_OPENSIM = 2, RULES };
 
-/* A wrap_side: the cable is led through the surface, which it touches from within. */
+/* Value of wrap_side for a cable that runs inside of the surface and touches it from within. */
 #define WRAP_INSIDE 2
 
 enum surface { SURFACE_SPHERE = 0, SURFACE_CYLINDER = 1, SURFACE_ELLIPSOID = 2, SURFACES };
 
-/* How many times longer than another one a half axis of an ellipsoid may be. */
+/* Maximum ratio of two half axes of an ellipsoid. */
 #define MAX_HALF_AXIS 10
 
 /* Functions of one variable. */
 enum term { TERM_POLYNOMIAL = 0, TERM_PIECES = 1, TERMS };
 
-/* Numbers of a piece, and of a limit force. */
+/* Number of values of a piece, and of a limit force. */
 #define PIECE_NUMBERS 5
 #define LIMIT_NUMBERS 6
 
@@ -232,8 +233,8 @@ enum motion { ROTATION = 0, TRANSLATION = 1, MOTIONS };
 /* Equations of loop joints: u.(p_B - p_A) = 0, or u.v = 0; see loops/closures.c. */
 enum closure { CLOSURE_POINT = 0, CLOSURE_DIRECTION = 1, CLOSURES };
 
-/* Task coordinates are three a task: x, y, z of a point, or the angles alpha, beta, gamma of
-   R = Rx(alpha) Ry(beta) Rz(gamma), which are singular at beta = +-pi/2.                              */
+/* A task has three coordinates: x, y, z of a point, or the angles alpha, beta, gamma of R = Rx(alpha)
+   Ry(beta) Rz(gamma), which are singular at beta = +-pi/2. */
 enum task { TASK_POINT = 0, TASK_ORIENTATION = 1, TASKS };
 
 #define BLOB_COUNT_MEMBER(name, largest) int32_t name;
@@ -244,16 +245,16 @@ typedef struct {
 
 typedef struct {
     uint32_t magic, version, layout_hash, reserved;
-    uint64_t size; /* of the whole blob, in bytes */
+    uint64_t size; /* size of the whole blob, in bytes */
     blob_counts counts;
 } blob_header;
 
-/* A validated blob: pointers into the caller's memory. */
+/* A checked blob: pointers into the memory of the caller. */
 #define BLOB_FIELD_MEMBER(type, name, per_item, count) const type *name;
 typedef struct {
     blob_counts counts;
-    int32_t law_states, law_constants; /* of all muscles together; the states with those of bends */
-    int32_t stretches;                 /* bends of cables that stretch all along */
+    int32_t law_states, law_constants; /* numbers of all muscles; the states include those of bends */
+    int32_t stretches;                 /* number of bends of cables that stretch along their path */
     BLOB_FIELDS(BLOB_FIELD_MEMBER)
 } blob_view;
 #undef BLOB_FIELD_MEMBER

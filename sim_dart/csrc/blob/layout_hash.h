@@ -1,4 +1,4 @@
-/* The hash of a layout's text, FNV-1a. */
+/* Hash of the layout text, FNV-1a. */
 #ifndef CARDSFLOW_LAYOUT_HASH_H
 #define CARDSFLOW_LAYOUT_HASH_H
 

@@ -2,7 +2,7 @@
 
 typedef struct {
     char *at;
-    size_t left; /* without the zero at the end */
+    size_t left; /* capacity without the terminating zero */
 } text;
 
 static void put(text *out, char letter)
@@ -46,7 +46,7 @@ void message_write(char *message, size_t capacity, const char *format, va_list a
         case 'd': put_signed(&out, va_arg(arguments, int)); break;
         case 'u': put_number(&out, va_arg(arguments, unsigned)); break;
         case 'z': put_number(&out, va_arg(arguments, size_t)), format++; break;
-        default: put(&out, '%'), format--; /* no conversion of these */
+        default: put(&out, '%'), format--; /* other conversions are not supported */
         }
     }
     *out.at = 0;

@@ -1,4 +1,4 @@
-/* The inside of a handle. */
+/* Internal state of a core handle. */
 #ifndef CARDSFLOW_STATE_H
 #define CARDSFLOW_STATE_H
 
@@ -6,7 +6,7 @@
 #include "../../generated/law_parameters.h"
 #include "layout.h"
 
-/* The numbers of what there is, as STATE_ARRAYS names them. */
+/* Lengths that STATE_ARRAYS uses. */
 #define STATE_LENGTHS(view)                                                                            \
     const blob_counts *n = &(view)->counts;                                                            \
     const size_t law_states = (size_t)(view)->law_states, law_constants = (size_t)(view)->law_constants; \
@@ -17,24 +17,24 @@
     const size_t conditions = (size_t)n->conditions, moves = (size_t)n->moves;                         \
     const size_t closures = (size_t)n->closures, bends = (size_t)n->bends;                             \
     const size_t variables = (size_t)n->variables, terms = (size_t)n->terms;                           \
-    const size_t wide = variables > dofs ? variables : 0; /* none if all variables are q */
+    const size_t wide = variables > dofs ? variables : 0; /* 0 if all variables are q */
 
-/* ARRAY(name, number of doubles) in the working memory behind the handle.
+/* ARRAY(name, number of reals): arrays in the working memory after the handle.
    A rotation about a constant axis is R0 + sin(q) R1 + (1 - cos(q)) R2, with R1 = R0 [a], R2 = R0 [a][a]. */
 #define STATE_ARRAYS(ARRAY)                                                                            \
     ARRAY(rotation_sin, 9 * frames)                                                                    \
     ARRAY(rotation_cos, 9 * frames)                                                                    \
     ARRAY(rotation, 9 * frames) /* frame in the world, row by row */                                   \
-    ARRAY(origin, 3 * frames)   /* of the frame in the world; on the axis */                           \
+    ARRAY(origin, 3 * frames)   /* of the frame in the world; lies on the axis */                      \
     ARRAY(axis, 3 * frames)     /* in the world */                                                     \
     ARRAY(point, 3 * points)  /* via points in the world */                                            \
     ARRAY(link, 3 * frames)     /* from the parent frame's origin to this one's, in the world */       \
     ARRAY(spin, 3 * frames)     /* angular velocity of the frame, in the world */                      \
-    ARRAY(slide, 3 * frames)    /* what the motion's own velocity is: axis * qd */                     \
+    ARRAY(slide, 3 * frames)    /* velocity of the motion itself: axis * qd */                         \
     ARRAY(velocity, 3 * frames) /* of the origin */                                                    \
     ARRAY(centre, 3 * frames)   /* first moment of mass about the origin, m r */                       \
     ARRAY(moment, 9 * frames)   /* second moment: inertia about the origin */                          \
-    ARRAY(drift, 6 * frames)    /* acceleration of the frame beyond the parent's, at qdd = 0 */        \
+    ARRAY(drift, 6 * frames)    /* acceleration relative to the parent, at qdd = 0 */                  \
     ARRAY(acceleration, 6 * frames)                                                                    \
     ARRAY(wrench, 6 * frames)   /* moment about the origin, force */                                   \
     ARRAY(articulated, 27 * frames)                                                                    \
@@ -45,37 +45,37 @@
     ARRAY(coriolis, dofs)                                                                              \
     ARRAY(gravity, dofs)                                                                               \
     ARRAY(qdd, dofs)                                                                                   \
-    ARRAY(at, variables)      /* those of the last move: q, and what follows it */                     \
-    ARRAY(moved, wide)        /* how fast all variables change */                                      \
+    ARRAY(at, variables)      /* variables of the last move: q and dependent ones */                   \
+    ARRAY(moved, wide)        /* rates of all variables */                                             \
     ARRAY(bend, wide)         /* their second derivatives at qdd = 0 */                                \
-    ARRAY(slope, terms)       /* f' and f'' of the last move */                                        \
+    ARRAY(slope, terms)       /* f' and f'' at the last move */                                        \
     ARRAY(curve, terms)                                                                                \
-    ARRAY(row, 3 * wide)      /* of forces on all variables, or of derivatives by them */              \
+    ARRAY(row, 3 * wide)      /* forces on all variables, or derivatives by them */                    \
     ARRAY(wide_matrix, wide *wide)                                                                     \
-    ARRAY(dense, wide || bends ? dofs * dofs : 0) /* M factorised */                                   \
-    ARRAY(q, dofs)            /* where the robot is */                                                 \
+    ARRAY(dense, wide || bends ? dofs * dofs : 0) /* factors of M */                                   \
+    ARRAY(q, dofs)            /* configuration of the robot */                                         \
     ARRAY(qd, dofs)                                                                                    \
     ARRAY(load, dofs)         /* generalised forces of a step */                                       \
-    ARRAY(outer, dofs)        /* those from outside */                                                 \
-    ARRAY(work, 4)            /* of muscles, of what acts from outside, of damping, of cable friction */ \
-    ARRAY(energies, 3)        /* kinetic, of the weight, of springs */                                 \
+    ARRAY(outer, dofs)        /* external generalised forces */                                        \
+    ARRAY(work, 4)            /* of muscles, external forces, damping, cable friction */                 \
+    ARRAY(energies, 3)        /* kinetic, gravitational, of springs */                                 \
     ARRAY(momenta, 6)         /* linear, angular */                                                    \
-    ARRAY(before, 2 * dofs + law_states) /* q, qd, law_states at the step's beginning */               \
+    ARRAY(before, 2 * dofs + law_states) /* q, qd, law_states at the start of the step */              \
     ARRAY(slopes, 2 * dofs + law_states) /* sum of their rates over the stages */                      \
     ARRAY(armature, variables)                                                                         \
-    ARRAY(response, dofs *dofs) /* rows: what a unit impulse on a coordinate does to qd */             \
+    ARRAY(response, dofs *dofs) /* rows: change of qd for a unit impulse on a coordinate */            \
     ARRAY(factor, dofs *dofs)                                                                          \
     ARRAY(impulse, dofs)                                                                               \
-    ARRAY(low, dofs)          /* velocities that limits leave */                                       \
+    ARRAY(low, dofs)          /* velocity bounds due to the limits */                                  \
     ARRAY(high, dofs)                                                                                  \
     ARRAY(target, dofs)                                                                                \
-    ARRAY(free, dofs)         /* velocities without any limit */                                       \
+    ARRAY(free, dofs)         /* velocities without limits */                                          \
     ARRAY(met, dofs)          /* indices of coordinates at a limit */                                  \
-    ARRAY(grip, dofs)         /* the largest impulse of friction */                                    \
+    ARRAY(grip, dofs)         /* maximum impulse of friction */                                        \
     ARRAY(unbraked, dofs)     /* velocities without limits and friction */                             \
-    ARRAY(slides, dofs)       /* 0 if it is held; else -1 below 0, if it slips, 1 above */              \
-    ARRAY(sliding, dofs)      /* velocities found so far */                                            \
-    ARRAY(side, dofs)         /* -1 at its lower limit, 1 at its upper one, 0 elsewhere */             \
+    ARRAY(slides, dofs)       /* 0: held; -1: slips below 0; 1: slips above 0 */                        \
+    ARRAY(sliding, dofs)      /* current solution for the velocities */                                \
+    ARRAY(side, dofs)         /* -1 at the lower limit, 1 at the upper limit, 0 elsewhere */           \
     ARRAY(closure_gap, closures)                                                                       \
     ARRAY(closure_jacobian, closures *dofs)                                                            \
     ARRAY(closure_response, closures *dofs) /* rows: M^-1 J' */                                        \
@@ -84,12 +84,12 @@
     ARRAY(closure_pivot, closures)                                                                     \
     ARRAY(closure_force, closures)                                                                     \
     ARRAY(closure_bias, closures)                                                                      \
-    ARRAY(yielding, closures ? dofs : 0) /* how far a coordinate that is met gives way to a unit impulse */ \
-    ARRAY(closing, closures ? dofs : 0) /* what closes gaps of q */                                    \
+    ARRAY(yielding, closures ? dofs : 0) /* compliance of a coordinate at a limit to a unit impulse */      \
+    ARRAY(closing, closures ? dofs : 0) /* change of q that closes the gaps */                         \
     ARRAY(closure_rows, closures *(dofs + 1))                                                          \
     ARRAY(free_motion, closures ? dofs * dofs : 0) /* N of qdd = N qdd_I + c, rows of coordinates */   \
     ARRAY(free_bias, closures ? dofs : 0)          /* c */                                             \
-    ARRAY(free_row, closures ? dofs : 0)           /* of all coordinates, before it is narrowed by N */ \
+    ARRAY(free_row, closures ? dofs : 0)           /* row by all coordinates, before it is reduced by N */ \
     ARRAY(free_matrix, closures ? dofs * dofs : 0)                                                     \
     ARRAY(task_bias, 3 * tasks)                                                                        \
     ARRAY(lengths, muscles)                                                                            \
@@ -101,32 +101,32 @@
     ARRAY(tensions, muscles)                                                                           \
     ARRAY(law_states, law_states)                                                                      \
     ARRAY(law_rates, law_states)                                                                       \
-    ARRAY(law_constants, law_constants) /* what a law makes of its parameters once */                  \
-    ARRAY(far_tensions, bends ? muscles : 0) /* what friction leaves of tensions at the last point */  \
+    ARRAY(law_constants, law_constants) /* derived constants of the muscle laws */                     \
+    ARRAY(far_tensions, bends ? muscles : 0) /* tensions at the last point, with friction */           \
     ARRAY(pull_jacobian, bends ? muscles *dofs : 0)                                                    \
-    ARRAY(cable_stretches, bends ? muscles : 0) /* whether it stretches all along, see cable_stretch.c */ \
-    ARRAY(cable_compliance, bends ? muscles : 0) /* in [m/N]; 0 while it is slack, or does not stretch */ \
-    ARRAY(cable_rise, bends ? muscles : 0)       /* of its mean tension over its first one, relative */ \
-    ARRAY(cable_beyond, bends ? muscles : 0)     /* by which it is longer than with its first tension all along */ \
+    ARRAY(cable_stretches, bends ? muscles : 0) /* whether the cable stretches, see cable_stretch.c */    \
+    ARRAY(cable_compliance, bends ? muscles : 0) /* in [m/N]; 0 if it is slack or does not stretch */     \
+    ARRAY(cable_rise, bends ? muscles : 0)       /* mean tension over first tension, minus 1 */         \
+    ARRAY(cable_beyond, bends ? muscles : 0)     /* elongation beyond that due to the first tension */             \
     ARRAY(bend_row, bends ? variables : 0)                                                             \
     ARRAY(bend_flow, bends *dofs) /* rows: A of cable_friction.c */                                    \
     ARRAY(bend_grip, bends)       /* mu theta */                                                       \
     ARRAY(bend_rates, bends)                                                                           \
     ARRAY(bend_presliding, bends)                                                                      \
-    ARRAY(bend_behind, bends)     /* length of the path from there to the far end */                   \
-    ARRAY(bend_share, bends)      /* of a cable's stretch, behind the bend */                          \
-    ARRAY(bend_owed, bends)       /* how far it has yet to slide for stretch that has come */          \
-    ARRAY(bend_lag, bends)        /* how far it slides less for stretch by friction itself */          \
+    ARRAY(bend_behind, bends)     /* length of the path from the bend to the far end */                \
+    ARRAY(bend_share, bends)      /* share of the stretch of the cable after the bend */               \
+    ARRAY(bend_owed, bends)       /* sliding distance still due to earlier stretch */                  \
+    ARRAY(bend_lag, bends)        /* sliding distance absorbed by stretch due to friction */           \
     ARRAY(bend_soft, bends)       /* compliance of the cable before a bend */                          \
     ARRAY(bend_tension, bends)    /* on the driven side */                                             \
-    ARRAY(bend_way, bends)        /* of a step, over the presliding way; and what is found there */    \
-    ARRAY(bend_next, bends)       /* what a round leads to */                                          \
+    ARRAY(bend_way, bends)        /* of a step, over the presliding distance; and solution */          \
+    ARRAY(bend_next, bends)       /* result of an iteration */                                         \
     ARRAY(bend_pull, bends)                                                                            \
     ARRAY(bend_next_pull, bends)                                                                       \
     ARRAY(bend_side, bends)                                                                            \
     ARRAY(bend_force, bends)                                                                           \
     ARRAY(bend_slope, bends)                                                                           \
-    ARRAY(bend_resistance, bends) /* beside M */                                                       \
+    ARRAY(bend_resistance, bends) /* added to M */                                                     \
     ARRAY(torques_before, bends ? dofs : 0) /* without cable friction */                               \
     ARRAY(force_low, muscles)                                                                          \
     ARRAY(force_high, muscles)                                                                         \
@@ -134,23 +134,23 @@
     ARRAY(reached, REACH_NUMBERS *muscles) /* see core_reach */                                        \
     ARRAY(surface_place, 6 * surfaces) /* centre and axis in the world */                              \
     ARRAY(surface_across, 3 * surfaces) /* of an ellipsoid: its x axis in the world */                 \
-    ARRAY(wrap_radius, wraps)          /* of the surface, in the order of the wraps; and what follows */ \
-    ARRAY(wrap_half, wraps)            /* infinite if there are no ends */                          \
+    ARRAY(wrap_radius, wraps)          /* radius of the surface, in the order of the wraps, etc. */      \
+    ARRAY(wrap_half, wraps)            /* infinite for an infinite cylinder */                      \
     ARRAY(wrap_has_axis, wraps)        /* 1 for a cylinder, 0 for a sphere */                          \
-    ARRAY(wrap_sense, wraps)           /* its side */                                                  \
-    ARRAY(wrap_is_special, wraps)      /* what wrap_simd.c is not for */                               \
+    ARRAY(wrap_sense, wraps)           /* side of the wrap */                                          \
+    ARRAY(wrap_is_special, wraps)      /* 1: wrap_simd.c does not support it */                        \
     ARRAY(wrap_turning, wraps)         /* turning angle of the last move, if turns are counted */      \
-    ARRAY(wrap_before, wraps)          /* via point before it, of a routed muscle; -1: in no use */    \
-    ARRAY(wrap_rank, wraps)            /* its place among those between the same points */             \
-    ARRAY(wrap_turn, wraps)            /* the sense in which it is passed there */                     \
-    ARRAY(point_share, points)         /* of a via point in its path, 0 to 1 */                        \
-    ARRAY(condition_slope, conditions) /* how that changes with its coordinate */                      \
+    ARRAY(wrap_before, wraps)          /* via point before it, of a routed muscle; -1: inactive */     \
+    ARRAY(wrap_rank, wraps)            /* rank among wraps between the same points */                  \
+    ARRAY(wrap_turn, wraps)            /* sense of turning there */                                    \
+    ARRAY(point_share, points)         /* activity of a via point in its path, 0 to 1 */               \
+    ARRAY(condition_slope, conditions) /* derivative of that by its coordinate */                      \
     ARRAY(move_slope, moves)           /* of the function that moves a point */                        \
-    ARRAY(is_routed, muscles)          /* 1: what routed.c is for */                                   \
+    ARRAY(is_routed, muscles)          /* 1: routed.c computes it */                                   \
     ARRAY(wrap_contact, CONTACT_NUMBERS *wraps)                                                        \
     ARRAY(pulley_contact, CONTACT_NUMBERS *pulleys)
 
-/* Of a muscle, see laws.c. */
+/* Values of a muscle, see laws.c. */
 #define REACH_NUMBERS (6 + MAX_LAW_STATES)
 
 /* Seven vectors and an angle: see core_trace. */
@@ -159,16 +159,16 @@
 #define STATE_MEMBER(name, length) real *name;
 struct core {
     blob_view blob;
-    int32_t is_counting; /* whether wraps remember their turns */
-    int32_t has_laws;    /* whether any muscle is more than an ideal cable */
+    int32_t is_counting; /* whether wraps store their turns */
+    int32_t has_laws;    /* whether any muscle is not an ideal cable */
     int32_t has_weight;  /* whether any muscle is a heavy cable */
     int32_t has_friction;
-    int32_t is_rubbing;  /* while velocities of a step with cable friction are sought */
+    int32_t is_rubbing;  /* true while velocities of a step with cable friction are computed */
     int32_t friction_rounds, friction_settled;
-    int32_t is_driven;   /* whether there are variables beside q */
-    int32_t closure_rank; /* how many closures count, the first ones of closure_order */
-    int32_t wrap_ends;   /* which directions any wrap is asked for */
-    int32_t externals;   /* points that core_external_wrenches has given; the arrays are the caller's */
+    int32_t is_driven;   /* whether variables other than q exist */
+    int32_t closure_rank; /* number of active closures, first ones in closure_order */
+    int32_t wrap_ends;   /* directions needed of any wrap */
+    int32_t externals;   /* points of core_external_wrenches; the caller owns the arrays */
     const int32_t *external_frame;
     const real *external_point, *external_wrench;
     STATE_ARRAYS(STATE_MEMBER)

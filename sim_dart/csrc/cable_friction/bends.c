@@ -1,13 +1,14 @@
-/* The bends of cables with friction: by which angle theta a cable turns in each, and how fast it slides there.
+/* Bends of cables with friction: the angle theta by which a cable turns in each bend, and the sliding
+   velocity.
 
-   The spans of a path follow each other as in paths.c. What lies behind a bend is l_k, the sum of the spans
-   from there to the far end; the cable slides in the bend with l_k', towards the driven end's side where it
-   shortens. So bend_flow is A_k = dl_k/dq = L - (spans before the bend), and bend_grip is E_k = mu_k theta_k.
+   The spans of a path are in the same order as in paths.c. Let l_k be the sum of the spans from bend k to
+   the far end. The cable slides in the bend with l_k', towards the driven end if l_k shortens. So bend_flow
+   is A_k = dl_k/dq = L - (spans before the bend), and bend_grip is E_k = mu_k theta_k.
 
-   At a via point theta is the angle between the directions before and behind it. In contact it is that of
-   contact; on a cylinder, where the cable climbs, times the cosine of the climb: its curvature is that of the
-   circle times the square of it, on a way longer by one over it. On an ellipsoid it is the integral of the
-   geodesic's curvature.                                                                                 */
+   At a via point, theta is the angle between the directions before and after it. At a surface, theta is the
+   angle of contact. On a cylinder on which the cable climbs, theta is multiplied by the cosine of the climb:
+   the curvature is that of the circle times the square of the cosine, on an arc that is longer by the
+   inverse of the cosine. On an ellipsoid, theta is the integral of the curvature of the geodesic. */
 #include "bends.h"
 
 #include "../kinematics/joint_variables.h"
@@ -18,13 +19,13 @@
 
 #include <string.h>
 
-/* A cable along which we have come to a bend. */
+/* Position of a traversal along a cable. */
 typedef struct {
     core *c;
     int32_t muscle, point, bend; /* the next bend */
     int32_t wrap, pulley;
-    real *row;    /* derivatives of the spans so far by all variables */
-    real way;     /* the length of them */
+    real *row;    /* derivatives of the traversed spans by all variables */
+    real way;     /* length of the traversed spans */
     real last[3]; /* direction of the last span */
 } cable_walk;
 
@@ -46,7 +47,7 @@ static void bend_by(cable_walk *at, real angle)
     at->bend++;
 }
 
-/* From one direction to another, of any lengths. */
+/* Return the angle between two directions of any lengths. */
 static real angle_between(const real u[3], const real v[3])
 {
     real across[3];
@@ -55,7 +56,7 @@ static real angle_between(const real u[3], const real v[3])
     return value_of(s) == 0 && value_of(c) == 0 ? 0 : arc_tangent(s, c);
 }
 
-/* A span begins at a via point, or behind a contact. */
+/* Add a span, which begins at a via point or after a contact. */
 static void go(cable_walk *at, const real u[3], const real A[3], int32_t a, const real B[3], int32_t b, real length)
 {
     span_add(at->c, u, A, a, B, b, at->row);
@@ -63,7 +64,7 @@ static void go(cable_walk *at, const real u[3], const real A[3], int32_t a, cons
     at->way += length;
 }
 
-/* Passing an end of a segment: a bend but at the ends of the cable. */
+/* Pass an end of a segment. This is a bend, except at the two ends of the cable. */
 static void pass_point(cable_walk *at, int32_t first, const real u[3])
 {
     if (at->point > first) bend_by(at, angle_between(at->last, u));
@@ -81,11 +82,12 @@ static void go_straight(cable_walk *at, int32_t first, int32_t contacts)
     if (value_of(length) > 0) go(at, u, A, frame[0], B, frame[1], length);
 }
 
-/* Of the square of a radius: no span. */
+/* Square of the radius below which a span is ignored. */
 static const real NO_SPAN = PRECISE(1e-12, 1e-8);
 
-/* The direction of a span between a via point and a contact over surface s. Where the point lies on the surface,
-   or within, which shrinks to it, how fast the length changes with the point is more than that.          */
+/* Compute the direction of a span between a via point and a contact over surface s. If the point lies on the
+   surface or within it, the circle shrinks to the point, and the change of length per displacement exceeds
+   1. */
 static void span_direction(const core *c, int32_t s, const real *point, const real *contact, const real *u, real out[3])
 {
     const real *place = c->surface_place + 6 * s, *axis = place + 3;
@@ -101,7 +103,7 @@ static void span_direction(const core *c, int32_t s, const real *point, const re
     for (int k = 0; k < 3; k++) out[k] -= across * r[k];
 }
 
-/* By which angle a cable turns about an axis. */
+/* Return the angle by which a cable turns about an axis. */
 static real turned_about(const real *contact)
 {
     const real *u = contact + 3, *axis = contact + 18;
@@ -117,8 +119,8 @@ static real turned_over(const core *c, int32_t s, const real *contact)
     return value_of(way) > 0 ? ellipsoid_bend(&placed, contact + 12, contact + 3, way) : 0;
 }
 
-/* Over a surface or off a pulley, whose contact is as core_trace has it: half the arc is before the bend, as on a
-   circle of that radius. */
+/* Pass a surface or a pulley with the contact of core_trace. Half the arc is before the bend, as on a circle
+   of that radius. */
 static void go_over(cable_walk *at, const real *contact, real angle, real radius, int32_t *frame, int32_t next)
 {
     const real half = 0.5 * radius * contact[CONTACT_NUMBERS - 1];
@@ -129,7 +131,8 @@ static void go_over(cable_walk *at, const real *contact, real angle, real radius
     *frame = next;
 }
 
-/* None for a guide, in which the cable touches a point; of an ellipsoid the contact has the arc itself. */
+/* Return the radius of the arc. It is 0 for a guide, which the cable touches in a point; the contact with an
+   ellipsoid already contains the arc. */
 static real arc_radius(const blob_view *blob, int32_t wrap, int32_t s)
 {
     if (blob->wrap_side[wrap] == WRAP_INSIDE) return 0;
@@ -171,7 +174,7 @@ static void go_segment(cable_walk *at, int32_t first)
     at->wrap += wraps, at->pulley += pulleys;
 }
 
-/* A_k = L - (spans before): what so far are those. */
+/* Compute A_k = L - (spans before the bend), in place: bend_flow contains the spans before. */
 static void flow_behind(core *c, int32_t muscle, int32_t begin, int32_t end)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;

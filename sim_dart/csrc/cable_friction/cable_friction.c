@@ -1,33 +1,34 @@
 /* Capstan friction with presliding (Dahl).
 
-   In bend k the tension grows from T on the driven side to T exp(E s) behind it, E = mu theta. The state s,
-   from -1 to 1, follows the way dl_k = A_k dq that the cable slides, over a length d:
+   In bend k the tension grows from T on the driven side to T exp(E s) on the other side, E = mu theta. The
+   state s, from -1 to 1, depends on the sliding distance dl_k = A_k dq and the presliding distance d:
 
      s+ = (s + x) / (1 + |x|),   x = dl_k / d,
 
-   which is s' = (l_k' - s |l_k'|) / d by the implicit rule of Euler. The first bend's T is the muscle's
-   tension f, at the first via point: the driven end. On the joints acts
+   which is s' = (l_k' - s |l_k'|) / d, integrated by the implicit Euler method. T of the first bend is the
+   muscle tension f at the first via point, the driven end. The torque on the joints is
 
      tau = -L' f - sum A_k' F_k,   F_k = T (exp(E s) - 1).
 
-   At constant T and E this is passive. With V(s) = T d int_0^s (exp(E r) - 1) dr, which is stored, a step with
-   F_k of its end dissipates
+   For constant T and E this model is passive. The stored energy is V(s) = T d int_0^s (exp(E r) - 1) dr. A
+   step with F_k at its end dissipates
 
-     F_k(s+) dl_k - V(s+) + V(s)  >=  F_k(s+) d x s+  >=  0   (x > 0; the other way likewise),
+     F_k(s+) dl_k - V(s+) + V(s)  >=  F_k(s+) d x s+  >=  0   (x > 0; x < 0 likewise),
 
-   as exp is convex and s+ - s = x (1 - s+). It takes a state for every bend: with one for a whole cable, spans
-   that lengthen while others shorten would turn up with work done by no one.
+   as exp is convex and s+ - s = x (1 - s+). Each bend needs a state. With a single state per cable, energy
+   would be created when some spans lengthen while others shorten.
 
-   A step of the plant takes F_k at its end: with v = qd + h qdd of that end, x = h A_k v / d, and
+   A step of the plant uses F_k at the end of the step: with v = qd + h qdd at the end, and x = h A_k v / d,
 
      M (v - qd) = h (tau_0 - sum A_k' F_k(x))
 
-   has one solution, as F_k grows with x. Newton's rounds find it, F_k(x) by its tangent at x_k, which adds
-   (h^2 / d) A_k' F_k' A_k to M. From x = 0 on the side where the solution is they come nearer from below, as
-   F_k is concave there where E <= 1; a round that changes sides begins there again. After QUICK_ROUNDS a round goes
-   no further than to where the convex function that is sought the least of is least on its way: with P_k for
-   the tangent's force, of which M v is made, its slope is sum d (F_k - P_k) dx_k. T is that of the step's
-   beginning. Of cables that stretch all along, see cable_stretch.c.                                         */
+   has one solution, as F_k grows with x. It is found by Newton's method. The tangent of F_k(x) at x_k adds
+   (h^2 / d) A_k' F_k' A_k to M. Starting from x = 0 on the side of the solution, the iterates approach it
+   monotonically, as F_k is concave there for E <= 1; an iterate that changes sides restarts at 0 on the new
+   side. After QUICK_ROUNDS iterations, each step ends at the minimum, along its direction, of the convex
+   function that the solution minimises: with P_k the force of the tangent, which defines M v, the slope of
+   this function is sum d (F_k - P_k) dx_k. T is the tension at the start of the step. For cables that
+   stretch along their path, see cable_stretch.c. */
 #include "cable_friction.h"
 
 #include "../math/elementary.h"
@@ -38,7 +39,7 @@
 #define QUICK_ROUNDS 8
 #define MAX_ROUNDS 60
 #define FRICTION_HALVINGS 12
-/* By how much a bend's friction may be off in the last round, of the tensions before and behind it. */
+/* Tolerance of the friction in a bend in the last iteration, relative to the tensions on both sides. */
 #define AGREEMENT PRECISE(1e-13, 1e-6)
 
 static const real *flow_of(const core *c, int32_t k)
@@ -90,10 +91,10 @@ void cable_friction_pull(core *c)
     }
 }
 
-/* ------------------------------------------------------------------------------ the slips of a step */
+/* ------------------------------------------------------------------------------ sliding in a step */
 
-/* The friction of a cable, by the tangents at bend_way, where it lengthens with bend_rates and rates: bend_next_pull and
-   bend_next. */
+/* Compute the friction of a cable from the tangents at bend_way, for the rates bend_rates and rates of bends
+   and cable: bend_next_pull and bend_next. */
 static void pull_by_tangents(core *c, const bent_cable *at, real h)
 {
     const real *d = c->bend_presliding, *share = c->bend_share, l = is_stretched(c, at) ? c->rates[at->muscle] : 0;
@@ -122,7 +123,7 @@ static void take_tangents(core *c, real h)
     }
 }
 
-/* Where the cables would slide with bend_rates and rates, if friction stayed as it is. */
+/* Compute the sliding distances for bend_rates and rates if friction stayed unchanged. */
 static void begin_rounds(core *c, real h)
 {
     const real *slip = slips_of(c);
@@ -137,7 +138,7 @@ static void begin_rounds(core *c, real h)
     take_tangents(c, h);
 }
 
-/* Whether the tangents are as good as friction itself, at bend_next. */
+/* Return whether the tangents agree with the friction law at bend_next. */
 static int is_found(core *c, real h)
 {
     const real *slip = slips_of(c);
@@ -151,7 +152,7 @@ static int is_found(core *c, real h)
     return agrees;
 }
 
-/* The next round begins where this one ends, or at 0 on the side that it turned to. */
+/* Start the next iteration at the end of this one, or at 0 if the sliding direction changes. */
 static void go_quickly(core *c)
 {
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
@@ -162,7 +163,8 @@ static void go_quickly(core *c)
     }
 }
 
-/* See above: whether the least lies before a part t of the way from bend_way to bend_next. */
+/* Return whether the minimum along the step lies before the fraction t from bend_way to bend_next, see
+   above. */
 static int is_past(const core *c, real t)
 {
     const real *slip = slips_of(c);
@@ -174,7 +176,7 @@ static int is_past(const core *c, real t)
     return value_of(slope) > 0;
 }
 
-/* The next round begins where on the way of this one the function is least. `is_whole`: at its end. */
+/* Start the next iteration at the minimum along the step from bend_way to bend_next. `is_whole`: at its end. */
 static void go_surely(core *c, int is_whole)
 {
     real low = 0, high = 1, t = 1;
@@ -190,12 +192,13 @@ static void go_surely(core *c, int is_whole)
     }
 }
 
-/* Whether bend_force is friction, at bend_next; if not, tangents are for the next round. */
+/* Return whether another iteration is needed: bend_force is not yet the friction at bend_next. If so,
+   compute its tangents. */
 static int goes_on(core *c, real h)
 {
     const int32_t was = c->friction_rounds++, is_last = was >= MAX_ROUNDS;
     const int agrees = is_found(c, h);
-    /* derivatives take one round more */
+    /* derivatives need one more iteration */
     if ((agrees && (!HAS_TANGENT || c->friction_settled)) || is_last) return 0;
     c->friction_settled = agrees;
     if (was < QUICK_ROUNDS) go_quickly(c);
@@ -204,14 +207,14 @@ static int goes_on(core *c, real h)
     return 1;
 }
 
-/* ------------------------------------------------------------------------------ the velocities of a step */
+/* ------------------------------------------------------------------------------ velocities of a step */
 
 void cable_friction_rates(core *c, const real *qd)
 {
     for (int32_t k = 0; k < c->blob.counts.bends; k++) c->bend_rates[k] = slid(c, k, qd);
 }
 
-/* What pull_by_tangents goes by, at the velocities of now. */
+/* Compute bend_rates and rates at the current velocities. */
 static void lengthen(core *c)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
@@ -224,7 +227,7 @@ static void lengthen(core *c)
     }
 }
 
-/* Jumps of tension F in the bends. */
+/* Add the torques of the tension differences F in the bends. */
 static void add_friction(core *c, const real *F, real times)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs;
@@ -236,7 +239,7 @@ static void add_friction(core *c, const real *F, real times)
     }
 }
 
-/* By the tangents, at the velocities of the step's beginning: from there a round goes. */
+/* Compute the friction from the tangents at the velocities at the start of the step, for the next iteration. */
 static void pull_for_round(core *c, real h)
 {
     memcpy(c->torques, c->torques_before, (size_t)c->blob.counts.dofs * sizeof(real));
@@ -244,7 +247,7 @@ static void pull_for_round(core *c, real h)
     add_friction(c, c->bend_next_pull, 1);
 }
 
-/* What acts without friction, and where the cable would slide with the velocities of now. */
+/* Compute the torques without friction and the sliding distances at the current velocities. */
 void cable_friction_begin(core *c, real h)
 {
     const real *slip = slips_of(c);
@@ -284,7 +287,7 @@ static void resist_rigid(const core *c, const bent_cable *at, real *M)
     }
 }
 
-/* Less, as the spans between give way: column after column. */
+/* Add the resistance of a cable that stretches, column by column. The compliance of the spans reduces it. */
 static void resist_stretched(const core *c, const bent_cable *at, real *M)
 {
     const size_t n = (size_t)c->blob.counts.dofs;
@@ -310,9 +313,9 @@ void cable_friction_resist(const core *c, real *M)
     }
 }
 
-/* ------------------------------------------------------------------------------ the states */
+/* ------------------------------------------------------------------------------ states */
 
-/* What a bend dissipates, over T d; see above. */
+/* Return the energy that a bend dissipates, over T d; see above. */
 static real dissipated(real E, real s, real x, real next)
 {
     const real begin = exponential_less_one(E * s), end = exponential_less_one(E * next);
@@ -337,7 +340,7 @@ void cable_friction_start(core *c)
     memset(slips_of(c), 0, (size_t)c->blob.counts.bends * sizeof(real));
 }
 
-/* How far the cables slide in a step, over the presliding way: bend_next. */
+/* Compute bend_next: the sliding distances of a step over the presliding distance. */
 static void find_slips(core *c, real h)
 {
     if (c->blob.stretches) {
@@ -356,7 +359,7 @@ void cable_friction_advance(core *c, real h)
     for (int32_t k = 0; k < c->blob.counts.bends; k++) {
         const real x = c->bend_next[k], next = followed(slip[k], x);
         const real lost = c->bend_tension[k] * d[k] * larger(dissipated(c->bend_grip[k], slip[k], x, next), 0);
-        c->work[0] += lost, c->work[3] -= lost; /* torques have both */
+        c->work[0] += lost, c->work[3] -= lost; /* torques contain both */
         slip[k] = next;
     }
     for EACH_CABLE (c, at)

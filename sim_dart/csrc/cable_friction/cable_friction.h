@@ -4,23 +4,24 @@
 
 #include "../blob/state.h"
 
-/* Add to `torques` what friction does to tensions that act without it: bend_tension, far_tensions. */
+/* Add to `torques` the effect of friction; compute bend_tension and far_tensions. Tensions must be those
+   without friction. */
 CORE_INSIDE void cable_friction_pull(core *c);
 
-/* Before the velocities of a step are sought: torques for the first round. */
+/* Prepare the computation of the velocities of a step: torques for the first iteration. */
 CORE_INSIDE void cable_friction_begin(core *c, real h);
-/* Whether velocities found with the last torques agree with friction; if so, torques are what acts. If not,
-   torques are for the next round.                                                                      */
+/* Return whether the velocities found with the last torques agree with friction. If they do, torques are the
+   acting ones. Otherwise compute the torques for the next iteration. */
 CORE_INSIDE int cable_friction_agrees(core *c, real h);
-/* Add to M, dofs x dofs, what friction resists within a step. */
+/* Add to M, dofs x dofs, the resistance of friction within a step. */
 CORE_INSIDE void cable_friction_resist(const core *c, real *M);
 
-/* How fast cables slide in their bends at velocities qd; what that does to the bends' states: their time
-   derivatives, and after a time h. */
+/* Compute the sliding velocities in the bends at velocities qd; the time derivatives of the states of the
+   bends; their states after a time h. */
 CORE_INSIDE void cable_friction_rates(core *c, const real *qd);
 CORE_INSIDE void cable_friction_state_rates(core *c);
 CORE_INSIDE void cable_friction_advance(core *c, real h);
-/* Neither way. */
+/* Set the friction of all bends to zero. */
 CORE_INSIDE void cable_friction_start(core *c);
 
 #endif

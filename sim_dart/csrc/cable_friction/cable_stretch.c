@@ -1,23 +1,26 @@
-/* Cables with friction that stretch all along: elastic cables, winches and springs.
+/* Cables with friction that stretch along their path: elastic cables, winches and springs.
 
-   A cable of compliance 1 / K is stretched by e_0 in all, and by e_k behind bend k: W_k e_0 of it, the share of its
-   length there, and what the jumps of tension F in the bends add:
+   A cable of compliance 1 / K has the total stretch e_0. The stretch e_k after bend k is W_k e_0, with W_k
+   the share of the length after the bend, plus the stretch due to the tension differences F in the bends:
 
      e_k = W_k f / K + (C F)_k,      C_kj = (W_max(k,j) - W_k W_j) / K;
 
-   f, by its whole stretch, is the mean of its tension along it. T_1 = f / (1 + sum W_k (T_k+1 - T_k) / T_1) is that of
-   the first span, which motors and drums feel: their length is less by (f - T_1) / K.
+   f, computed from the total stretch, is the mean tension along the cable. The first span has T_1 = f / (1 +
+   sum W_k (T_k+1 - T_k) / T_1). T_1 acts on motors and drums: the path length in their law is reduced by (f
+   - T_1) / K.
 
-   What lies behind bend k without stretch is l_k - e_k: what it loses slides through the bend. So the slip is
+   The unstretched length after bend k is l_k - e_k. Its decrease slides through the bend. So the sliding
+   distance is
 
      dl_k - de_k,   within a step   h (A_k - W_k L) v - (C F)_k + (e_k - W_k f / K),
 
-   where f grows by K h L v; e_k is a state, that of the last step's end, so that all that comes between counts: a drum
-   that turns, a command. On the joints acts -L' f - sum (A_k - W_k L)' F_k, by the same rows. Energy is stored as
-   f^2 / 2 K + F' C F / 2; none comes from slips, as without stretch.
+   where f grows by K h L v. e_k is a state with its value at the end of the last step, so that changes
+   between steps, such as a new command or a drum that turns, are included. The torque on the joints is -L' f
+   - sum (A_k - W_k L)' F_k, with the same rows. The stored energy is f^2 / 2 K + F' C F / 2; sliding creates
+   no energy, as without stretch.
 
-   C is that of a chain of springs, which are the spans, held at both ends; with what a bend resists, a spring to the
-   ground beside each: solved from the driven end on.                                                    */
+   C is the compliance of a chain of springs, the spans, fixed at both ends. The resistance of each bend is a
+   further spring to the ground. The system is solved from the driven end. */
 #include "cable_stretch.h"
 
 #include "../math/elementary.h"
@@ -25,7 +28,8 @@
 /* In [N/m]. */
 static const real MIN_STIFFNESS = PRECISE(1e-6, 1e-3);
 
-/* e_k of the cable whose bends are `at`: those of cables that stretch are before the slips, one after the other. */
+/* Return e_k of the cable with the bends `at`. In law_states, e_k of all stretching cables come before the
+   states s. */
 static real *stretches_of(const core *c, const bent_cable *at)
 {
     real *state = c->law_states + c->blob.law_states - c->blob.counts.bends - c->blob.stretches;
@@ -69,7 +73,7 @@ void cable_stretch_advance(core *c, const bent_cable *at, real h)
         *state++ += h * c->bend_rates[k] - c->bend_presliding[k] * c->bend_next[k];
 }
 
-/* Of the span behind bend k. */
+/* Return the compliance of the span after bend k. */
 static real span_compliance(const core *c, const bent_cable *at, int32_t k)
 {
     const real behind = k + 1 < at->end ? c->bend_share[k + 1] : 0;

@@ -1,20 +1,20 @@
-/* Friction of cables that stretch all along their path. */
+/* Friction of cables that stretch along their path. */
 #ifndef CARDSFLOW_CABLE_STRETCH_H
 #define CARDSFLOW_CABLE_STRETCH_H
 
 #include "../laws/law.h"
 #include "bends.h"
 
-/* The muscle, whose bends begin with `bend`, is stretched so at the last q: of its tension, which is the mean along it,
-   make that of its first span. */
+/* Use the stretch of a muscle, whose first bend is `bend`, at the last q: replace its tension, the mean
+   along the cable, by the tension of its first span. */
 CORE_INSIDE void cable_stretch_take(core *c, int32_t muscle, int32_t bend, const cable_stretch *found);
-/* The states of stretch are as far on as the cables are stretched. */
+/* Set the stretch states to the current stretch of the cables. */
 CORE_INSIDE void cable_stretch_start(core *c);
-/* The states after a step, whose slips are bend_next. */
+/* Compute the states after a step with the sliding distances bend_next. */
 CORE_INSIDE void cable_stretch_advance(core *c, const bent_cable *at, real h);
 
-/* Of jumps of tension in a cable's bends, how far it slides there less than if it did not stretch by them: x = C P,
-   for those P = p - slope x; into p. */
+/* Compute the reduction of the sliding distances due to the stretch that the tension differences in the
+   bends cause: x = C P for P = p - slope x. The result replaces p. */
 CORE_INSIDE void cable_stretch_yield(const core *c, const bent_cable *at, real *p);
 
 #endif

@@ -1,5 +1,5 @@
-/* M = L' D L, from the last coordinate to the first (Featherstone): of coordinates on different branches the
-   entries are and stay zero. L takes the place of what is below the diagonal, 1 / D that of the diagonal.   */
+/* M = L' D L, from the last coordinate to the first (Featherstone). Entries between coordinates on different
+   branches are and stay zero. L is stored below the diagonal, 1 / D on the diagonal. */
 #include "dense.h"
 
 #include "../cable_friction/cable_friction.h"

@@ -1,15 +1,15 @@
-/* Forward dynamics by the mass matrix: of robots with variables beside q, and while cables with friction are
-   looked for. */
+/* Forward dynamics by the mass matrix: for robots with variables other than q, and while cable friction is
+   computed. */
 #ifndef CARDSFLOW_DENSE_H
 #define CARDSFLOW_DENSE_H
 
 #include "../blob/state.h"
 
-/* Factorise M with these armatures, a number a variable. */
+/* Factorise M with these armatures, one value per variable. */
 CORE_INSIDE void dense_factor(core *c, const real *armature);
-/* x = M^-1 x, by the last factorisation. */
+/* Compute x = M^-1 x, with the last factorisation. */
 CORE_INSIDE void dense_solve(const core *c, real *x);
-/* As core_accelerate. */
+/* Compute the same as core_accelerate. */
 CORE_INSIDE void dense_accelerate(core *c, const real *qd, const real *tau, const real *armature);
 
 #endif

@@ -1,4 +1,4 @@
-/* Energies and momenta of what moves, body after body, at the last q. */
+/* Energies and momenta of the bodies at the last q. */
 #include "../blob/state.h"
 #include "../kinematics/bodies.h"
 #include "../math/vectors.h"
@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-/* Momentum of what frame i carries: linear, and angular about the frame's origin. */
+/* Compute the momentum of the bodies of frame i: linear, and angular about the origin of the frame. */
 static void momentum_of(const core *c, int32_t i, real linear[3], real angular[3])
 {
     const real *w = c->spin + 3 * i, *v = c->velocity + 3 * i, *first = c->centre + 3 * i;

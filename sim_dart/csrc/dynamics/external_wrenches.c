@@ -1,4 +1,4 @@
-/* What acts from outside: generalised forces of the caller, and wrenches on points of frames. */
+/* External loads: generalised forces from the caller, and wrenches on points of frames. */
 #include "external_wrenches.h"
 
 #include "../kinematics/points.h"
@@ -21,7 +21,7 @@ static int is_nothing(const real wrench[6])
     return 1;
 }
 
-/* J'w: every motion between the point and the world takes part. */
+/* Add J'w: all motions between the point and the world contribute. */
 static void add_wrench(const core *c, int32_t frame, const real local[3], const real wrench[6], real *forces)
 {
     real point[3], velocity[3];

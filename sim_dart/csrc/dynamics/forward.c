@@ -1,5 +1,5 @@
-/* Forward dynamics by articulated bodies (Featherstone). The inertia of an articulated body is kept as
-   three 3x3 blocks: moment = I alpha + H a, force = H' alpha + M a.                                    */
+/* Forward dynamics by articulated bodies (Featherstone). The inertia of an articulated body is stored as
+   three 3x3 blocks: moment = I alpha + H a, force = H' alpha + M a. */
 #include "forward.h"
 
 #include "../kinematics/bodies.h"
@@ -26,7 +26,7 @@ static void begin_body(core *c, int32_t i)
     memcpy(A->H, skew, sizeof A->H);
     memset(A->M, 0, sizeof A->M);
     A->M[0] = A->M[4] = A->M[8] = m;
-    /* what velocity alone asks of it: w x I w, w x (w x c) */
+    /* velocity-dependent wrench: w x I w, w x (w x c) */
     real *wrench = c->wrench + 6 * i, Iw[3];
     const real *w = c->spin + 3 * i;
     memset(wrench, 0, 6 * sizeof(real));
@@ -40,7 +40,7 @@ static inline void transposed3(real out[3], const real R[9], const real v[3])
     for (int k = 0; k < 3; k++) out[k] = R[k] * v[0] + R[3 + k] * v[1] + R[6 + k] * v[2];
 }
 
-/* wrench = A motion */
+/* Compute wrench = A motion. */
 static void apply(const articulated *A, const real motion[6], real wrench[6])
 {
     real other[3];
@@ -52,7 +52,7 @@ static void apply(const articulated *A, const real motion[6], real wrench[6])
     add3(wrench + 3, other);
 }
 
-/* U = A S */
+/* Compute U = A S. */
 static void react(const core *c, int32_t i, const articulated *A, real U[6])
 {
     const real *axis = c->axis + 3 * i;
@@ -65,10 +65,10 @@ static void react(const core *c, int32_t i, const articulated *A, real U[6])
     }
 }
 
-/* A - U U'/d: what is left when the joint gives way. */
+/* Compute A - U U'/d: the inertia when the joint is free. */
 static void release(articulated *A, const real U[6], real d)
 {
-    const real share = 1 / d; /* divisions are slow */
+    const real share = 1 / d; /* avoids slow divisions */
     for (int a = 0; a < 3; a++) {
         const real n = U[a] * share, f = U[3 + a] * share;
         for (int b = 0; b < 3; b++) {
@@ -79,7 +79,7 @@ static void release(articulated *A, const real U[6], real d)
     }
 }
 
-/* out = [r] K, column by column the cross product */
+/* Compute out = [r] K, the cross product of r and each column. */
 static void skewed(real out[9], const real r[3], const real K[9])
 {
     for (int b = 0; b < 3; b++) {
@@ -89,8 +89,8 @@ static void skewed(real out[9], const real r[3], const real K[9])
     }
 }
 
-/* Add A about the origin of a frame to P about its parent's:
-     M + M,   H + [r] M,   I + [r] H' + ([r] H')' + [r] M [r]'                                          */
+/* Add A about the origin of a frame to P about the origin of its parent:
+     M + M,   H + [r] M,   I + [r] H' + ([r] H')' + [r] M [r]' */
 static void add_articulated(articulated *P, const articulated *A, const real r[3])
 {
     real rM[9], rH[9], Ht[9], rMt[9], rMr[9];
@@ -172,7 +172,7 @@ void dynamics_respond(core *c, const real *impulse, real *change)
     }
 }
 
-/* Gravity is an acceleration upwards of the world. */
+/* Compute qdd from the world to the leaves. Gravity is an upward acceleration of the world. */
 static void forward(core *c)
 {
     const real *g = c->blob.gravity;

@@ -4,11 +4,11 @@
 
 #include "../blob/state.h"
 
-/* Factorise M with these armatures; links, inertias and velocities are those of the last q. */
+/* Factorise M with these armatures; links, inertias and velocities must be those of the last q. */
 CORE_INSIDE void dynamics_factor(core *c, const real *armature);
-/* qdd of the tree alone, as core_accelerate; M is factorised then. */
+/* Compute qdd of the tree without loops, as core_accelerate does; also factorise M. */
 CORE_INSIDE void dynamics_accelerate(core *c, const real *qd, const real *tau, const real *armature);
-/* change = M^-1 impulse, with the articulated bodies of the last factorisation. */
+/* Compute change = M^-1 impulse, with the articulated bodies of the last factorisation. */
 CORE_INSIDE void dynamics_respond(core *c, const real *impulse, real *change);
 
 #endif

@@ -1,17 +1,18 @@
-/* Coulomb friction of joints, together with their limits. With v0 the velocities that a step would end
-   with, and h f_j the largest impulse of friction, the velocities behind the step minimise
+/* Coulomb friction of joints, together with joint limits. Let v0 be the velocities at the end of the step
+   without friction and limits, and h f_j the maximum impulse of friction. The velocities at the end of the
+   step minimise
 
      1/2 (v - v0)' M (v - v0) + sum h f_j |v_j|        within  low  and  high
 
-   (Gauss's principle of least constraint). The sum has corners where a coordinate is at a limit and, if it
-   slips, where it rests. A coordinate is held at a corner, by an impulse that is found; or it slides
-   between two of them, against an impulse of h f_j.
+   (Gauss's principle of least constraint). The objective has kinks at the limits and, for coordinates with
+   friction, at zero velocity. A coordinate is either held at a kink by an unknown impulse, or slides between
+   two kinks against an impulse of h f_j.
 
-   A round goes straight towards where the sum is least for those that slide, as far as the first corner
-   that one of them comes to, and holds it there. Where none comes to one, it lets go that coordinate whose
-   corner would have to give most beyond what it can. Every round begins within the limits, and lowers the
-   sum, which is strictly convex: no choice of held ones comes again, but by rounding. Few rounds do; their
-   number is bounded all the same.                                                                        */
+   An iteration moves the sliding coordinates straight towards their minimum, until the first of them reaches
+   a kink and is held there. If none reaches a kink, the held coordinate whose impulse exceeds its bound most
+   is released. Every iterate is within the limits and lowers the objective, which is strictly convex, so no
+   set of held coordinates repeats except through rounding. Usually few iterations suffice; their number is
+   bounded. */
 #include "friction.h"
 
 #include "../loops/loops.h"
@@ -21,7 +22,7 @@
 
 #include <string.h>
 
-/* The corners that coordinate j slides between. */
+/* Return the lower kink of the interval in which coordinate j slides. */
 static real lower_corner(const core *c, int32_t j)
 {
     return value_of(c->grip[j]) > 0 && value_of(c->slides[j]) > 0 ? larger(c->low[j], 0) : c->low[j];
@@ -40,7 +41,7 @@ static void hold(core *c, int32_t j, real corner, int32_t *count)
     limits_respond(c, j);
 }
 
-/* free = the velocities before, and what the friction of those that slide does to them. */
+/* Compute free = the velocities without friction plus the effect of the friction of sliding coordinates. */
 static void rub(core *c)
 {
     const int32_t dofs = c->blob.counts.dofs;
@@ -49,7 +50,8 @@ static void rub(core *c)
     for (int32_t j = 0; j < dofs; j++) c->free[j] += c->unbraked[j];
 }
 
-/* All slide as without friction, but for those that so come to a corner. How many these are. */
+/* Let all coordinates slide in the direction without friction, and hold those that reach a kink. Return the
+   number of held coordinates. */
 static int32_t guess(core *c)
 {
     const int32_t dofs = c->blob.counts.dofs;
@@ -66,7 +68,7 @@ static int32_t guess(core *c)
     return count;
 }
 
-/* Those that slide go towards qd, as far as the first corner: which one is there, or -1. */
+/* Move the sliding coordinates towards qd, up to the first kink. Return the coordinate at that kink, or -1. */
 static int32_t slide(core *c, real *corner)
 {
     const int32_t dofs = c->blob.counts.dofs;
@@ -87,8 +89,9 @@ static int32_t slide(core *c, real *corner)
     return first;
 }
 
-/* By how much the impulse p of coordinate j is more than its corner gives (positive), or less. A limit
-   gives any that pushes back into the range; next to a corner friction gives what it does while sliding. */
+/* Return by how much the impulse p of coordinate j exceeds the bound of its kink (positive) or falls below
+   it. A limit provides any impulse back into the range; on the other side of a kink, friction provides its
+   sliding impulse. */
 static real impulse_excess(const core *c, int32_t j, real p)
 {
     const real at = c->target[j], grip = c->grip[j];
@@ -98,7 +101,7 @@ static real impulse_excess(const core *c, int32_t j, real p)
     return !is_high && value_of(p) < value_of(least) ? p - least : 0;
 }
 
-/* Let the held one slide whose impulse is furthest from what its corner gives: which one, or -1. */
+/* Release the held coordinate whose impulse exceeds its bound most. Return its index, or -1. */
 static int32_t let_go(core *c, int32_t *count)
 {
     int32_t worst = -1;
@@ -109,7 +112,7 @@ static int32_t let_go(core *c, int32_t *count)
     }
     if (worst < 0) return -1;
     const int32_t j = (int32_t)c->met[worst];
-    const int falls = value_of(impulse_excess(c, j, c->impulse[worst])) > 0; /* its velocity, and not below 0 at once */
+    const int falls = value_of(impulse_excess(c, j, c->impulse[worst])) > 0; /* sign of its velocity */
     c->slides[j] = falls ? (value_of(c->target[j]) > 0 ? 1 : -1) : (value_of(c->target[j]) < 0 ? -1 : 1);
     --*count;
     for (int32_t a = worst; a < *count; a++) c->met[a] = c->met[a + 1];
@@ -121,7 +124,7 @@ void friction_keep(core *c, real h)
     const int32_t dofs = c->blob.counts.dofs;
     for (int32_t j = 0; j < dofs; j++) c->grip[j] = h * c->blob.friction[j];
     memcpy(c->unbraked, c->qd, (size_t)dofs * sizeof(real));
-    if (!c->blob.counts.closures) dynamics_factor(c, c->blob.armature); /* else that of the loops holds */
+    if (!c->blob.counts.closures) dynamics_factor(c, c->blob.armature); /* loops: already done */
     int32_t count = guess(c), freed = -1;
     for (int32_t round = 0; count > 0 || freed >= 0; round++) {
         real corner = 0;

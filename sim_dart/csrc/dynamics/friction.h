@@ -1,10 +1,10 @@
-/* The joints' Coulomb friction. */
+/* Coulomb friction of joints. */
 #ifndef CARDSFLOW_FRICTION_H
 #define CARDSFLOW_FRICTION_H
 
 #include "../blob/state.h"
 
-/* As limits_keep, with the joints' friction over a time h as well. */
+/* Do the same as limits_keep, including joint friction over a time h. */
 CORE_INSIDE void friction_keep(core *c, real h);
 
 #endif

@@ -1,4 +1,4 @@
-/* Inverse dynamics by Newton and Euler, C and G; the mass matrix by composite bodies; J' qd. */
+/* Inverse dynamics by the Newton-Euler method, C and G; the mass matrix by composite bodies; J' qd. */
 #include "inverse.h"
 
 #include "../kinematics/bodies.h"
@@ -9,8 +9,8 @@
 
 #include <string.h>
 
-/* wrench of frame i for its acceleration and spin:
-     f = m a + alpha x c + w x (w x c),   n = I alpha + c x a + w x I w,   with c = m r                 */
+/* Compute the wrench of frame i for its acceleration and angular velocity:
+     f = m a + alpha x c + w x (w x c),   n = I alpha + c x a + w x I w,   with c = m r */
 static void newton_euler(const core *c, int32_t i, const real acceleration[6], const real spin[3],
                          real wrench[6])
 {
@@ -26,8 +26,8 @@ static void newton_euler(const core *c, int32_t i, const real acceleration[6], c
     add_cross3(wrench, spin, Iw);
 }
 
-/* Forces on the variables of all frames' wrenches, each passed on to the parent: in `forces`, or in a row that
-   is to be folded into them.                                                                           */
+/* Project the wrenches of all frames on the variables, passing each wrench on to the parent. The result is
+   in `forces`, or in a row that the caller must fold into `forces`. */
 static real *collect(core *c, real *forces)
 {
     if (c->is_driven) memset(forces = c->row, 0, (size_t)c->blob.counts.variables * sizeof(real));
@@ -39,7 +39,7 @@ static real *collect(core *c, real *forces)
     return forces;
 }
 
-/* The joints' springs; the weight of heavy cables, some half of it at either end. */
+/* Add the springs of joints and the weight of heavy cables, about half of it at either end. */
 static void add_still(const core *c, real *forces)
 {
     if (c->has_weight) laws_weigh(c, NULL, -1, forces);
@@ -64,7 +64,7 @@ void core_gravity(core *c)
     if (c->is_driven) variables_fold(c, forces, c->gravity);
 }
 
-/* The forces of motion at qdd = 0 in a world that is accelerated by `world`, as of `collect`. */
+/* Compute the forces at qdd = 0 in a world with the acceleration `world`; returns the same as `collect`. */
 static real *coast(core *c, const real *qd, const real world[3], real *forces)
 {
     bodies_links(c);
@@ -105,8 +105,8 @@ void inverse_fall(core *c, const real *qd, real *forces)
     variables_fold(c, coast(c, qd, up, forces), forces);
 }
 
-/* Add the moments of a composite body about the origin of frame i to its parent's:
-     I + 2 (c.r) 1 - c r' - r c' + m (r.r 1 - r r')                                                     */
+/* Add the moments of a composite body about the origin of frame i to its parent:
+     I + 2 (c.r) 1 - c r' - r c' + m (r.r 1 - r r') */
 static void add_composite(core *c, int32_t i, real *mass)
 {
     const int32_t parent = c->blob.parent[i];
@@ -122,7 +122,7 @@ static void add_composite(core *c, int32_t i, real *mass)
     mass[parent] += m;
 }
 
-/* The wrench that makes a composite body follow a unit acceleration of its frame's motion. */
+/* Compute the wrench on a composite body for a unit acceleration of the motion of its frame. */
 static void unit_wrench(const core *c, int32_t i, real mass, real wrench[6])
 {
     const real *axis = c->axis + 3 * i, *centre = c->centre + 3 * i;
@@ -151,7 +151,7 @@ void inverse_mass(core *c, const real *armature, real *matrix)
             const size_t column = (size_t)c->blob.coordinate[j];
             const real entry = generalised_force(c, j, wrench);
             entries[row * width + column] = entries[column * width + row] = entry;
-            add_cross3(wrench, c->link + 3 * j, wrench + 3); /* about the parent's origin */
+            add_cross3(wrench, c->link + 3 * j, wrench + 3); /* about the origin of the parent */
         }
         if (c->blob.parent[i] >= 0) add_composite(c, i, mass);
     }

@@ -4,9 +4,9 @@
 
 #include "../blob/state.h"
 
-/* forces = C + G at the last q, with the weight alone; links and velocities are made. */
+/* Compute forces = C + G at the last q, with gravity only. Also compute links and velocities. */
 CORE_INSIDE void inverse_fall(core *c, const real *qd, real *forces);
-/* matrix = M with these armatures, a number a variable. */
+/* Compute matrix = M with these armatures, one value per variable. */
 CORE_INSIDE void inverse_mass(core *c, const real *armature, real *matrix);
 
 #endif

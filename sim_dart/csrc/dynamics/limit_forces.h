@@ -1,5 +1,5 @@
-/* Forces that grow smoothly beyond a range, with damping there (OpenSim's CoordinateLimitForce):
-     f = -k s e - d s x',   e how far x is beyond its range, s the quintic step of |e| over the transition */
+/* Forces that grow smoothly outside of a range, with damping there (CoordinateLimitForce of OpenSim):
+     f = -k s e - d s x',   e = distance of x from the range, s = quintic step of |e| over the transition width */
 #ifndef CARDSFLOW_LIMIT_FORCES_H
 #define CARDSFLOW_LIMIT_FORCES_H
 
@@ -9,7 +9,7 @@
 typedef struct {
     real beyond;             /* e */
     real stiffness, damping; /* k s and d s */
-    real energy;             /* of k s e, over e */
+    real energy;             /* integral of k s e over e */
 } limit_force;
 
 static inline limit_force limit_force_at(const core *c, int32_t l)

@@ -1,10 +1,11 @@
-/* Joint limits: inelastic stops. With v the velocities that a step would end with, the impulses p solve
+/* Joint limits as inelastic stops. Let v be the velocities at the end of the step without limits. The
+   impulses p solve
 
      v + M^-1 p  within  low  and  high,   p_i pushing inwards, and only at a limit.
 
-   The set of limits that are met is found by exchange: take in the limit that is passed furthest, drop
-   those whose impulse would pull. M is positive definite, so that almost every step needs one or two
-   exchanges; their number is bounded all the same.                                                     */
+   The set of active limits is found by exchange: add the limit that is exceeded most, remove those whose
+   impulse would pull. M is positive definite, so that most steps need one or two exchanges; their number is
+   bounded. */
 #include "limits.h"
 
 #include "../numbers/real_functions.h"
@@ -19,14 +20,14 @@ static real *entry(const core *c, real *matrix, int32_t row, int32_t column)
     return matrix + (size_t)row * (size_t)c->blob.counts.dofs + (size_t)column;
 }
 
-/* By how much a velocity is under its lower bound (negative) or over its upper one. */
+/* Return by how much a velocity is below its lower bound (negative) or above its upper bound (positive). */
 static real excess(const core *c, int32_t j)
 {
     const real v = c->qd[j], low = c->low[j], high = c->high[j];
     return value_of(v) < value_of(low) ? v - low : value_of(v) > value_of(high) ? v - high : 0;
 }
 
-/* The coordinate that is furthest beyond a limit that is not met yet, or -1. */
+/* Return the coordinate that most exceeds a limit that is not active yet, or -1. */
 static int32_t furthest(const core *c)
 {
     int32_t found = -1;
@@ -38,11 +39,11 @@ static int32_t furthest(const core *c)
     return found;
 }
 
-/* By which share of what the tree would a coordinate at a limit gives way where loops are: there several that
-   are met may hold the same motion, and then they share the impulse.                                   */
+/* Compliance of a coordinate at a limit, relative to the tree, if the robot has loops. With loops several
+   limits may block the same motion; this compliance distributes the impulse among them. */
 static const real YIELDING = PRECISE(1e-9, 1e-5);
 
-/* Impulses of the coordinates met that bring each to its bound, by Cholesky's factors. */
+/* Compute the impulses that bring each coordinate at a limit to its bound, by Cholesky factorisation. */
 void limits_solve(core *c, int32_t count)
 {
     real *p = c->impulse;
@@ -64,7 +65,7 @@ void limits_solve(core *c, int32_t count)
     }
 }
 
-/* Drop the coordinate whose impulse pulls most; the number of those left. */
+/* Remove the coordinate whose impulse pulls most. Return the number of remaining coordinates. */
 static int32_t drop_pulling(core *c, int32_t count)
 {
     int32_t worst = -1;
@@ -100,7 +101,7 @@ static void meet(core *c, int32_t j, int32_t count)
     limits_respond(c, j);
 }
 
-/* qd = free + M^-1 p; exactly the bound where a limit is met. */
+/* Compute qd = free + M^-1 p; set it exactly to the bound at active limits. */
 void limits_apply(core *c, int32_t count)
 {
     const int32_t dofs = c->blob.counts.dofs;
@@ -109,7 +110,7 @@ void limits_apply(core *c, int32_t count)
         const real *row = entry(c, c->response, (int32_t)c->met[a], 0);
         for (int32_t j = 0; j < dofs; j++) c->qd[j] += c->impulse[a] * row[j];
     }
-    if (c->blob.counts.closures) return; /* they depend on each other */
+    if (c->blob.counts.closures) return; /* with loops the coordinates depend on each other */
     for (int32_t a = 0; a < count; a++) c->qd[(int32_t)c->met[a]] = c->target[(int32_t)c->met[a]];
 }
 
@@ -120,7 +121,7 @@ void limits_keep(core *c)
     int32_t count = 0, next = furthest(c);
     if (next < 0) return;
     memcpy(c->free, c->qd, dofs * sizeof(real));
-    if (!c->blob.counts.closures) dynamics_factor(c, c->blob.armature); /* else that of the loops holds */
+    if (!c->blob.counts.closures) dynamics_factor(c, c->blob.armature); /* loops: already done */
     for (int32_t round = 0; next >= 0 && round < 4 * c->blob.counts.dofs; round++) {
         meet(c, next, count++);
         for (int32_t left = -1; left != count;) {

@@ -11,7 +11,7 @@ void estimator_begin(estimator *e)
     e->seen = e->taken = 0, e->squares = 0;
 }
 
-/* k <- k + a row of P */
+/* Compute k <- k + factor * row j of P. */
 static void add_row(const estimator *e, size_t j, real factor)
 {
     const size_t N = e->N;

@@ -1,17 +1,18 @@
-/* What measurements make of the state. */
+/* Correction of the state by measurements. */
 #ifndef CARDSFLOW_ESTIMATOR_CORRECT_H
 #define CARDSFLOW_ESTIMATOR_CORRECT_H
 
 #include "state.h"
 
-/* Begin a tick's measurements. All are linear about the state as it is now. */
+/* Begin the measurements of a tick. All of them are linearised about the current state. */
 void estimator_begin(estimator *e);
 
-/* One number: its derivatives by the first `width` states, and by a bias, whose index is below N, or N; what it
-   differs by from what the state of estimator_begin lets expect; its variance.                              */
+/* Process one scalar measurement: its derivatives by the first `width` states, and by a bias with an index
+   below N (N: no bias); its difference from the value expected at the state of estimator_begin; its
+   variance. */
 void estimator_correct(estimator *e, const real *row, size_t width, size_t bias, real residual, real variance);
 
-/* Take over what they have changed. */
+/* Apply the corrections of all measurements to the state. */
 void estimator_end(estimator *e);
 
 #endif

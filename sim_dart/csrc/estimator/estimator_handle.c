@@ -1,4 +1,4 @@
-/* The handle: its memory, its arrays, and the start. */
+/* The estimator handle: its memory, its arrays, and the start. */
 #include "state.h"
 
 #include <string.h>
@@ -55,7 +55,7 @@ void estimator_use_transition(estimator *e, estimator_transition *transition, vo
     e->exact = transition, e->exact_self = self;
 }
 
-/* The standard deviation that a state begins with. */
+/* Return the standard deviation of a state at the start. */
 static real first_sd(const estimator *e, size_t k)
 {
     const size_t n = e->n;

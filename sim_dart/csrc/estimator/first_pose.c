@@ -1,6 +1,7 @@
-/* The first pose, from one sample: min |r(q)|^2 of the residuals r over their standard deviations, by Levenberg and
-   Marquardt's rule from several starts. Two poses are different where the straight way between them is long for
-   what the measurements tell, and both fit where their sums of squares are about the same.                  */
+/* Search of the first pose from one sample: min |r(q)|^2, with r the residuals over their standard
+   deviations, by the Levenberg-Marquardt method from several starts. Two poses differ if their distance is
+   large compared to the uncertainty of the measurements. Both fit if their sums of squares are about the
+   same. */
 #include "../math/cholesky.h"
 #include "../math/elementary.h"
 #include "state.h"
@@ -11,11 +12,11 @@ enum { MAX_STEPS = 30 };
 static const real FIRST_DAMPING = PRECISE(1e-3, 1e-3), MIN_DAMPING = PRECISE(1e-9, 1e-5);
 static const real MAX_DAMPING = 1e8;
 static const real SMALL_STEP = PRECISE(1e-10, 1e-5); /* in rad or m */
-static const real SAME = 25;  /* square of a distance, over its variance: within it, poses are the same */
+static const real SAME = 25;  /* squared distance over variance within which poses are equal */
 static const real EQUAL = 25; /* difference of sums of squares within which both poses fit */
-static const real POOR = 25;  /* mean square of a fit that is none */
+static const real POOR = 25;  /* mean square above which a pose does not fit */
 
-/* Goes to a pose: the sum of squares there. */
+/* Move to a pose. Return the sum of squares. */
 static real go(estimator *e, const real *q, size_t *count)
 {
     const core *c = e->core;
@@ -35,7 +36,8 @@ static real go(estimator *e, const real *q, size_t *count)
     return sum;
 }
 
-/* At the last pose: H = J'J in `matrix`, g = J'r in `column`, of the derivatives J of what is measured. */
+/* Compute at the last pose H = J'J in `matrix` and g = J'r in `column`, with J the derivatives of the
+   measurements. */
 static void normal_equations(estimator *e, const real *q)
 {
     const size_t n = e->n;
@@ -59,7 +61,7 @@ static void normal_equations(estimator *e, const real *q)
         }
 }
 
-/* A step with some damping, within the range: its size; `next` is where it ends. */
+/* Compute a damped step within the range. Return its size; `next` is the resulting pose. */
 static real try_step(estimator *e, const real *q, real damping, real *next)
 {
     const size_t n = e->n;
@@ -76,7 +78,7 @@ static real try_step(estimator *e, const real *q, real damping, real *next)
     return size;
 }
 
-/* From a pose to the best one near it, in place: its sum of squares. */
+/* Minimise from a pose, in place. Return the sum of squares. */
 static real descend(estimator *e, real *q)
 {
     const size_t n = e->n;
@@ -101,8 +103,8 @@ static real descend(estimator *e, real *q)
     return cost;
 }
 
-/* A start: the first one is that of the settings; the others fill the range evenly (the additive recurrence with
-   the powers of g, g^(n + 1) = g + 1: Roberts 2018).                                                       */
+/* Compute a start. The first one is from the settings; the others fill the range evenly (additive recurrence
+   with the powers of g, g^(n + 1) = g + 1: Roberts 2018). */
 static void start_at(const estimator *e, size_t number, real *q)
 {
     const size_t n = e->n;
@@ -117,7 +119,7 @@ static void start_at(const estimator *e, size_t number, real *q)
     }
 }
 
-/* (a - b)'H(a - b) with the H of the last normal equations. */
+/* Return (a - b)'H(a - b), with the H of the last normal equations. */
 static real distance(const estimator *e, const real *a, const real *b)
 {
     const size_t n = e->n;
@@ -127,7 +129,7 @@ static real distance(const estimator *e, const real *a, const real *b)
     return sum;
 }
 
-/* The least sum of squares, and the least of another pose. */
+/* Store the minimum sum of squares, and the minimum of a different pose. */
 static void keep(estimator *e, const real *q, real cost)
 {
     const size_t n = e->n;
@@ -146,7 +148,7 @@ static void keep(estimator *e, const real *q, real cost)
     }
 }
 
-/* P of q is (J'J)^-1 at the best pose, and as wide as the range at most; 1 if that is singular. */
+/* Set P of q to (J'J)^-1 at the best pose, limited by the range. Return 1 if J'J is singular. */
 static int take_pose(estimator *e)
 {
     const size_t n = e->n, N = e->N;

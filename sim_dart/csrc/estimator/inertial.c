@@ -1,10 +1,13 @@
-/* A unit with the axes R on a frame that turns with w, at r from its origin, which is accelerated by a:
+/* An IMU with the axes R on a frame with angular velocity w, at r from the origin, which has the
+   acceleration a:
+
      gyroscope       R'w + bias
      accelerometer   R'(a + alpha x r + w x (w x r) - g) + bias
-   By q_j, which turns frames about a_j:  d(R'w) = R'(w_j x a_j),  d(R's) = R'(s x a_j), with w_j the angular velocity
-   of frame j. The acceleration of a point changes by J dqdd besides, and qdd with the state as the last step's
-   transition matrix has it, (A - I)/h; noise on accelerations is noise of the accelerometer, too. What
-   velocities do beyond that, to w x (w x r) and J' qd, is left out.                                       */
+
+   Derivatives by q_j, which turns frames about a_j:  d(R'w) = R'(w_j x a_j),  d(R's) = R'(s x a_j), with w_j
+   the angular velocity of frame j. In addition, the acceleration of a point changes by J dqdd. qdd changes
+   with the state according to the transition matrix of the last step, (A - I)/h; noise of accelerations is
+   also noise of the accelerometer. The effect of velocities on w x (w x r) and J' qd is neglected. */
 #include "inertial.h"
 
 #include "../kinematics/bodies.h"
@@ -15,7 +18,7 @@
 
 #include <string.h>
 
-/* By q and qd, what a gyroscope reads along an axis in the world. */
+/* Compute the derivatives of a gyroscope, along an axis in the world, by q and qd. */
 static void fill_turning(estimator *e, int32_t frame, const real along[3])
 {
     core *c = e->core;
@@ -31,7 +34,8 @@ static void fill_turning(estimator *e, int32_t frame, const real along[3])
     variables_fold(c, by_qd, e->row + e->n);
 }
 
-/* By q, qd and w, what an accelerometer at a point reads along an axis; the variance that noise on qdd makes. */
+/* Compute the derivatives of an accelerometer at a point, along an axis, by q, qd and w; return the variance
+   due to noise of qdd. */
 static real fill_force(estimator *e, int32_t frame, const real point[3], const real along[3], const real force[3])
 {
     core *c = e->core;

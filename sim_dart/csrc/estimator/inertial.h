@@ -4,7 +4,7 @@
 
 #include "state.h"
 
-/* Take the measurements of all units, at the core's last q and the state. */
+/* Process the measurements of all IMUs, at the last q of the core and the current state. */
 void estimator_take_inertial(estimator *e);
 
 #endif

@@ -1,4 +1,4 @@
-/* x <- step(x, f), P <- A P A' + Q. */
+/* Prediction: x <- step(x, f), P <- A P A' + Q. */
 #include "predict.h"
 
 #include "../cable_friction/cable_friction.h"
@@ -6,8 +6,8 @@
 
 #include <string.h>
 
-/* W = (M + h D + h^2 K)^-1, in `matrix`: what a load does to accelerations, as core_step has it. 0, or 1 where
-   the matrix has none.                                                                                    */
+/* Compute W = (M + h D + h^2 K)^-1 in `matrix`: the change of accelerations per load, as in core_step.
+   Return 0, or 1 if the matrix is singular. */
 static int invert_mass(estimator *e, real h)
 {
     const size_t n = e->n;
@@ -25,7 +25,7 @@ static int invert_mass(estimator *e, real h)
     return 0;
 }
 
-/* The matrix of q+ and qd+ by q, qd and w, at the state before the step. */
+/* Compute the derivatives of q+ and qd+ by q, qd and w, at the state before the step. */
 static int fill_transition(estimator *e, const real *q, const real *qd, const real *f, real h)
 {
     const size_t n = e->n;
@@ -46,7 +46,7 @@ static int fill_transition(estimator *e, const real *q, const real *qd, const re
     return 0;
 }
 
-/* P <- A P A', where A differs from the unit matrix in the rows of q and qd only. */
+/* Compute P <- A P A'. A differs from the identity only in the rows of q and qd. */
 static void carry_covariance(estimator *e)
 {
     const size_t n = e->n, N = e->N, top = 2 * n, wide = 3 * n;
@@ -67,7 +67,7 @@ static void carry_covariance(estimator *e)
     }
 }
 
-/* White noise on accelerations, held within the step; on dw/dt and on the biases' rates. */
+/* Add white noise of accelerations, constant within the step; of dw/dt and of the rates of the biases. */
 static void add_noise(estimator *e, real h)
 {
     const size_t n = e->n, N = e->N;

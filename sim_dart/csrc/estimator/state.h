@@ -1,20 +1,21 @@
-/* The inside of an estimator. */
+/* Internal state of an estimator. */
 #ifndef CARDSFLOW_ESTIMATOR_STATE_H
 #define CARDSFLOW_ESTIMATOR_STATE_H
 
 #include "../blob/state.h"
 #include "estimator.h"
 
-/* ARRAY(name, number of reals): those of estimator_array, then room. What is remembered follows on one another. */
+/* ARRAY(name, number of reals): arrays of estimator_array, then working memory. The arrays that form the
+   internal state are contiguous. */
 #define ESTIMATOR_REMEMBERED(ARRAY)                                                                    \
     ARRAY(state, N)                                                                                    \
     ARRAY(covariance, N *N)                                                                            \
-    ARRAY(last_tensions, m) /* the last ones that were numbers */                                      \
+    ARRAY(last_tensions, m) /* last finite tensions */                                                 \
     ARRAY(slips, bends)     /* of cables with friction, see cable_friction.c */                        \
     ARRAY(sd, N)                                                                                       \
     ARRAY(innovation, 1)                                                                               \
-    ARRAY(mean_innovation, 1) /* over innovation_time */                                               \
-    ARRAY(blind, 1)           /* since the last measurement, in [s] */                                 \
+    ARRAY(mean_innovation, 1) /* mean over innovation_time */                                          \
+    ARRAY(blind, 1)           /* time since the last measurement, in [s] */                            \
     ARRAY(used, 1)                                                                                     \
     ARRAY(status, 1)                                                                                   \
     ARRAY(valid, 1)
@@ -49,19 +50,19 @@
     ARRAY(innovation_time, 1)                                                                          \
     ARRAY(first_poses, 2 * n + 2)                                                                      \
     ESTIMATOR_REMEMBERED(ARRAY)                                                                        \
-    ARRAY(transition, 6 * n * n)  /* q and qd after a step by q, qd, w before it, 2 n x 3 n */         \
-    ARRAY(differential, 4 * n * n) /* the part by q and qd */                                          \
+    ARRAY(transition, 6 * n * n)  /* derivatives of q+ and qd+ by q, qd, w, 2 n x 3 n */               \
+    ARRAY(differential, 4 * n * n) /* derivatives by q and qd */                                       \
     ARRAY(product, 2 * n * N)                                                                          \
     ARRAY(matrix, n *n)                                                                                \
     ARRAY(factor, n *n)                                                                                \
     ARRAY(column, n)                                                                                   \
     ARRAY(load, n)                                                                                     \
     ARRAY(gain, N)                                                                                     \
-    ARRAY(shift, N)               /* what the measurements of a tick have changed so far */            \
-    ARRAY(row, 4 * n)             /* of a measurement by q, qd and w; and what it is made of */        \
+    ARRAY(shift, N)               /* sum of corrections in a tick */                                   \
+    ARRAY(row, 4 * n)             /* derivatives of a measurement by q, qd, w; work */                 \
     ARRAY(wide_row, 2 * variables)                                                                     \
     ARRAY(rates, variables)       /* accelerations of all variables */                                 \
-    ARRAY(pose, 3 * n)            /* of the search: here, next, way */
+    ARRAY(pose, 3 * n)            /* of the search: current pose, next, step */
 
 #define ESTIMATOR_MEMBER(name, length) real *name;
 struct estimator {
@@ -71,13 +72,13 @@ struct estimator {
     estimator_transition *exact;
     void *exact_self;
     real step;    /* of the last prediction, in [s] */
-    size_t seen, taken; /* measurements of this tick; those within the gate */
-    real squares; /* of their innovations, over the variance */
+    size_t seen, taken; /* number of measurements in this tick; of those within the gate */
+    real squares; /* sum of their squared innovations over the variance */
     ESTIMATOR_ARRAYS(ESTIMATOR_MEMBER)
 };
 #undef ESTIMATOR_MEMBER
 
-/* Whether a standard deviation says that something is measured. */
+/* Return whether a noise setting enables a measurement. */
 static inline int is_measured(real noise)
 {
     return noise > 0 && noise <= CORE_LARGEST_STATE;
@@ -88,14 +89,14 @@ static inline int is_number(real x)
     return x <= CORE_LARGEST_STATE && x >= -CORE_LARGEST_STATE;
 }
 
-/* Whether the length of a muscle is measured, and tells where the robot is. */
+/* Return whether the length of a muscle is measured and the muscle is taut. */
 static inline int is_taut(const estimator *e, size_t k)
 {
     return is_measured(e->length_noise[k]) && is_number(e->lengths[k]) &&
            e->last_tensions[k] > e->slack[0];
 }
 
-/* l(q) of a measured length. */
+/* Return l(q) for a measured length. */
 static inline real path_length(const estimator *e, size_t k)
 {
     return e->lengths[k] - e->offset[k] + e->compliance[k] * e->last_tensions[k];

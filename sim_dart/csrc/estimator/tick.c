@@ -1,4 +1,4 @@
-/* A tick: predict, correct, judge. */
+/* A tick of the estimator: prediction, correction, validity. */
 #include "../math/elementary.h"
 #include "correct.h"
 #include "inertial.h"
@@ -32,7 +32,7 @@ static void take_encoders(estimator *e)
     }
 }
 
-/* Standard deviations; 0, or 1 where something is not a number or a variance is not positive. */
+/* Compute standard deviations. Return 0, or 1 if a value is not finite or a variance is not positive. */
 static int update_sd(estimator *e)
 {
     const size_t N = e->N;
@@ -45,8 +45,8 @@ static int update_sd(estimator *e)
     return bad;
 }
 
-/* An average that forgets: with time T, mean += (1 - exp(-h/T)) (now - mean). Where nothing is measured for T,
-   nobody knows whether the model is right, whatever the deviations say.                                        */
+/* Update the exponential average with time constant T: mean += (1 - exp(-h/T)) (now - mean). Without
+   measurements for the time T the model cannot be verified, so that the estimate is not valid. */
 static void judge(estimator *e, real time)
 {
     e->blind[0] = e->seen ? 0 : e->blind[0] + time;

@@ -1,7 +1,7 @@
-/* The functions of the C library that the core and the control laws call, for machines without one.
+/* Functions of the C library that the core and the control laws call, for machines without one.
 
-   Weak, so that those of a toolchain, which are faster, come first. Compile with -fno-builtin: a compiler
-   may take the loops for what they are and call the function that it is in.                            */
+   They are weak symbols, so that the faster functions of a toolchain take precedence. Compile with
+   -fno-builtin: otherwise a compiler may replace a loop by a call of the function that contains it. */
 #include "../numbers/real_functions.h"
 #include "string.h"
 
@@ -44,8 +44,8 @@ WEAK int strcmp(const char *a, const char *b)
     return strncmp(a, b, SIZE_MAX);
 }
 
-/* x less a whole multiple of y, exactly: y times a power of two, halved again and again, is taken off
-   wherever it fits, and such differences are not rounded.                                              */
+/* Return the remainder of x / y, exactly: y times a power of two, halved repeatedly, is subtracted while it
+   fits; these differences are not rounded. */
 WEAK real fmod(real x, real y)
 {
     real rest = fabs(x), step = fabs(y);
@@ -58,11 +58,11 @@ WEAK real fmod(real x, real y)
     return signbit(x) ? -rest : rest;
 }
 
-static const real WHOLE = PRECISE(4503599627370496.0, 8388608.0); /* 2^52, 2^23: from here on whole */
+static const real WHOLE = PRECISE(4503599627370496.0, 8388608.0); /* 2^52, 2^23: larger numbers are integers */
 
 static real towards_zero(real x)
 {
-    if (!(fabs(x) < WHOLE)) return x; /* also NaN */
+    if (!(fabs(x) < WHOLE)) return x; /* also for NaN */
     const real cut = (real)(whole_number)fabs(x);
     return signbit(x) ? -cut : cut;
 }
@@ -73,7 +73,7 @@ WEAK real ceil(real x)
     return cut < x ? cut + 1 : cut;
 }
 
-/* Halves away from zero. */
+/* Round to the nearest integer, halves away from zero. */
 WEAK real round(real x)
 {
     const real cut = towards_zero(x);

@@ -1,8 +1,8 @@
-/* What the core and the control laws use of <math.h>, for machines without a C library.
+/* The part of <math.h> that the core and the control laws use, for machines without a C library.
 
-   All of it is exact or, as the square root, rounded in one way by IEEE 754, so that nothing depends on
-   whose it is. `sqrt` is an instruction of the processor; if it has none, the compiler's own library
-   must have it: compile with -fno-math-errno.                                                         */
+   All functions are exact or, as the square root, rounded as IEEE 754 specifies, so that results do not
+   depend on the implementation. `sqrt` is an instruction of the processor. If the processor does not have
+   it, the compiler's library must provide it: compile with -fno-math-errno. */
 #ifndef CARDSFLOW_FREESTANDING_MATH_H
 #define CARDSFLOW_FREESTANDING_MATH_H
 

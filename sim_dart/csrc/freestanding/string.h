@@ -1,4 +1,4 @@
-/* What the core and the control laws use of <string.h>, for machines without a C library. */
+/* The part of <string.h> that the core and the control laws use, for machines without a C library. */
 #ifndef CARDSFLOW_FREESTANDING_STRING_H
 #define CARDSFLOW_FREESTANDING_STRING_H
 

@@ -1,4 +1,4 @@
-/* Going to a state. */
+/* Motion of the core to a state. */
 #include "../kinematics/tasks.h"
 #include "../kinematics/tree.h"
 #include "../laws/laws.h"

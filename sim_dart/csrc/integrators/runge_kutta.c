@@ -1,5 +1,5 @@
-/* Steps of the plant by Runge and Kutta's rule of fourth order: everything is explicit, and evaluated at
-   all four stages. A joint that passes its limit is put back to it at the step's end, and stopped.      */
+/* Steps of the plant by the fourth-order Runge-Kutta method: all terms are explicit and evaluated at all
+   four stages. A joint that passes its limit is set to the limit at the end of the step, and stopped. */
 #include "../dynamics/external_wrenches.h"
 #include "../dynamics/limit_forces.h"
 #include "../dynamics/limits.h"
@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-/* qd, qdd and law_rates at q, qd and law_states. 0, or 1 + the index of the first bad command. */
+/* Compute the rates of q, qd and law_states. Return 0, or 1 + the index of the first invalid command. */
 static int evaluate_rates(core *c, const real *u, const real *extra)
 {
     const blob_view *b = &c->blob;
@@ -42,7 +42,7 @@ static void begin_step(core *c)
     memset(c->slopes, 0, (2 * dofs + states) * sizeof(real));
 }
 
-/* What torques, outer forces and damping do in a time h. */
+/* Add the work of torques, external forces and damping in a time h. */
 static void add_work(core *c, real h)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
@@ -60,7 +60,7 @@ static void add_work(core *c, real h)
     }
 }
 
-/* slopes += weight rates; the work of the same share of the step. */
+/* Add weight * rates to slopes, and the work of this share of the step. */
 static void add_stage(core *c, real weight, real h)
 {
     const int32_t dofs = c->blob.counts.dofs, states = c->blob.law_states;
@@ -72,17 +72,17 @@ static void add_stage(core *c, real weight, real h)
     add_work(c, weight * h / 6);
 }
 
-/* Go to before + h rates. 0, or what core_step answers. */
+/* Move to before + h rates. Return the same as core_step. */
 static int go_to(core *c, real h, const real *q_rates, const real *qd_rates, const real *x_rates)
 {
     const int32_t dofs = c->blob.counts.dofs, states = c->blob.law_states;
-    for (int32_t j = 0; j < dofs; j++) c->q[j] = c->before[j] + h * q_rates[j]; /* may be qd itself */
+    for (int32_t j = 0; j < dofs; j++) c->q[j] = c->before[j] + h * q_rates[j]; /* q_rates may be qd itself */
     for (int32_t j = 0; j < dofs; j++) c->qd[j] = c->before[dofs + j] + h * qd_rates[j];
     for (int32_t k = 0; k < states; k++) c->law_states[k] = c->before[2 * dofs + k] + h * x_rates[k];
     return muscles_are_sound(c) ? core_move_checked(c, c->q, c->qd) : dofs + 1;
 }
 
-/* Those beyond a limit go back to it, and no further. */
+/* Set coordinates beyond a limit to the limit and stop them. */
 static void stop_at_limits(core *c)
 {
     int any = 0;

@@ -12,7 +12,7 @@
 
 #include <string.h>
 
-/* Damping and springs act at the end of the step, to first order: h D + h^2 K beside M. */
+/* Compute qdd. Damping and springs act at the end of the step, to first order: h D + h^2 K is added to M. */
 static void accelerate(core *c, real h)
 {
     const blob_view *b = &c->blob;
@@ -34,7 +34,7 @@ static void accelerate(core *c, real h)
     dynamics_accelerate(c, c->qd, c->load, c->armature);
 }
 
-/* qd += h qdd, with loops closed; whether q then passes a limit within h. */
+/* Compute qd += h qdd, with loops closed. Return whether q then passes a limit within h. */
 static int speed_up(core *c, real h)
 {
     int passes = 0;
@@ -50,10 +50,10 @@ static int speed_up(core *c, real h)
     return passes;
 }
 
-/* In rad/s or m/s: how fast a coordinate that was put beyond a limit has to come back, at most. DART's. */
+/* Maximum velocity, in rad/s or m/s, at which a coordinate that starts beyond a limit returns; as in DART. */
 static const real MAX_RETURN = 10;
 
-/* No coordinate may pass a limit within h, and those that rub are braked. */
+/* Apply joint limits and joint friction: no coordinate may pass a limit within h. */
 static void stay_within(core *c, real h)
 {
     for (int32_t j = 0; j < c->blob.counts.dofs; j++) {
@@ -64,7 +64,7 @@ static void stay_within(core *c, real h)
     else limits_keep(c);
 }
 
-/* qd at the step's end, from the forces at its beginning; the friction of cables is that at its end. */
+/* Compute qd at the end of the step, from the forces at its start and the cable friction at its end. */
 static void find_velocities(core *c, real h)
 {
     if (c->blob.counts.bends) cable_friction_begin(c, h);
@@ -75,8 +75,8 @@ static void find_velocities(core *c, real h)
     }
 }
 
-/* Forces as at the step's beginning, at the mean of its velocities: what they do to the kinetic energy,
-   exactly, if M is constant. */
+/* Add the work of the forces at the start of the step at the mean of its velocities: the change of the
+   kinetic energy, exactly if M is constant. */
 static void add_step_work(core *c, real h)
 {
     real muscles = 0, outer = 0, damping = 0;
@@ -100,7 +100,7 @@ static void add_step_work(core *c, real h)
     c->work[0] += muscles, c->work[1] += outer, c->work[2] += damping;
 }
 
-/* Muscles remember with the lengthening that the step ends with. */
+/* Advance the states of muscles with the path velocities at the end of the step. */
 static int advance_muscles(core *c, const real *u, real h)
 {
     core_rates(c, c->qd);

@@ -14,7 +14,7 @@ void bodies_links(core *c)
     }
 }
 
-/* The moments of mass of frame i about its origin: m r and R I R' + m (r.r 1 - r r'). */
+/* Compute the moments of mass of frame i about its origin: m r and R I R' + m (r.r 1 - r r'). */
 static void place_inertia(core *c, int32_t i)
 {
     const real *R = c->rotation + 9 * i, *I = c->blob.inertia + 6 * i, m = c->blob.mass[i];
@@ -35,7 +35,7 @@ void bodies_inertias(core *c)
     for (int32_t i = 0; i < c->blob.counts.frames; i++) place_inertia(c, i);
 }
 
-/* What the motions' second derivatives add to the drift. */
+/* Add the contribution of the second derivatives of the motions to the drift. */
 static void add_bends(core *c)
 {
     for (int32_t i = 0; i < c->blob.counts.frames; i++) {
@@ -65,7 +65,7 @@ void bodies_velocities(core *c, const real *qd)
         memset(drift, 0, 6 * sizeof(real));
         add_centripetal(drift + 3, w, r);
         add_cross3(turns ? drift : drift + 3, w, own);
-        if (!turns) add_cross3(drift + 3, w, own); /* Coriolis: twice */
+        if (!turns) add_cross3(drift + 3, w, own); /* Coriolis acceleration: factor 2 */
     }
     if (c->is_driven) add_bends(c);
 }

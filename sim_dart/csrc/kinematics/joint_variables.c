@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-/* A polynomial by Horner's rule: f, f', f''. */
+/* Evaluate a polynomial by Horner's rule: f, f', f''. */
 static void polynomial(const real *numbers, int32_t size, real x, real out[3])
 {
     memset(out, 0, 3 * sizeof(real));
@@ -13,7 +13,7 @@ static void polynomial(const real *numbers, int32_t size, real x, real out[3])
     }
 }
 
-/* The last piece that begins at or before x, or the first. */
+/* Evaluate the last piece that begins at or before x, or the first piece. */
 static void pieces(const real *numbers, int32_t size, real x, real out[3])
 {
     int32_t low = 0, high = size;
@@ -69,7 +69,7 @@ const real *variables_rates(core *c, const real *qd)
     return c->moved;
 }
 
-/* Add what is in the row of each variable to those of its sources; rows have `width` numbers. */
+/* Add the row of each variable to the rows of its sources; rows have `width` values. */
 static void fold(const core *c, real *rows, size_t width)
 {
     const blob_view *b = &c->blob;

@@ -1,20 +1,20 @@
-/* Variables: the coordinates q and what follows them, x = phi(q). With p' = Gamma u the tree runs in x, and
-   forces on x are Gamma' times as much on q. All of this is for robots that are driven (`is_driven`) only:
-   in robots that are not, all variables are q.                                                                     */
+/* Variables: the coordinates q and the dependent variables, x = phi(q). The rates are x' = Gamma qd. The
+   tree is computed in x; forces on x become forces on q by Gamma'. These functions apply only to robots with
+   `is_driven`; in all other robots every variable is a q. */
 #ifndef CARDSFLOW_VARIABLES_H
 #define CARDSFLOW_VARIABLES_H
 
 #include "../blob/state.h"
 
-/* The rest of `at` where q is there, and the slopes. */
+/* Compute the dependent variables in `at` from q, and the slopes. */
 CORE_INSIDE void variables_move(core *c);
-/* Gamma qd, into `moved`, after the last move; also `bend`: x'' = Gamma qdd + bend. */
+/* Compute Gamma qd in `moved`, after the last move; also `bend` of x'' = Gamma qdd + bend. */
 CORE_INSIDE const real *variables_rates(core *c, const real *qd);
-/* rates = Gamma qd. */
+/* Compute rates = Gamma qd. */
 CORE_INSIDE void variables_follow(const core *c, const real *qd, real *rates);
-/* own = Gamma' row, where `row` is not `own` itself; it is spent. */
+/* Compute own = Gamma' row; `row` must not be `own`, and is overwritten. */
 CORE_INSIDE void variables_fold(const core *c, real *row, real *own);
-/* own = Gamma' wide_matrix Gamma, which is spent. */
+/* Compute own = Gamma' wide_matrix Gamma; wide_matrix is overwritten. */
 CORE_INSIDE void variables_fold_matrix(core *c, real *own);
 
 #endif

@@ -1,5 +1,5 @@
-/* Points that frames carry. Here for speed: every muscle asks for all of its points, so that they are to be
-   compiled into whoever asks.                                                                          */
+/* Points that are fixed to frames. The functions are in this header so that they are inlined: every muscle
+   uses them for all of its points. */
 #ifndef CARDSFLOW_POINTS_H
 #define CARDSFLOW_POINTS_H
 
@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/* Where a point of a frame is in the world; frame -1 is the world itself. */
+/* Compute the position of a point of a frame in the world; frame -1 is the world itself. */
 static inline void tree_point(const core *c, int32_t frame, const real local[3], real world[3])
 {
     if (frame < 0) {
@@ -19,7 +19,7 @@ static inline void tree_point(const core *c, int32_t frame, const real local[3],
     for (int k = 0; k < 3; k++) world[k] += c->origin[3 * frame + k];
 }
 
-/* Velocity of a point that frame j carries, for unit velocity of its motion. */
+/* Compute the velocity of a point fixed to frame j, for unit velocity of its motion. */
 static inline void tree_point_velocity(const core *c, int32_t j, const real point[3], real velocity[3])
 {
     const real *axis = c->axis + 3 * j, *origin = c->origin + 3 * j;

@@ -1,4 +1,4 @@
-/* Task coordinates: where points are and how links are turned, and how q changes that. */
+/* Task coordinates: positions of points and orientations of links, and their derivatives by q. */
 #include "tasks.h"
 
 #include "../math/elementary.h"
@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/* The angles of R = Rx(alpha) Ry(beta) Rz(gamma). */
+/* Compute the angles of R = Rx(alpha) Ry(beta) Rz(gamma). */
 static void angles_of(const real R[9], real angles[3])
 {
     angles[0] = arc_tangent(-R[5], R[8]);
@@ -16,8 +16,8 @@ static void angles_of(const real R[9], real angles[3])
     angles[2] = arc_tangent(-R[1], R[0]);
 }
 
-/* Rates of the angles for an angular velocity w in the world:
-   w = alpha' x + beta' Rx y + gamma' Rx Ry z, solved for the rates.                                    */
+/* Compute the rates of the angles for an angular velocity w in the world:
+     w = alpha' x + beta' Rx y + gamma' Rx Ry z, solved for the rates. */
 static void angle_rates(const real angles[3], const real w[3], real rates[3])
 {
     real sa, ca, sb, cb;
@@ -74,8 +74,8 @@ void core_task_jacobian(core *c)
     }
 }
 
-/* Derivative of angle_rates at constant angular acceleration alpha: solved from
-   alpha_w = d/dt (alpha' x + beta' Rx y + gamma' Rx Ry z).                                             */
+/* Compute the derivative of angle_rates at angular acceleration alpha, solved from
+     alpha_w = d/dt (alpha' x + beta' Rx y + gamma' Rx Ry z). */
 static void angle_accelerations(const real angles[3], const real w[3], const real alpha[3],
                                 real out[3])
 {
@@ -86,7 +86,7 @@ static void angle_accelerations(const real angles[3], const real w[3], const rea
     angle_rates(angles, w, rates);
     const real second[3] = {0, ca, sa}, third[3] = {sb, -sa * cb, ca * cb};
     const real first[3] = {1, 0, 0};
-    /* the axes turn: x stands still, y with alpha', z with alpha' x + beta' y */
+    /* rotation of the axes: x is fixed, y turns with alpha', z with alpha' x + beta' y */
     real left[3] = {alpha[0], alpha[1], alpha[2]}, turn[3], change[3];
     for (int k = 0; k < 3; k++) turn[k] = rates[0] * first[k];
     cross3(change, turn, second);

@@ -4,7 +4,7 @@
 
 #include "../blob/state.h"
 
-/* task_values at the last q. */
+/* Compute task_values at the last q. */
 CORE_INSIDE void tasks_move(core *c);
 
 #endif

@@ -1,4 +1,4 @@
-/* Kinematics of the tree: where every frame is, and how a joint moves a point. */
+/* Kinematics of the tree: poses of all frames, and velocities of points. */
 #include "tree.h"
 
 #include "../math/elementary.h"
@@ -8,7 +8,8 @@
 
 #include <string.h>
 
-/* R1 = R0 [a], R2 = R0 [a][a], so that Rodrigues' formula is two products and two sums an entry. */
+/* Compute R1 = R0 [a], R2 = R0 [a][a]. With these, Rodrigues' formula needs two products and two sums per
+   entry. */
 void tree_prepare(core *c)
 {
     for (int32_t i = 0; i < c->blob.counts.frames; i++) {

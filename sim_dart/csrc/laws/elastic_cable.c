@@ -1,4 +1,4 @@
-/* elastic_cable: f = k (l - u) + d l' while it is taut; u is its length without force. */
+/* elastic_cable: f = k (l - u) + d l' while the cable is taut; u is the unstretched length. */
 #include "../math/elementary.h"
 #include "law.h"
 

@@ -1,16 +1,15 @@
-/* heavy_cable: an elastic cable that hangs between two points by its weight, in equilibrium at every moment.
+/* heavy_cable: an elastic cable that hangs between two points by its weight, always in static equilibrium.
 
-   The elastic catenary (Irvine 1981, Cable Structures, eqs. 1.37 to 1.44) of a cable with the length L without
-   force, the weight w a length and the stiffness EA, over a span a and a rise b. With the tensions T at its ends
-   and W = w L, tanh x = W / (T_1 + T_2); x is the one zero of what grows with it:
+   Elastic catenary (Irvine 1981, Cable Structures, eqs. 1.37 to 1.44) of a cable with the unstretched length
+   L, the weight w per length and the stiffness EA, over a horizontal span a and a rise b. With the tensions
+   T_1, T_2 at its ends and W = w L, tanh x = W / (T_1 + T_2); x is the only zero of
 
-       (b / (1 + kappa coth x))^2 + (a sinh x / (kappa + x))^2 = L^2,    kappa = W / 2 EA
+     (b / (1 + kappa coth x))^2 + (a sinh x / (kappa + x))^2 = L^2,    kappa = W / 2 EA
+     H = w a / 2 (kappa + x)                 horizontal force
+     V = w b / 2 (kappa + tanh x) -+ W / 2   vertical force at the lower and at the upper point
 
-       H = w a / 2 (kappa + x)                 along the span
-       V = w b / 2 (kappa + tanh x) -+ W / 2   upwards, at the lower point in its direction and at the upper one
-
-   The tension f = w l / 2 (kappa + x) along the chord l = sqrt(a^2 + b^2) has H; what is left of V pulls both
-   points down. Of a weightless cable f = EA (l / L - 1) is the limit.                                  */
+   The tension f = w l / 2 (kappa + x) along the chord l = sqrt(a^2 + b^2) contains H. The remaining vertical
+   force pulls both points down. For a cable without weight the limit is f = EA (l / L - 1). */
 #include "../math/elementary.h"
 #include "../math/root.h"
 #include "../math/vectors.h"
@@ -28,15 +27,15 @@ enum {
     HEAVY_CONSTANTS
 };
 
-/* Of the chord: a cable that hangs beside itself has some span. */
+/* Relative to the chord: minimum horizontal span, for a vertical cable. */
 static const real MIN_RUN = PRECISE(1e-12, 1e-6);
-/* In [m]: a chord has some length. */
+/* Minimum chord, in [m]. */
 static const real MIN_CHORD = 1e-6;
-/* No cable is drawn further. */
+/* Maximum l / L. */
 static const real MAX_DRAW = 2;
-/* In [N]: of a cable; less is nothing. */
+/* In [N]: a cable with less weight is weightless. */
 static const real MIN_WEIGHT = PRECISE(1e-200, 1e-25);
-static const real MAX_SLACK = PRECISE(80, 35); /* of x */
+static const real MAX_SLACK = PRECISE(80, 35); /* maximum x */
 static const real ENOUGH_OF_SLACK = PRECISE(1e-9, 1e-4);
 
 static void heavy_prepare(const void *parameters, real *k)
@@ -58,7 +57,7 @@ static void heavy_place(real *k, const real chord[3], const real gravity[3])
     k[HEAVY_RISE] = b / l, k[HEAVY_RUN] = larger(sqrt(dot3(level, level)) / l, MIN_RUN);
 }
 
-/* A cable where it is: a / L, b / L, l, L, kappa, w; whether it weighs anything. */
+/* Geometry of a cable: a / L, b / L, l, L, kappa, w; whether it has weight. */
 typedef struct {
     real run, rise, l, rest, kappa, w;
     int is_heavy;
@@ -75,7 +74,7 @@ static hanging hanging_at(const real *k, real l, real u)
     return at;
 }
 
-/* The logarithm of the left side's root over L at x = e^z. */
+/* Return the logarithm of the square root of the left side over L, at x = e^z. */
 static real too_long(const void *data, real z, real *slope)
 {
     const hanging *at = data;
@@ -89,7 +88,8 @@ static real too_long(const void *data, real z, real *slope)
     return logarithm(square) / 2;
 }
 
-/* x; from a guess by the parabola's tension: if it is taut, where as long as its chord, where slack. */
+/* Compute x. The first guess is the tension of the parabola for three cases: taut, as long as the chord,
+   slack. */
 static real slack_of(const real *k, const hanging *at)
 {
     const real EA = k[HEAVY_STIFFNESS], W = at->w * at->rest, over = at->l / at->rest - 1;
@@ -120,7 +120,7 @@ static void heavy_weigh(const real *k, real l, real u, real down[2])
     down[0] = half - steep, down[1] = half + steep;
 }
 
-/* The length of the parabola, without its stretch. */
+/* Return the length of the parabola without stretch. */
 static real heavy_guess(const real *k, const real *state, real l, real f, real *step)
 {
     (void)state;

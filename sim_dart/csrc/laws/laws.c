@@ -1,4 +1,4 @@
-/* The muscle laws of a robot: the calls that a step makes. */
+/* The muscle laws of a robot: the calls of a step. */
 #include "laws.h"
 
 #include "../blob/message.h"
@@ -62,7 +62,7 @@ int laws_check(blob_view *view, char *message, size_t capacity)
     return 0;
 }
 
-/* A walk over the muscles, with where each one's numbers stand. */
+/* Iterator over the muscles, with the offsets of their data. */
 typedef struct {
     const law_entry *entry;
     const tension_law *law;
@@ -95,7 +95,7 @@ static int next_muscle(const core *c, muscle_law *at)
 
 #define EACH_MUSCLE(c, at) (int more = first_muscle(c, at); more; more = next_muscle(c, at))
 
-/* Let a muscle look at what the one before it looks at, if that is the same. */
+/* Share constants with the muscle before, if they are equal. */
 static void share(const muscle_law *before, muscle_law *at)
 {
     if (!at->law->shared_from || before->law != at->law) return;
@@ -103,10 +103,10 @@ static void share(const muscle_law *before, muscle_law *at)
         if (before->p[i] != at->p[i]) return;
     const ptrdiff_t away = law_shared(before->k) - at->k;
     at->k[LAW_SHARED] = (real)away;
-    if (law_shared(at->k) - at->k != away) at->k[LAW_SHARED] = 0; /* too far for a small number */
+    if (law_shared(at->k) - at->k != away) at->k[LAW_SHARED] = 0; /* the offset must be exact */
 }
 
-/* The tensions at both ends of a muscle's commands, as core_reach found them last, and where. */
+/* Tensions at both ends of the command range of a muscle, and the state at which core_reach found them. */
 typedef struct {
     real is_known, l, v, h, x[MAX_LAW_STATES], at_low, at_high;
 } reach;
@@ -137,22 +137,22 @@ static real command(const muscle_law *at, const real *u)
     return at->entry->driven ? clamped(u[at->m], at->k[LAW_LOW], at->k[LAW_HIGH]) : 0;
 }
 
-/* Whether it is a cable with friction that stretches all along. */
+/* Return whether the muscle is a cable with friction that stretches along its path. */
 static int does_stretch(const core *c, int32_t m)
 {
     return c->blob.stretches && LAW_TABLE[c->blob.law_kind[m]].law->stretch && c->blob.muscle_bends[m];
 }
 
-/* The length of a path as its law sees it, at the driven end. */
+/* Return the length of a path at the driven end, for its law. */
 static real length_at(const core *c, int32_t m)
 {
     return does_stretch(c, m) ? c->lengths[m] - c->cable_beyond[m] : c->lengths[m];
 }
 
-/* 0, or 1 + the index of the first muscle whose command is not finite. */
+/* Return 0, or 1 + the index of the first muscle whose command is not finite. */
 static int bad_command(const core *c, const real *u)
 {
-    real sum = 0; /* of zeros, or of what is not a number */
+    real sum = 0; /* of zeros, or NaN */
     for (int32_t m = 0; m < c->blob.counts.muscles; m++) sum += 0 * u[m];
     if (sum == 0) return 0;
     for (int32_t m = 0; m < c->blob.counts.muscles; m++)
@@ -200,7 +200,7 @@ void laws_weigh(const core *c, const real *u, real way, real *forces)
     }
 }
 
-/* The same, on torques. */
+/* Add the weight of heavy cables to torques. */
 static void add_weights(core *c, const real *u)
 {
     const size_t dofs = (size_t)c->blob.counts.dofs, variables = (size_t)c->blob.counts.variables;
@@ -226,7 +226,7 @@ void core_rates(core *c, const real *qd)
     if (c->blob.counts.bends) cable_friction_rates(c, qd);
 }
 
-/* How cables stretch that do so all along: tensions that are means along them become those of their driven ends. */
+/* Replace the mean tensions of cables that stretch along their path by the tensions at their driven ends. */
 static void stretch_cables(core *c, const real *u)
 {
     muscle_law at;
@@ -274,7 +274,7 @@ int core_pull(core *c, const real *f)
         if (!isfinite(f[k])) return 1 + k;
     memset(c->torques, 0, (size_t)dofs * sizeof(real));
     for (int32_t k = 0; k < muscles; k++) {
-        if (value_of(f[k]) < 0 || f[k] == 0) continue; /* a zero that changes is a pull: see tangent.h */
+        if (value_of(f[k]) < 0 || f[k] == 0) continue; /* a zero with a tangent is a pull: see tangent.h */
         const real *row = c->jacobian + (size_t)k * (size_t)dofs;
         for (int32_t j = 0; j < dofs; j++) c->torques[j] -= row[j] * f[k];
     }
@@ -318,7 +318,7 @@ int core_advance(core *c, const real *u, real h)
     activations active;
     active.count = 0;
     for EACH_MUSCLE (c, &at) {
-        if (at.law->is_hill && at.states == 1) /* its activation, nothing else */
+        if (at.law->is_hill && at.states == 1) /* its activation only */
             activations_add(&active, at.k, at.x, command(&at, u), h);
         else if (at.states)
             at.law->advance(at.k, at.x, length_at(c, at.m), c->rates[at.m], command(&at, u), h);
@@ -331,14 +331,14 @@ int core_advance(core *c, const real *u, real h)
 #define ALMOST (real)1e-6 /* of a period */
 #define MAX_HELD 100
 
-/* The tension at the driven end, of what is the mean along a cable that stretches so. */
+/* Return the tension at the driven end of a cable with the mean tension f. */
 static real at_driven_end(const core *c, int32_t m, real f)
 {
     return does_stretch(c, m) ? f / (1 + c->cable_rise[m]) : f;
 }
 
-/* The tension after a time h with command u; of now for a law without states. What moves along with the path
-   does so after every `held`.                                                                         */
+/* Return the tension after a time h with command u; the current tension for a law without states. A command
+   that moves along with the path does so after every `held`. */
 static real tension_after(const core *c, const muscle_law *at, real u, real h, real held)
 {
     const real l = c->lengths[at->m], driven = length_at(c, at->m), v = c->rates[at->m];
@@ -354,13 +354,13 @@ static real tension_after(const core *c, const muscle_law *at, real u, real h, r
 static void keep_reach(const core *c, const muscle_law *at, real h, real at_low, real at_high)
 {
     reach *r = reach_of(c, at);
-    if (at->law->moves_along || at->law->place || does_stretch(c, at->m)) return; /* which depend on more */
+    if (at->law->moves_along || at->law->place || does_stretch(c, at->m)) return; /* not a function of the state */
     r->is_known = 1, r->l = c->lengths[at->m], r->v = c->rates[at->m], r->h = h;
     r->at_low = at_low, r->at_high = at_high;
     memcpy(r->x, at->x, (size_t)at->states * sizeof(real));
 }
 
-/* What core_reach has found, if nothing has changed since; NULL otherwise. */
+/* Return the result of core_reach if nothing has changed since; otherwise NULL. */
 static const reach *reach_here(const core *c, const muscle_law *at, real h)
 {
     const reach *r = reach_of(c, at);
@@ -386,11 +386,11 @@ void core_reach(core *c, real h)
 }
 
 #define MAX_INVERSIONS 60
-#define ENOUGH PRECISE(1e-14, 5e-6) /* of a force, relative to those about it */
-#define ROUGH PRECISE(1e-11, 2e-5) /* of a force: rounding of laws that are rough */
+#define ENOUGH PRECISE(1e-14, 5e-6) /* relative tolerance of a force */
+#define ROUGH PRECISE(1e-11, 2e-5) /* the same, for laws that are rough */
 #define NEAR_INVERSIONS 6
 
-/* What the tension lacks or is beyond f at commands about the one that is looked for. */
+/* Difference of the tension from f at a command, during the search. */
 typedef struct {
     real u, off;
 } attempt;
@@ -405,7 +405,7 @@ static attempt attempted(const core *c, const muscle_law *at, real u, real f, re
     return (attempt){u, tension_after(c, at, u, h, held) - f};
 }
 
-/* Is u in between? */
+/* Return whether u is between two commands. */
 static int is_between(const attempt *a, const attempt *b, real u)
 {
     return value_of(u) > value_of(smaller(a->u, b->u)) && value_of(u) < value_of(larger(a->u, b->u));
@@ -417,7 +417,7 @@ static real enough_of(const muscle_law *at, real f, const attempt *a, const atte
     return at->law->is_rough ? enough + ROUGH * fabs(f) : enough;
 }
 
-/* The secant rule from a law's guess; whether it has come to a command within range. */
+/* Apply the secant method from the guess of a law. Return whether it has found a command within the range. */
 static int found_near(const core *c, const muscle_law *at, real f, real h, real held, real *u)
 {
     real step;
@@ -433,8 +433,8 @@ static int found_near(const core *c, const muscle_law *at, real f, real h, real 
     return 0;
 }
 
-/* The secant rule on a bracket, which it halves where it would leave it, and at times. The command at which
-   an activation stays as it is comes first: it rises by another time constant than it falls by.           */
+/* Apply the secant method on a bracket, which is bisected if a step would leave it, and regularly. First try
+   the command that keeps an activation constant: there the time constant changes. */
 static real inverted(const core *c, const muscle_law *at, real f, real h, real held)
 {
     real near;
@@ -454,7 +454,7 @@ static real inverted(const core *c, const muscle_law *at, real f, real h, real h
         if (value_of(fabs(last.off)) <= value_of(enough)) break;
         const int is_high = (value_of(last.off) > 0) == (value_of(high.off) > 0);
         *(is_high ? &high : &low) = last;
-        if (!i) before = is_high ? low : high; /* the end on the other side of the bend */
+        if (!i) before = is_high ? low : high; /* the end on the other side of the kink */
         u = zero_of_chord(&before, &last);
     }
     return last.u;

@@ -1,9 +1,9 @@
-/* ligament_blankevoort1991: a toe, f = k e^2 / (2 e_t), then a line, f = k (e - e_t / 2); e is the strain.
-   Damping c e' acts while it is taut and lengthens, in full from a strain of 0.01: up to there it sets in
-   smoothly, as in OpenSim, so that the force is continuous.
+/* ligament_blankevoort1991: a toe, f = k e^2 / (2 e_t), then a straight line, f = k (e - e_t / 2); e is the
+   strain. Damping c e' acts while the ligament is taut and lengthens. It grows smoothly up to a strain of
+   0.01, as in OpenSim, so that the force is continuous.
 
-   Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24: Articular contact in a
-   three-dimensional model of the knee.                                                                */
+   Blankevoort, Kuiper, Huiskes & Grootenboer 1991, J. Biomech. 24: Articular contact in a three-dimensional
+   model of the knee. */
 #include "../math/quintic_step.h"
 #include "law.h"
 

@@ -1,11 +1,11 @@
-/* mckibben: a bladder in a braided sleeve. A thread of length b that goes n times round a cylinder of
-   length L and diameter D leaves V(L) = pi D^2 L / 4 with D^2 = (b^2 - L^2) / (n pi)^2; virtual work,
-   f dL = -p dV, gives
+/* mckibben: a bladder in a braided sleeve. A thread of length b is wound n times around a cylinder of length
+   L and diameter D. The volume is V(L) = pi D^2 L / 4 with D^2 = (b^2 - L^2) / (n pi)^2. Virtual work, f dL
+   = -p dV, results in
 
-       f = p (3 L^2 - b^2) / (4 pi n^2)
+     f = p (3 L^2 - b^2) / (4 pi n^2)
 
-   Chou & Hannaford 1996, IEEE Trans. Robotics Autom. 12. The pressure p, above that of the air, follows
-   its set point u with a time constant.                                                               */
+   Chou & Hannaford 1996, IEEE Trans. Robotics Autom. 12. The gauge pressure p follows its set point u with a
+   time constant. */
 #include "../math/elementary.h"
 #include "law.h"
 
@@ -25,7 +25,7 @@ static void mckibben_prepare(const void *parameters, real *k)
     k[MCKIBBEN_CORD] = p->cord_length, k[MCKIBBEN_TIME_CONSTANT] = p->pressure_time_constant;
 }
 
-/* A path shorter than the cord leaves a bladder of no length, not a negative one. */
+/* Return the tension. If the path is shorter than the cord, the length of the bladder is zero, not negative. */
 static real mckibben_tension(const real *k, const real *x, real l, real v, real u)
 {
     (void)v, (void)u;

@@ -1,11 +1,11 @@
-/* mujoco_muscle: the muscle of MuJoCo, whose force is that of Hill's type with a rigid tendon.
+/* mujoco_muscle: the muscle of MuJoCo, a Hill-type muscle with a rigid tendon.
 
    With the optimum L0 = (l1 - l0) / (r1 - r0), L = r0 + (l - l0) / L0 and V = l' / (L0 vmax), where the path
-   length goes from l0 to l1 while L goes from r0 to r1,
+   length range l0 to l1 corresponds to the range r0 to r1 of L,
 
-       f = F (FL(L) FV(V) a + FP(L)),   a' = (u - a) / tau
+     f = F (FL(L) FV(V) a + FP(L)),   a' = (u - a) / tau
 
-   MuJoCo's documentation, "Muscles" in the chapter on modeling; Millard et al. 2013 for the activation.   */
+   Documentation of MuJoCo, "Muscles" in the chapter on modeling; Millard et al. 2013 for the activation. */
 #include "../math/elementary.h"
 #include "hill/activation.h"
 #include "law.h"
@@ -13,7 +13,7 @@
 enum {
     MUJOCO_RISE = HILL_CONSTANTS, /* time constants */
     MUJOCO_FALL,
-    MUJOCO_WIDTH, /* of the change between them */
+    MUJOCO_WIDTH, /* transition width between them */
     MUJOCO_FORCE,
     MUJOCO_FROM, /* l0, r0, L0 */
     MUJOCO_SHORTEST,
@@ -29,7 +29,7 @@ enum {
     MUJOCO_CONSTANTS
 };
 
-static const real MUJOCO_LEAST = PRECISE(1e-15, 1e-15); /* no divisor is less */
+static const real MUJOCO_LEAST = PRECISE(1e-15, 1e-15); /* minimum divisor */
 #define MAX_MUJOCO_DECAY 0.14
 #define MAX_MUJOCO_STEPS 256
 
@@ -53,7 +53,7 @@ static void mujoco_prepare(const void *parameters, real *k)
     k[MUJOCO_FVMAX] = p->fvmax, k[MUJOCO_FPMAX] = p->fpmax;
 }
 
-/* Half a square of how far x is on the way from a to b. */
+/* Return half the square of the relative position of x between a and b. */
 static real half_square(real x, real a, real b)
 {
     const real part = (x - a) / larger(b - a, MUJOCO_LEAST);
@@ -94,7 +94,7 @@ static real mujoco_tension(const real *k, const real *x, real l, real v, real u)
     return k[MUJOCO_FORCE] * active * x[0] + k[MUJOCO_FORCE] * mujoco_passive(k, passive);
 }
 
-/* Over the width it changes as a polynomial of degree five, with its middle where u = a. */
+/* Return the activation rate. Over the width it changes as a polynomial of degree five, centred at u = a. */
 static real mujoco_rate(const real *k, real a, real u)
 {
     const real within = clamped(a, 0, 1), slowness = 0.5 + 1.5 * within, away = u - a;
@@ -119,7 +119,7 @@ static void mujoco_start(const real *k, real l, real u, real *x)
     x[0] = u;
 }
 
-/* The classical rule of order four; a switch as other muscles do it. */
+/* Advance by the classical fourth-order method; a switch is handled as for other muscles. */
 static void mujoco_advance(const real *k, real *x, real l, real v, real u, real h)
 {
     (void)l, (void)v;

@@ -1,4 +1,4 @@
-/* passive_spring: f = K (l - l0), which pushes when it is too short, as CASPR has it. */
+/* passive_spring: f = K (l - l0), which pushes when it is compressed, as in CASPR. */
 #include "law.h"
 
 enum { SPRING_STIFFNESS = LAW_OWN, SPRING_REST_LENGTH, SPRING_CONSTANTS };

@@ -1,4 +1,4 @@
-/* path_spring: f = K (l - l0) (1 + D l') while it is stretched, and never below 0, as OpenSim's PathSpring. */
+/* path_spring: f = K (l - l0) (1 + D l') while it is stretched, and never below 0, as PathSpring in OpenSim. */
 #include "../math/elementary.h"
 #include "law.h"
 

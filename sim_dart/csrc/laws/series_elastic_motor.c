@@ -1,18 +1,19 @@
-/* series_elastic_motor: a DC motor with gear and spindle that pulls on a spring.
+/* series_elastic_motor: a DC motor with gear and spindle that pulls a spring.
 
-   Current i, spindle speed w and angle theta, positive while reeling in; command: voltage V.
+   Current i, spindle velocity w and angle theta, positive while reeling in; command: voltage V.
 
-       La i'   = V - R i - Ke N w                     the armature; the motor turns N times as fast
-       N J w'  = Kt i - r f / (rho N)                 torques on the motor's side, J = J_M + J_G
-       theta'  = w
-       f       = k (l - l0 + r theta), or 0 if that is negative
+     La i'   = V - R i - Ke N w                     armature; the motor turns N times as fast as the spindle
+     N J w'  = Kt i - r f / (rho N)                 torques at the motor, J = J_M + J_G
+     theta'  = w
+     f       = k (l - l0 + r theta), or 0 if this is negative
 
-   rho is the gear's efficiency: eta while the motor drives the load, 1 / eta while the load drives the
-   motor, with a smooth change in between as CARDSFlow's Gazebo plug-in has it:
-   rho = eta + (1 / eta - eta) (tanh(-500 i w - 5) + 1) / 2.
+   rho is the efficiency of the gear: eta while the motor drives the load, 1 / eta while the load drives the
+   motor, with the smooth transition of CARDSFlow's Gazebo plug-in:
 
-   For a short time rho is constant, and so is whether the spring is taut: the equations are linear then
-   and their Taylor series is summed up to rounding.                                                   */
+     rho = eta + (1 / eta - eta) (tanh(-500 i w - 5) + 1) / 2.
+
+   During a short time, rho and the tautness of the spring are constant. The equations are then linear, and
+   their Taylor series is summed up to rounding. */
 #include "../math/elementary.h"
 #include "law.h"
 
@@ -28,14 +29,14 @@ enum {
     MOTOR_STIFFNESS,
     MOTOR_REST_LENGTH,
     MOTOR_EFFICIENCY,
-    MOTOR_QUICKNESS, /* bound on how fast the states change, in [1/s] */
-    MOTOR_STALL,     /* newtons a volt that hold at rest */
+    MOTOR_QUICKNESS, /* bound of the rate of the states, in [1/s] */
+    MOTOR_STALL,     /* force per volt at rest, in [N/V] */
     MOTOR_PER_RESISTANCE,
     MOTOR_CONSTANTS
 };
 enum { CURRENT, SPEED, ANGLE, MOTOR_STATES };
 
-/* With MOTOR_QUICKNESS x time at most this, so many terms of the series suffice. */
+/* Maximum of MOTOR_QUICKNESS x time for which the terms of the series suffice. */
 #define MAX_CHANGE 0.5
 #define TERMS 18
 #define MAX_SUBSTEP 1e-4
@@ -81,7 +82,8 @@ static void motor_rates(const real *k, const real *x, real l, real v, real u, re
     xd[ANGLE] = x[SPEED];
 }
 
-/* The motor stalls against the spring; one that pushes stands with a slack spring. */
+/* Compute the states at rest: the motor stalls against the spring; with a negative torque the spring is
+   slack. */
 static void motor_start(const real *k, real l, real u, real *x)
 {
     const real f = larger(k[MOTOR_STALL] * u, 0);
@@ -89,11 +91,11 @@ static void motor_start(const real *k, real l, real u, real *x)
     x[ANGLE] = (f / k[MOTOR_STIFFNESS] - (l - k[MOTOR_REST_LENGTH])) / k[MOTOR_RADIUS];
 }
 
-/* Every term of the series is the derivative of the last one: d' = A d, times t / n. Efficiency and
-   tautness are those of the middle of the substep.                                                    */
+/* Compute a substep. Each term of the series is the derivative of the previous one: d' = A d, times t / n.
+   Efficiency and tautness are those at the middle of the substep. */
 static void substep(const real *k, real *x, real l, real v, real u, real t)
 {
-    real d[MOTOR_STATES], middle[MOTOR_STATES], stretched = v; /* the path's own part is in one term only */
+    real d[MOTOR_STATES], middle[MOTOR_STATES], stretched = v; /* the path contributes to one term only */
     motor_rates(k, x, l, v, u, d);
     for (int i = 0; i < MOTOR_STATES; i++) middle[i] = x[i] + d[i] * t / 2;
     const real taut = value_of(elongation(k, middle, l + v * t / 2)) > 0 ? k[MOTOR_STIFFNESS] : 0;

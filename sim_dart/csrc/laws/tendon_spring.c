@@ -1,5 +1,5 @@
-/* tendon_spring: f = k (l - l_high) above l_high, k (l - l_low) below l_low, nothing between, and d l' in any
-   case, as a tendon in MuJoCo: it pushes when it is too short.                                         */
+/* tendon_spring: f = k (l - l_high) above l_high, k (l - l_low) below l_low, zero between, plus d l' always,
+   as a tendon in MuJoCo: it pushes when it is compressed. */
 #include "law.h"
 
 enum { TENDON_STIFFNESS = LAW_OWN, TENDON_LOW, TENDON_HIGH, TENDON_DAMPING, TENDON_SPRING_CONSTANTS };

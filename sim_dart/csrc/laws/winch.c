@@ -1,26 +1,26 @@
 /* winch and winch_position: a drum with gear and motor that winds up an elastic cable.
 
-   Drum speed w and angle theta, positive while reeling in; command: the motor's torque, or with winch_position
-   the length of cable on the path, without force, that a drive holds.
+   Drum velocity w and angle theta, positive while reeling in. Command: the torque of the motor; for
+   winch_position, the unstretched length of cable on the path, which a drive controls.
 
-       J w'   = T - rho g - b w - Tc sgn w         about the drum's axis; J = N^2 J_M + J_D
-       theta' = w
-       f      = EA e (1 + D e')                    never below 0; e = (l - l_u) / (l_u + l_lead)
-       g      = f + EA e^2 / 2
-       l_u    = l_0 - rho theta                    cable paid out, on the path; rho^2 = r^2 + (p / 2 pi)^2
-       T      = N u,  or  Kp (l_u - u) / rho - Kd w,  within +-N T_max
+     J w'   = T - rho g - b w - Tc sgn w         about the axis of the drum; J = N^2 J_M + J_D
+     theta' = w
+     f      = EA e (1 + D e')                    never below 0; e = (l - l_u) / (l_u + l_lead)
+     g      = f + EA e^2 / 2
+     l_u    = l_0 - rho theta                    cable paid out, on the path; rho^2 = r^2 + (p / 2 pi)^2
+     T      = N u,  or  Kp (l_u - u) / rho - Kd w,  within +-N T_max
 
-   The cable stores E = EA (l - l_u)^2 / 2 (l_u + l_lead): f and g are its slopes by l and by -l_u, so that motor,
-   drum, cable and link exchange energy without loss where D, b and Tc are 0.
+   The cable stores E = EA (l - l_u)^2 / 2 (l_u + l_lead). f and g are its derivatives by l and by -l_u, so
+   that motor, drum, cable and link exchange energy without loss if D, b and Tc are 0.
 
-   A turn winds up a helix of pitch p; the cable leaves at the same place, as from a drum that travels. In e' the
-   length that is stretched, l_u + l_lead, stands still.
+   A turn winds up a helix of pitch p. The cable leaves the drum at a fixed point, as from a drum that
+   travels. In e' the stretched length l_u + l_lead is constant.
 
-   A substep is the implicit midpoint rule, with dry friction by the speed that it ends with:
+   A substep is the implicit midpoint rule, with dry friction according to the velocity at its end:
 
-       J (w1 - w0) / t = G((w0 + w1) / 2) - Tc sgn w1,   theta1 = theta0 + t (w0 + w1) / 2
+     J (w1 - w0) / t = G((w0 + w1) / 2) - Tc sgn w1,   theta1 = theta0 + t (w0 + w1) / 2
 
-   G falls with w: there is one w1, and it is 0 if friction holds the drum.                         */
+   G decreases with w: w1 is unique, and is 0 if friction holds the drum. */
 #include "../math/elementary.h"
 #include "law.h"
 
@@ -35,23 +35,24 @@ enum {
     WINCH_DISSIPATION,
     WINCH_LEAD,
     WINCH_REST_LENGTH,
-    WINCH_GEAR,       /* torque of the drum by command; 0 with a drive */
-    WINCH_MOST,       /* largest torque of the drum */
-    WINCH_PROPORTIONAL, /* of a drive, Kp; 0 without */
+    WINCH_GEAR,       /* drum torque per command; 0 with a drive */
+    WINCH_MOST,       /* maximum torque of the drum */
+    WINCH_PROPORTIONAL, /* of a drive, Kp; 0 without a drive */
     WINCH_DERIVATIVE,
     WINCH_CONSTANTS
 };
 enum { WINCH_SPEED, WINCH_ANGLE, WINCH_STATES };
 
-/* In [m]: what is paid out at least, where it divides. */
+/* Minimum length paid out, as a divisor, in [m]. */
 static const real MIN_CABLE = PRECISE(1e-3, 1e-3);
 static const real MAX_WINCH_STEP = 2.5e-4;
-/* Of a substep, with the fastest oscillation of the drum, in [rad]. */
+/* Maximum phase of the fastest oscillation of the drum in a substep, in [rad]. */
 static const real MAX_WINCH_TURN = 0.05;
 #define MAX_WINCH_STEPS 2000
 #define MAX_WINCH_ITERATIONS 20
 #define MAX_DRIVE_ITERATIONS 60
-/* Of Newton's last step, relative; what is left is about its square, derivatives want one more. */
+/* Last relative step of Newton's method: the remaining error is about its square; derivatives need a further
+   step. */
 static const real ENOUGH_OF_SPEED = HAS_TANGENT ? 1e-14 : PRECISE(1e-8, 1e-4);
 
 static void winch_prepare(const void *parameters, real *k)
@@ -85,13 +86,12 @@ static real stretched_length(const real *k, real angle)
     return larger(paid_out(k, angle) + k[WINCH_LEAD], MIN_CABLE);
 }
 
-/* What a cable pulls with: at its end f, at the drum g, whose slope by w is that where the stretch grows by
-   `reach` w.                                                                                          */
+/* Pull of a cable: f at its end, g at the drum with its slope by w, where the stretch grows by `reach` w. */
 typedef struct {
     real f, g, slope;
 } cable_pull;
 
-/* `over` of cable is drawn out of `length`, at the rate v + rho w. */
+/* Compute the pull of a cable of `length`, stretched by `over`, at the stretch rate v + rho w. */
 static cable_pull cable_at(const real *k, real over, real length, real v, real w, real reach)
 {
     cable_pull pull = {0, 0, 0};
@@ -126,7 +126,7 @@ static cable_stretch winch_stretched(const real *k, const real *x, real l, real 
     return (cable_stretch){larger(l - paid_out(k, angle), 0), stiffness, k[WINCH_LEAD]};
 }
 
-/* The drum's torque by its motor; its slope by w where the angle grows by `reach` w. */
+/* Return the torque of the motor at the drum; its slope by w, where the angle grows by `reach` w. */
 static real motor_torque(const real *k, real angle, real w, real u, real reach, real *slope)
 {
     *slope = 0;
@@ -150,14 +150,15 @@ static void winch_rates(const real *k, const real *x, real l, real v, real u, re
     xd[WINCH_ANGLE] = w;
 }
 
-/* The cable paid out where the drum holds a pull g at a path length l: g = EA ((1 + e)^2 - 1) / 2. */
+/* Return the length paid out at which the drum holds a pull g at a path length l: g = EA ((1 + e)^2 - 1) /
+   2. */
 static real paid_out_by(const real *k, real l, real g)
 {
     return (l + k[WINCH_LEAD]) / sqrt(1 + 2 * g / k[WINCH_AXIAL_STIFFNESS]) - k[WINCH_LEAD];
 }
 
-/* The same where a drive that does not reach its limit holds it, Kp (l_u - u) / rho^2 = g, or u of a slack cable:
-   with s = (l_u + l_lead) / (l + l_lead) from 1, where the left side less the right one is convex.   */
+/* Return the length paid out at which a drive within its limits is in equilibrium, Kp (l_u - u) / rho^2 = g,
+   or u of a slack cable. Solved for s = (l_u + l_lead) / (l + l_lead) from 1, where the residual is convex. */
 static real paid_out_at(const real *k, real l, real u)
 {
     if (value_of(u) >= value_of(l)) return u;
@@ -173,7 +174,8 @@ static real paid_out_at(const real *k, real l, real u)
     return most * s - k[WINCH_LEAD];
 }
 
-/* The drum stands: its motor holds the cable, or has none to hold. Dry friction bears nothing. */
+/* Compute the states of a drum at rest: the motor holds the cable, or the cable is slack. Dry friction
+   carries no load. */
 static void winch_start(const real *k, real l, real u, real *x)
 {
     const real rho = k[WINCH_RADIUS], strongest = k[WINCH_MOST] / rho;
@@ -188,7 +190,8 @@ static void winch_start(const real *k, real l, real u, real *x)
     x[WINCH_SPEED] = 0, x[WINCH_ANGLE] = (k[WINCH_REST_LENGTH] - paid) / rho;
 }
 
-/* A drive that holds f where the drum is, from where it is within its limits for a way. */
+/* Return the command of a drive that holds f at the current position of the drum; it is valid within a step
+   in which the drive stays within its limits. */
 static real winch_guess(const real *k, const real *x, real l, real f, real *step)
 {
     const real rho = k[WINCH_RADIUS], Kp = k[WINCH_PROPORTIONAL];
@@ -197,13 +200,13 @@ static real winch_guess(const real *k, const real *x, real l, real f, real *step
     return paid_out(k, x[WINCH_ANGLE]) - rho * (rho * f + k[WINCH_DERIVATIVE] * x[WINCH_SPEED]) / Kp;
 }
 
-/* What a substep of time t begins with. */
+/* State at the start of a substep of time t. */
 typedef struct {
     real l, v, u, t, length;
     const real *x;
 } winch_substep;
 
-/* G, and its slope by w1. */
+/* Return G and its slope by w1. */
 static real drum_torque(const real *k, const winch_substep *s, real w1, real *slope)
 {
     const real w = (s->x[WINCH_SPEED] + w1) / 2, rho = k[WINCH_RADIUS];
@@ -215,7 +218,8 @@ static real drum_torque(const real *k, const winch_substep *s, real w1, real *sl
     return T - rho * pull.g - k[WINCH_VISCOUS] * w;
 }
 
-/* w1 by Newton's rule; what is not linear are a cable that gets taut, a drive at its limit and D. */
+/* Compute w1 by Newton's method. The equation is not linear due to a cable that gets taut, a drive at its
+   limit and D. */
 static real speed_after(const real *k, const winch_substep *s)
 {
     const real heavy = k[WINCH_INERTIA] / s->t, w0 = s->x[WINCH_SPEED];

@@ -1,9 +1,9 @@
-/* Poses in which loops are closed, from any start: least squares with damping (Levenberg and Marquardt),
+/* Poses with closed loops, from any start: damped least squares (Levenberg-Marquardt),
 
      dq = -J' (J J' + m 1)^-1 phi,
 
-   directions as the angles that they are off by, so that no joint closes turned round. Where a start leads
-   into a dead end, as a stretched pose is one, others near it are tried, always the same.              */
+   with the gaps of directions as angles, so that no joint closes with the wrong orientation. If a start
+   leads to a dead end, such as a stretched pose, other starts near it are used, always in the same order. */
 #include "../kinematics/tree.h"
 #include "../math/elementary.h"
 #include "closures.h"
@@ -12,10 +12,10 @@
 
 enum { STEPS = 100, STARTS = 12 };
 
-/* In [m] or [rad]: what counts as closed, and how far a step goes at most. */
+/* In [m] or [rad]: tolerance of closed loops, and maximum step. */
 static const real CLOSED_POSE = PRECISE(1e-10, 1e-5), MAX_STEP = 0.5;
 
-/* What a start may have: it stays as it is then. */
+/* Tolerance of a start that is closed and stays as it is. */
 static const real CLOSED_START = PRECISE(1e-12, 1e-6);
 
 static real worst_gap(const core *c)
@@ -23,7 +23,7 @@ static real worst_gap(const core *c)
     return fabs(c->closure_gap[closures_worst(c)]);
 }
 
-/* J J' + m 1 factorised, and the gaps solved for, into closure_force. */
+/* Factorise J J' + m 1 and solve for the gaps, in closure_force. */
 static void solve_gaps(core *c)
 {
     const int32_t closures = c->blob.counts.closures, dofs = c->blob.counts.dofs;
@@ -58,7 +58,7 @@ static void solve_gaps(core *c)
     }
 }
 
-/* One step within the limits; those that it would leave by stay at them in the next. */
+/* Take one step within the limits. Coordinates that would leave them are held at the limit in the next step. */
 static void go_nearer(core *c, const real *held, real *q)
 {
     const int32_t closures = c->blob.counts.closures, dofs = c->blob.counts.dofs;
@@ -84,7 +84,7 @@ static void go_nearer(core *c, const real *held, real *q)
     }
 }
 
-/* Whether the loops close from q on. */
+/* Return whether the loops close from the start q. */
 static int close_from(core *c, const real *held, real *q)
 {
     memset(c->side, 0, (size_t)c->blob.counts.dofs * sizeof(real));

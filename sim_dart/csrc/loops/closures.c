@@ -3,8 +3,8 @@
      CLOSURE_POINT      u.(p_B - p_A) = 0,   u and p_A fixed to A, p_B to B
      CLOSURE_DIRECTION  u.v = 0,             u fixed to A, v to B
 
-   The derivative of either is a velocity of B against A: of the point of B against the point of A that is
-   there, along u; or the angular one, along v x u.                                                     */
+   The derivative is a velocity of B relative to A: of the point of B relative to the coincident point of A,
+   along u; or the angular velocity along v x u. */
 #include "closures.h"
 
 #include "../kinematics/bodies.h"
@@ -18,7 +18,7 @@
 /* A closure in the world. */
 typedef struct {
     int32_t A, B;
-    real u[3], at[3], other[3]; /* of a direction `at` is what v is to point along, `other` is v */
+    real u[3], at[3], other[3]; /* of a direction: `at` is the target of v, `other` is v */
 } placed_closure;
 
 static placed_closure closure_at(const core *c, int32_t k)
@@ -32,12 +32,13 @@ static placed_closure closure_at(const core *c, int32_t k)
     return own;
 }
 
-/* Add how fast B moves against A with each variable: along a force through a point, and about a moment. */
+/* Add the derivatives by all variables of the motion of B relative to A: along a force through a point, and
+   about a moment. */
 static void add_rates(const core *c, const placed_closure *own, const real force[3], const real moment[3],
                       real *row)
 {
     int32_t A = own->A, B = own->B;
-    while (A != B) { /* parents come first: what both have in common is left out */
+    while (A != B) { /* parents come first: common ancestors are skipped */
         const int32_t j = B > A ? B : A;
         const real *axis = c->axis + 3 * j, *origin = c->origin + 3 * j;
         real about[3] = {moment[0], moment[1], moment[2]};
@@ -52,8 +53,8 @@ static void add_rates(const core *c, const placed_closure *own, const real force
 
 static const real NONE[3] = {0, 0, 0};
 
-/* What is zero when a direction is right: u.v; or the angle between v and where it is to point, in the plane of
-   that and u, which does not vanish where v points the other way. The moment is the derivative's.       */
+/* Return the gap of a direction: u.v; or the angle between v and its target, in the plane of the target and
+   u, which does not vanish if v points in the opposite direction. `moment` is the axis of the derivative. */
 static real direction_gap(const placed_closure *own, int as_angle, real moment[3])
 {
     const real s = dot3(own->u, own->other), c = dot3(own->at, own->other), square = s * s + c * c;
@@ -100,7 +101,7 @@ void closures_angles(core *c)
     move(c, 1);
 }
 
-/* Acceleration of a point of a frame at qdd = 0, and its velocity. */
+/* Compute the acceleration of a point of a frame at qdd = 0, and its velocity. */
 static void point_motion(const core *c, int32_t frame, const real point[3], real velocity[3], real acceleration[3])
 {
     memset(velocity, 0, 3 * sizeof(real));
@@ -115,7 +116,7 @@ static void point_motion(const core *c, int32_t frame, const real point[3], real
     add_centripetal(acceleration, spin, arm);
 }
 
-/* u.(a_B - a_A - 2 w_A x (v_B - v_A)), all at the point of B */
+/* Return u.(a_B - a_A - 2 w_A x (v_B - v_A)), all at the point of B. */
 static real point_bias(const core *c, const placed_closure *own)
 {
     real vA[3], vB[3], aA[3], aB[3], coriolis[3];
@@ -126,7 +127,7 @@ static real point_bias(const core *c, const placed_closure *own)
     return dot3(own->u, aB) - dot3(own->u, aA) - 2 * dot3(own->u, coriolis);
 }
 
-/* (alpha_B - alpha_A).(v x u) + (w_B - w_A).((w_B x v) x u + v x (w_A x u)) */
+/* Return (alpha_B - alpha_A).(v x u) + (w_B - w_A).((w_B x v) x u + v x (w_A x u)). */
 static real direction_bias(const core *c, const placed_closure *own)
 {
     const real *wA = own->A < 0 ? NONE : c->spin + 3 * own->A, *wB = own->B < 0 ? NONE : c->spin + 3 * own->B;

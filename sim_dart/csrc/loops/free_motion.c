@@ -1,9 +1,9 @@
-/* The motions that loop joints leave, by chosen coordinates: with J qdd = -J' qd and I the independent
-   coordinates, D the dependent ones,
+/* The motions that loop joints allow, by chosen coordinates: with J qdd = -J' qd, independent coordinates I
+   and dependent coordinates D,
 
      qdd_D = -J_D^-1 (J_I qdd_I + J' qd),   qdd = N qdd_I + c.
 
-   J has more rows than count: elimination with full pivots takes those that do.                        */
+   J has redundant rows; elimination with full pivoting selects independent ones. */
 #include "../core.h"
 
 #include "../blob/state.h"
@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-/* The least pivot, of the largest one. */
+/* Minimum pivot relative to the largest one. */
 static const real MIN_SHARE = PRECISE(1e-8, 1e-4);
 
 static real *row_of(core *c, int32_t k)
@@ -26,7 +26,7 @@ static int is_solved(const core *c, int32_t rank, int32_t j)
     return 0;
 }
 
-/* The row, from `rank` on, and the dependent coordinate of the largest element. */
+/* Find the row, from `rank` on, and the dependent coordinate of the largest element. */
 static real find_pivot(core *c, const real *dependent, int32_t rank, int32_t *row, int32_t *column)
 {
     real largest = 0;
@@ -40,7 +40,8 @@ static real find_pivot(core *c, const real *dependent, int32_t rank, int32_t *ro
     return largest;
 }
 
-/* Solve row `pivot`, which comes to `rank`, for a coordinate, and take that out of the other rows. */
+/* Solve row `pivot`, which moves to `rank`, for a coordinate, and eliminate that coordinate from the other
+   rows. */
 static void eliminate(core *c, int32_t rank, int32_t pivot, int32_t j)
 {
     const int32_t width = c->blob.counts.dofs + 1;

@@ -1,9 +1,9 @@
-/* The motion equation by independent coordinates: with qdd = N qdd_I + c of free_motion.c, J N = 0, and N' takes
-   the constraint forces J'p out of M qdd + h = -L'f + J'p, whatever they are:
+/* The motion equation in independent coordinates: with qdd = N qdd_I + c of free_motion.c and J N = 0, N'
+   eliminates the constraint forces J'p from M qdd + h = -L'f + J'p:
 
      N'M N qdd_I + N'(h + M c) = -(L N)'f.
 
-   The terms keep the size of the robot.                                                                */
+   The terms keep the dimensions of the robot. */
 #include "../core.h"
 
 #include "../blob/state.h"

@@ -1,11 +1,11 @@
-/* Loop joints as constraints of Gauss's principle: of all rates x that keep the loops closed, J x = b, those
-   nearest to the tree's x0,
+/* Loop joints as constraints of Gauss's principle: of all rates x that keep the loops closed, J x = b,
+   choose those nearest to the rates x0 of the tree,
 
      min 1/2 (x - x0)' M (x - x0)   s.t.  J x = b:     (J M^-1 J') p = b - J x0,   x = x0 + M^-1 J' p.
 
-   As a rule closures depend on each other, as those of a planar loop in space do. J M^-1 J' is factorised by
-   Cholesky with pivots, and what is left below a share of the largest one is left out: the other closures
-   imply it, or, where a mechanism passes a singular pose, its motion does.                             */
+   In general closures depend on each other, for example those of a planar loop in space. J M^-1 J' is
+   factorised by pivoted Cholesky factorisation. Rows whose pivot is below a share of the largest one are
+   ignored: the other closures imply them, or, in a singular pose of a mechanism, its motion does. */
 #include "loops.h"
 
 #include "../dynamics/forward.h"
@@ -16,13 +16,13 @@
 
 #include <string.h>
 
-/* The least pivot, of the largest one. */
+/* Minimum pivot relative to the largest one. */
 static const real MIN_SHARE = PRECISE(1e-9, 1e-5);
 
-/* What is closed, in [m] or as a cosine: Newton's next step would leave its square. */
+/* Tolerance of a closed gap, in [m] or as a cosine: the next Newton step would leave its square. */
 static const real CLOSED = PRECISE(1e-9, 1e-4);
 
-/* In m/s or 1/s: how fast a gap closes at most. */
+/* Maximum closing velocity of a gap, in m/s or 1/s. */
 static const real MAX_CLOSING = 10;
 
 static real product(const core *c, const real *a, const real *b)
@@ -37,7 +37,7 @@ static real *row_of(const core *c, real *matrix, int32_t k)
     return matrix + (size_t)k * (size_t)c->blob.counts.dofs;
 }
 
-/* The diagonal of J M^-1 J', where the factor's will be, and M^-1 J'; rows without any share are left out. */
+/* Compute the diagonal of J M^-1 J' at the place of the factor, and M^-1 J'; rows of zeros are ignored. */
 static void respond_closures(core *c)
 {
     const int32_t closures = c->blob.counts.closures;
@@ -56,7 +56,7 @@ static void respond_closures(core *c)
     }
 }
 
-/* Put the closure with the largest pivot of those from `rank` on there. */
+/* Move the closure with the largest pivot, from `rank` on, to `rank`. */
 static int32_t largest_pivot(core *c, int32_t rank)
 {
     int32_t best = rank;
@@ -94,7 +94,7 @@ void loops_factor(core *c)
     }
 }
 
-/* closure_force: p of L L' p = what is there, in the order of the pivots. */
+/* Compute closure_force: p of L L' p = closure_force, in the order of the pivots. */
 static void solve_forces(core *c)
 {
     const size_t closures = (size_t)c->blob.counts.closures;

@@ -6,13 +6,14 @@
 
 /* Factorise J M^-1 J' at the last q, with the last factorisation of M. */
 CORE_INSIDE void loops_factor(core *c);
-/* rates += M^-1 J' p, so that J rates = goal; NULL for zero. After loops_factor. */
+/* Compute rates += M^-1 J' p, so that J rates = goal; NULL for zero. Call loops_factor first. */
 CORE_INSIDE void loops_project(core *c, const real *goal, real *rates);
-/* change = what an impulse does to velocities: M^-1 impulse, and with loops what these leave of it. */
+/* Compute the change of velocities due to an impulse: M^-1 impulse, projected on the motions that loops
+   allow. */
 CORE_INSIDE void loops_respond(core *c, const real *impulse, real *change);
-/* Bring the velocities that a step of h would end with to those that close the loops' gaps. */
+/* Change the velocities at the end of a step of h so that the gaps of the loops close. */
 CORE_INSIDE void loops_keep(core *c, real h);
-/* Close all gaps of q, and bring qd to where they stay closed; moves. */
+/* Close all gaps of q, and project qd so that they stay closed; moves the handle. */
 CORE_INSIDE void loops_close(core *c);
 
 #endif

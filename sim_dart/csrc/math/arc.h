@@ -1,4 +1,4 @@
-/* The arc tangent of numbers that are neither huge nor tiny. */
+/* The arc tangent of numbers of moderate size. */
 #ifndef CARDSFLOW_ARC_H
 #define CARDSFLOW_ARC_H
 
@@ -7,8 +7,8 @@
 #if defined(CARDSFLOW_FLOAT)
 #include "arc_float.h"
 #else
-/* (atan x - x)/x^3 by z = x^2, for |x| <= 7/16. Powers of z are taken first, so that no term waits for the
-   sum of those before it.                                                                              */
+/* Compute (atan x - x)/x^3 by z = x^2, for |x| <= 7/16. Powers of z are computed first, so that no term
+   waits for the sum of the terms before it. */
 static inline real arc_polynomial(real z)
 {
     const real z2 = z * z, z4 = z2 * z2;
@@ -31,7 +31,7 @@ static const real ARC_CORNER[5][2] = {{0, 0},
 /* atan(b/a) = atan(q/p) + atan((p b - q a)/(p a + q b)) with the corners q/p */
 static const real ARC_UNDER[5] = {1, 2, 1, 1, 0}, ARC_OVER[5] = {0, 1, 1, 1.5, 1};
 
-/* Of b / a, neither of which is negative. */
+/* Compute atan(b / a) for nonnegative a and b. */
 static inline real arc_of(real b, real a)
 {
     const int k = (b >= 0.4375 * a) + (b >= 0.6875 * a) + (b >= 1.1875 * a) + (b >= 2.4375 * a);
@@ -39,17 +39,17 @@ static inline real arc_of(real b, real a)
     return ARC_CORNER[k][0] + (x + (x * z * arc_polynomial(z) + ARC_CORNER[k][1]));
 }
 
-/* Numbers whose products with those below 4 do not overflow, and the least whose digits are all there. */
+/* Maximum and minimum of numbers for which products do not overflow and all digits are kept. */
 #define ARC_LARGEST PRECISE(1e300, 1e37)
 #define ARC_LEAST PRECISE(1e-250, 1e-30)
 
-/* Whether sums and products of the two are numbers, too. */
+/* Return whether sums and products of both are finite and normal. */
 static inline int arc_is_moderate(real b, real a)
 {
     return (a > ARC_LEAST) & (a < ARC_LARGEST) & (b < ARC_LARGEST);
 }
 
-/* An angle of the first quadrant, in the one of (x, y). */
+/* Move an angle of the first quadrant to the quadrant of (x, y). */
 static inline real arc_in_quadrant(real angle, real y, real x)
 {
     static const real PI_HIGH = 3.141592653589793, PI_LOW = PRECISE(1.2246467991473532e-16, -8.742277657347586e-08);
@@ -57,8 +57,8 @@ static inline real arc_in_quadrant(real angle, real y, real x)
     return signbit(y) ? -angle : angle;
 }
 
-/* As arc_tangent of a y that is not negative, for many at once: with the corners q/p of 0, 1 and infinity
-   only, which asks for no table, nor for a branch. Good to 1.4 units in the last place.                 */
+/* Compute arc_tangent of a nonnegative y, for many numbers at once: with the corners q/p of 0, 1 and
+   infinity only, which needs neither a table nor a branch. The error is at most 1.4 units in the last place. */
 static inline real upper_arc_tangent(real y, real x)
 {
     const real a = fabs(x), p = value_of(0.4375 * y) > value_of(a) ? 0 : 1;

@@ -1,4 +1,4 @@
-/* The numbers behind arc.h, for single precision: the polynomial's relative error is below 2e-9. */
+/* Coefficients of arc.h for single precision: the relative error of the polynomial is below 2e-9. */
 #ifndef CARDSFLOW_ARC_FLOAT_H
 #define CARDSFLOW_ARC_FLOAT_H
 

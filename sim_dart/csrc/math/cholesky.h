@@ -13,7 +13,8 @@ static inline real cholesky_dot(size_t count, const real *a, const real *b)
     return sum;
 }
 
-/* Cholesky's factor of a symmetric positive definite matrix, n x n: 0, or 1 if it is not. */
+/* Compute the Cholesky factor of a symmetric matrix, n x n. Return 0, or 1 if the matrix is not positive
+   definite. */
 static inline int cholesky_factor(size_t n, const real *A, real *factor)
 {
     for (size_t i = 0; i < n; i++)
@@ -29,7 +30,7 @@ static inline int cholesky_factor(size_t n, const real *A, real *factor)
     return 0;
 }
 
-/* x <- A^-1 x */
+/* Compute x <- A^-1 x. */
 static inline void cholesky_solve(size_t n, const real *factor, real *x)
 {
     for (size_t i = 0; i < n; i++) x[i] = (x[i] - cholesky_dot(i, factor + i * n, x)) / factor[i * n + i];

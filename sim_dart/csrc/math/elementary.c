@@ -1,7 +1,7 @@
 /* Elementary functions: an exact reduction of the argument, then a polynomial.
 
-   The polynomials are minimax ones, found by Remez' algorithm for relative errors far below what is rounded.
-   Sums are arranged so that what is rounded is small against the result.                               */
+   The polynomials are minimax polynomials, found by the Remez algorithm, with relative errors far below the
+   rounding error. Sums are ordered so that rounded terms are small compared to the result. */
 #include "arc.h"
 #include "elementary.h"
 
@@ -17,7 +17,8 @@
 
 #define POLYNOMIAL(z, c) polynomial(z, c, sizeof c / sizeof *c)
 
-/* Horner's scheme for even and odd powers apart: two short chains that a processor works on at once. */
+/* Evaluate even and odd powers separately by Horner's scheme: two short chains that a processor computes in
+   parallel. */
 static inline real polynomial(real z, const real *c, size_t count)
 {
     const size_t last = (count - 1) / 2;
@@ -31,12 +32,12 @@ static inline real polynomial(real z, const real *c, size_t count)
 
 static const real TURNS = 0.6366197723675814; /* 2/pi */
 
-/* x less the nearest multiple of pi/2, as high + low; the multiple, modulo 4. */
+/* Compute x minus the nearest multiple of pi/2, as high + low; return the multiple modulo 4. */
 static int reduce(real x, real *high, real *low)
 {
     real n = x * TURNS, rest = x, lost = 0;
     n = (real)(int32_t)(n < 0 ? n - 0.5 : n + 0.5);
-    for (int k = 0; k < 4; k++) { /* Knuth's two-sum keeps what each subtraction loses */
+    for (int k = 0; k < 4; k++) { /* Knuth's two-sum keeps the rounding error */
         const real part = -n * QUARTER[k], sum = rest + part, back = sum - rest;
         lost += (rest - (sum - back)) + (part - back);
         rest = sum;
@@ -46,7 +47,7 @@ static int reduce(real x, real *high, real *low)
     return (int)((int32_t)n & 3);
 }
 
-/* of high + low, |high + low| <= pi/4 */
+/* Compute the sine of high + low, |high + low| <= pi/4. */
 static real small_sine(real high, real low)
 {
     const real z = high * high;
@@ -59,7 +60,7 @@ static real small_cosine(real high, real low)
     return w + (((1 - w) - half) + (z * z * POLYNOMIAL(z, COSINE) - high * low));
 }
 
-/* Not a number for what is not finite. */
+/* The results are NaN if x is not finite. */
 void sine_cosine(real x, real *sine, real *cosine)
 {
     real high, low = 0;
@@ -88,7 +89,7 @@ real cosine(real x)
 
 /* ------------------------------------------------------------------------------------ arc tangent */
 
-/* Of numbers so large or so small that a sum or a product of theirs may not be one. */
+/* Compute atan(b / a) of numbers so large or so small that sums or products overflow or underflow. */
 static real extreme_arc_tangent_of(real b, real a)
 {
     if (isnan(a) || isnan(b)) return NAN;
@@ -126,7 +127,7 @@ static real power_of_two(int exponent) /* of a normal number */
     return power;
 }
 
-/* e^x as y 2^n, of |x| < MAX_EXPONENT or so; n + WHOLE */
+/* Compute e^x as y 2^n for |x| < about MAX_EXPONENT; `shifted` is n + WHOLE. */
 static inline real exponential_parts(real x, real *shifted)
 {
     *shifted = x * 1.4426950408889634 + WHOLE;
@@ -136,7 +137,7 @@ static inline real exponential_parts(real x, real *shifted)
     return 1 - ((low - (r * c) / (2 - c)) - high);
 }
 
-/* Of |x| < MODERATE_EXPONENT, without a branch or an integer that has to be converted. */
+/* Compute e^x for |x| < MODERATE_EXPONENT, without a branch or a conversion to an integer. */
 static inline real moderate_exponential(real x)
 {
     real shifted, power;
@@ -156,7 +157,7 @@ real exponential(real x)
     if (x > MAX_EXPONENT) return INFINITY;
     if (x < MIN_EXPONENT) return 0;
     const real y = exponential_parts(x, &shifted);
-    const int k = (int)(shifted - WHOLE); /* 2^k itself may be beyond what a number can hold */
+    const int k = (int)(shifted - WHOLE); /* 2^k itself may overflow */
     return y * power_of_two(k / 2) * power_of_two(k - k / 2);
 }
 
@@ -172,7 +173,7 @@ void exponential_of_four(const real x[4], real y[4])
 
 real exponential_less_one(real x)
 {
-    if (!(fabs(x) <= 0.68)) return exponential(x) - 1; /* loses a digit at most; also NaN */
+    if (!(fabs(x) <= 0.68)) return exponential(x) - 1; /* loses one digit at most; also for NaN */
     const real r = fabs(x) > 0.34 ? 0.5 * x : x, z = r * r, c = r - z * POLYNOMIAL(z, EXP);
     const real m = r + r * c / (2 - c);
     return fabs(x) > 0.34 ? m * (m + 2) : m; /* (1 + m)^2 - 1 */

@@ -1,8 +1,9 @@
-/* Elementary functions that give the same bits on every platform.
+/* Elementary functions with bit-identical results on every platform.
 
-   Those of the platforms' own libraries differ in the last digit, so trajectories would differ too. These
-   use additions, multiplications, divisions and square roots only, which IEEE 754 rounds in one way.
-   Errors stay below one unit in the last place for arguments that robots have; see elementary.c.       */
+   Functions of platform libraries differ in the last digit, so that trajectories would differ too. These
+   functions use only additions, multiplications, divisions and square roots, for which IEEE 754 specifies
+   the rounding. Errors are below one unit in the last place for the arguments that occur for robots; see
+   elementary.c. */
 #ifndef CARDSFLOW_ELEMENTARY_H
 #define CARDSFLOW_ELEMENTARY_H
 
@@ -19,7 +20,7 @@ real arc_tangent(real y, real x); /* as atan2 */
 real arc_sine(real x);              /* of x clamped to [-1, 1] */
 real arc_cosine(real x);            /* likewise */
 real exponential(real x);
-void exponential_of_four(const real x[4], real y[4]); /* the same bits, sooner */
+void exponential_of_four(const real x[4], real y[4]); /* bit-identical to four calls, but faster */
 real exponential_less_one(real x); /* as expm1 */
 real logarithm(real x);
 real hyperbolic_tangent(real x);
@@ -28,7 +29,7 @@ real hyperbolic_tangent(real x);
 
 #define PI 3.14159265358979323846
 
-/* Not fmax and fmin: whether these give 0 or -0 of the two is left to the platform. */
+/* fmax and fmin are not used: their result for 0 and -0 depends on the platform. */
 static inline real larger(real a, real b)
 {
     return value_of(a) > value_of(b) ? a : b;

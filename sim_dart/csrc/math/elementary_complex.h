@@ -4,7 +4,7 @@
 
 #include "../numbers/real_functions.h"
 
-/* Those of plain numbers. */
+/* Functions of plain numbers. */
 void sine_cosine(double x, double *sine, double *cosine);
 double arc_tangent(double y, double x);
 double arc_sine(double x);
@@ -36,7 +36,7 @@ static inline real complex_cosine(real x)
     return c;
 }
 
-/* At the origin, if it has no derivative, that of the constant. */
+/* The derivative at the origin, where it does not exist, is zero. */
 static inline real complex_arc_tangent(real y, real x)
 {
     const double rr = value_of(x) * value_of(x) + value_of(y) * value_of(y);
@@ -44,7 +44,7 @@ static inline real complex_arc_tangent(real y, real x)
     return with_tangent(arc_tangent(value_of(y), value_of(x)), rr > 0 ? turned / rr : 0);
 }
 
-/* -1 and 1 are its ends, and there it is a constant as beyond them. */
+/* Return the derivative. At -1 and 1 it is zero, as outside of this range. */
 static inline double arc_sine_slope(double x)
 {
     const double square = (1 - x) * (1 + x);

@@ -1,18 +1,18 @@
-/* The numbers behind elementary.c, for double precision: relative errors of the polynomials below 5e-18. */
+/* Coefficients of elementary.c for double precision: relative errors of the polynomials are below 5e-18. */
 #ifndef CARDSFLOW_ELEMENTARY_DOUBLE_H
 #define CARDSFLOW_ELEMENTARY_DOUBLE_H
 
 #include "../numbers/real.h"
 
-/* Bits of a number: those behind the point, and what is added to the exponent. */
+/* Bits of a number: number of mantissa bits, and bias of the exponent. */
 typedef uint64_t real_bits;
 enum { FRACTION_BITS = 52, EXPONENT_BIAS = 1023 };
 static const real MIN_NORMAL = 2.2250738585072014e-308, MAX_NUMBER = 1.7976931348623157e308;
 
-/* pi/2 in parts of 22 bits, so that multiples below 2^31 of all but the last are exact. */
+/* pi/2 in parts of 22 bits, so that multiples below 2^31 of all parts but the last are exact. */
 static const real QUARTER[4] = {1.570796012878418, 3.139164164167596e-07, 6.223371969669989e-14,
                                 2.0222662487959506e-21};
-static const real MAX_ANGLE = 1e9; /* further than any robot turns */
+static const real MAX_ANGLE = 1e9; /* larger than any angle of a robot */
 
 /* (sin x - x)/x^3 and (cos x - 1 + x^2/2)/x^4 by x^2, for |x| <= pi/4 */
 static const real SINE[] = {-0.16666666666666632,    0.008333333333322372,    -0.0001984126982977151,
@@ -37,10 +37,10 @@ static const real TANH[] = {-0.3333333333333333,    0.13333333333332628,   -0.05
                             -0.0014555686280255324, 0.000587971111313554,  -0.00022913508403632726,
                             6.856938213882136e-05};
 
-/* Added to a number below 2^51, it leaves the nearest whole one in the last bits, rounded as sums are. */
+/* The sum with a number below 2^51 contains the nearest integer in its last bits. */
 static const real WHOLE = 6755399441055744.0; /* 2^52 + 2^51 */
 
-/* Brings numbers below the smallest normal one above it. */
+/* Scales subnormal numbers to normal numbers. */
 static const real RAISE = 18014398509481984.0; /* 2^54 */
 enum { RAISED = 54 };
 

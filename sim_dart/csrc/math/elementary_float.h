@@ -1,18 +1,18 @@
-/* The numbers behind elementary.c, for single precision: relative errors of the polynomials below 4e-9. */
+/* Coefficients of elementary.c for single precision: relative errors of the polynomials are below 4e-9. */
 #ifndef CARDSFLOW_ELEMENTARY_FLOAT_H
 #define CARDSFLOW_ELEMENTARY_FLOAT_H
 
 #include "../numbers/real.h"
 
-/* Bits of a number: those behind the point, and what is added to the exponent. */
+/* Bits of a number: number of mantissa bits, and bias of the exponent. */
 typedef uint32_t real_bits;
 enum { FRACTION_BITS = 23, EXPONENT_BIAS = 127 };
 static const real MIN_NORMAL = 1.17549435e-38, MAX_NUMBER = 3.40282347e38;
 
-/* pi/2 in parts of 12 bits, so that multiples below 2^12 of all but the last are exact. */
+/* pi/2 in parts of 12 bits, so that multiples below 2^12 of all parts but the last are exact. */
 static const real QUARTER[4] = {1.57080078125, -4.453584551811218e-06, -8.706138032721356e-10,
                                 6.223371969669989e-14};
-static const real MAX_ANGLE = 4096; /* beyond, 2 pi's rounding error is below that of the angle */
+static const real MAX_ANGLE = 4096; /* beyond, the rounding error of 2 pi is below that of the angle */
 
 /* (sin x - x)/x^3 and (cos x - 1 + x^2/2)/x^4 by x^2, for |x| <= pi/4 */
 static const real SINE[] = {-0.16666655, 0.008332192, -0.00019518791};
@@ -30,10 +30,10 @@ static const real LOG[] = {0.66666776, 0.39977583, 0.29870796};
 /* (tanh x - x)/x^3 by x^2, for |x| <= 0.4 */
 static const real TANH[] = {-0.333333, 0.13331203, -0.05356018, 0.018736495};
 
-/* Added to a number below 2^22, it leaves the nearest whole one in the last bits, rounded as sums are. */
+/* The sum with a number below 2^22 contains the nearest integer in its last bits. */
 static const real WHOLE = 12582912.0; /* 2^23 + 2^22 */
 
-/* Brings numbers below the smallest normal one above it. */
+/* Scales subnormal numbers to normal numbers. */
 static const real RAISE = 33554432.0; /* 2^25 */
 enum { RAISED = 25 };
 

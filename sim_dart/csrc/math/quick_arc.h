@@ -1,4 +1,4 @@
-/* The arc tangent, compiled into wraps, which wait for it; its bits are those of arc_tangent. */
+/* Inline arc tangent for wraps, whose run time depends on it. The result is bit-identical to arc_tangent. */
 #ifndef CARDSFLOW_QUICK_ARC_H
 #define CARDSFLOW_QUICK_ARC_H
 
@@ -12,7 +12,7 @@
 #else
 #include "arc.h"
 
-/* As arc_tangent. */
+/* Compute the same as arc_tangent. */
 static inline real quick_arc_tangent(real y, real x)
 {
     const real a = fabs(x), b = fabs(y);

@@ -5,9 +5,9 @@
 #include <math.h>
 
 #define MAX_ROOT_STEPS 100
-#define LONG_STEPS 8 /* of the first ones: beyond, a slow step is one of bisection */
+#define LONG_STEPS 8 /* number of steps after which a slow step is a bisection */
 
-/* Newton's rule once more, after which its tangent has converged, too. */
+/* Apply Newton's method once more, so that the tangent converges, too. */
 static real settled(root_function *g, const void *data, real z)
 {
     real slope;

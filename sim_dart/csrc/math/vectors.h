@@ -1,4 +1,4 @@
-/* Vectors of three numbers, and 3 x 3 matrices row by row. */
+/* Vectors with three elements, and 3 x 3 matrices, row by row. */
 #ifndef CARDSFLOW_VECTORS_H
 #define CARDSFLOW_VECTORS_H
 
@@ -16,13 +16,13 @@ static inline void cross3(real out[3], const real a[3], const real b[3])
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* out = R v */
+/* Compute out = R v. */
 static inline void rotate3(real out[3], const real R[9], const real v[3])
 {
     for (int k = 0; k < 3; k++) out[k] = dot3(R + 3 * k, v);
 }
 
-/* out = A B */
+/* Compute out = A B. */
 static inline void multiply3(real out[9], const real A[9], const real B[9])
 {
     for (int i = 0; i < 3; i++)
@@ -42,7 +42,7 @@ static inline void add_cross3(real out[3], const real a[3], const real b[3])
     add3(out, product);
 }
 
-/* Any unit vector at right angles to v. */
+/* Compute a unit vector perpendicular to v. */
 static inline void unit_across(real out[3], const real v[3])
 {
     int least = 0;
@@ -55,7 +55,7 @@ static inline void unit_across(real out[3], const real v[3])
     for (int k = 0; k < 3; k++) out[k] = value_of(norm) > 0 ? w[k] / norm : e[k];
 }
 
-/* w x (w x r) */
+/* Add w x (w x r). */
 static inline void add_centripetal(real out[3], const real w[3], const real r[3])
 {
     real wr[3];

@@ -1,10 +1,10 @@
-/* A number with its tangent, by a complex step: x + i e dx with e = 2^-332, about 1e-100, where dx is how x
-   changes along one direction.
+/* A number with its tangent, by a complex step: x + i e dx with e = 2^-332, about 1e-100, where dx is the
+   change of x along one direction.
 
-   Sums, products and quotients of complex numbers keep dx to rounding, as what is quadratic in e is lost in
-   the rounding of x. Only where x is zero it is not: comparisons take what is below 2^-500 for zero. (With an
-   e whose square is less than the smallest number, processors take twice the time.) What is left is said
-   here: comparisons, which look at x, and what <math.h> has.                                           */
+   Sums, products and quotients of complex numbers keep dx to rounding, as terms quadratic in e vanish in the
+   rounding of x. Only at x = 0 they remain: comparisons treat numbers below 2^-500 as zero. (With an e whose
+   square is less than the smallest number, processors take twice the time.) This file defines the remaining
+   operations: comparisons, which use x only, and the functions of <math.h>. */
 #ifndef CARDSFLOW_COMPLEX_STEP_H
 #define CARDSFLOW_COMPLEX_STEP_H
 
@@ -40,7 +40,7 @@ static inline real absolute(real x)
     return value_of(x) < 0 ? -x : x;
 }
 
-/* At zero, if it has no derivative, that of the constant. */
+/* The derivative at zero, where it does not exist, is zero. */
 static inline real square_root(real x)
 {
     const double root = sqrt(value_of(x));

@@ -1,19 +1,19 @@
-/* The numbers that everything here computes with: of double precision; or with CARDSFLOW_FLOAT of single
-   precision, for processors whose floating point unit knows no other; or with CARDSFLOW_TANGENT complex ones,
-   for derivatives: see ../tangent/tangent.h.
+/* The type of all numbers: double precision; with CARDSFLOW_FLOAT single precision, for processors without a
+   double-precision floating point unit; with CARDSFLOW_TANGENT complex numbers, for derivatives: see
+   ../tangent/tangent.h.
 
-   With single precision no double may slip in, as it would by `0.5 * x`: the compiler is to take literals
-   for floats.
-       gcc              -DCARDSFLOW_FLOAT -fsingle-precision-constant
-       clang, zig cc    -DCARDSFLOW_FLOAT -Xclang -cl-single-precision-constant                        */
+   In single precision no double may occur, as in `0.5 * x`. The compiler must treat literals as floats:
+
+     gcc              -DCARDSFLOW_FLOAT -fsingle-precision-constant
+     clang, zig cc    -DCARDSFLOW_FLOAT -Xclang -cl-single-precision-constant */
 #ifndef CARDSFLOW_REAL_H
 #define CARDSFLOW_REAL_H
 
 #include <math.h>
 #include <stdint.h>
 
-/* PRECISE(of double precision, of single precision): a tolerance or another number that depends on how many
-   digits there are. A whole_number is as wide as a real, so that both may share a piece of memory.     */
+/* PRECISE(double precision, single precision): a tolerance or another constant that depends on the number of
+   digits. A whole_number has the size of a real, so that both can share a block of memory. */
 #if defined(CARDSFLOW_FLOAT)
 
 typedef float real;
@@ -29,7 +29,8 @@ typedef int64_t whole_number;
 
 #endif
 
-/* CORE_INSIDE declares functions that other files of the core call. With CARDSFLOW_TANGENT all are in one. */
+/* CORE_INSIDE declares functions that other files of the core call. With CARDSFLOW_TANGENT all of them are
+   in one translation unit. */
 #if defined(CARDSFLOW_TANGENT)
 #define CORE_INSIDE static
 
@@ -42,10 +43,10 @@ typedef int64_t whole_number;
 typedef double real;
 #endif
 
-/* Whether numbers have a tangent: how they change along one direction. */
+/* Whether numbers have a tangent: their change along one direction. */
 #define HAS_TANGENT 0
 
-/* What a comparison looks at: the number, without its tangent. */
+/* Return the number without its tangent, for comparisons. */
 static inline real value_of(real x)
 {
     return x;

@@ -1,5 +1,5 @@
-/* The functions of <math.h>, for reals. Apart from real.h, which callers of core and laws include: the numbers
-   that they compute with themselves may be doubles.                                                    */
+/* The functions of <math.h> for reals. They are separate from real.h, which callers of core and laws
+   include: the numbers of these callers may be doubles. */
 #ifndef CARDSFLOW_REAL_FUNCTIONS_H
 #define CARDSFLOW_REAL_FUNCTIONS_H
 

@@ -1,27 +1,28 @@
-/* A taut cable over several surfaces in one segment, in their order.
+/* A taut cable over several surfaces in one segment, in order.
 
-   Between two parts the cable runs free and passes a point X in the gap. For given points every part is in
-   closed form, and the cable is taut where the length l(X1, X2, ...) is least: where the directions left
-   and right of every X agree. Two kinds of step get there:
+   Between two parts the cable passes a free point X in the gap. For given points every part is in closed
+   form. The cable is taut if the length l(X1, X2, ...) is minimal: then the directions before and after
+   every X agree. Two kinds of steps are used:
 
-     pull tight   X goes to the middle of the free span. The length never grows; it converges
-                  quadratically in the plane of two circles, only linearly across it;
-     Newton       in the plane across each span, with the gradient in closed form and its derivatives by
-                  differences; taken only if the length shrinks or the directions agree better.
+     tighten  X moves to the middle of the free span. The length never grows; convergence is quadratic in the
+              plane of two circles, and linear perpendicular to it;
+     Newton   in the plane perpendicular to each span, with the gradient in closed form and its derivatives by
+              differences; accepted only if the length decreases or the directions agree better.
 
-   At most ITERATIONS of both. The length is stationary, so its error is the square of the directions'.
+   At most ITERATIONS of both are used. The length is stationary, so its error is the square of the error of
+   the directions.
 
-   On which side a cylinder is passed is decided before, and kept by following the turning angle, so that
-   the length is smooth along the way. For a chosen side the straight line between the via points decides,
-   as for a single surface. Without one, both sides are tried and the shortest cable of all combinations
-   counts, which is the one that does not jump. Spheres are passed the shorter way round, as nothing else
-   is taut; but there can be several taut ways past two spheres, so the search begins on both sides of them
-   as well, and of ellipsoids. Inside a surface there is one way only. It need not find the shortest of those,
-   and where it comes to another one the length jumps. All
-   this for the first FREE_SIDES of such surfaces; further ones are passed as the straight line does.
+   The side of a cylinder is selected first, and is kept by following the turning angle, so that the length
+   is smooth during the iteration. With a specified side, the straight line between the via points decides
+   whether the cable touches, as for a single surface. Without a specified side, both sides are evaluated and
+   the shortest cable of all combinations is used; it does not jump. Spheres are passed on the shorter way,
+   since no other way is taut. As several taut paths past two spheres can exist, the search starts on both
+   sides of spheres and ellipsoids. Inside a surface only one path exists. The search may miss the shortest
+   path; the length jumps if it finds a different one. All this applies to the first FREE_SIDES of such
+   surfaces; further ones are passed on the side of the straight line.
 
-   Surfaces that overlap have no gap. The point then lies inside one of them, whose circle shrinks to it:
-   the cable has a finite length, but not the shortest, and the directions may not agree.                  */
+   Overlapping surfaces have no gap. The point then lies inside one of them, whose circle shrinks to it. The
+   cable has a finite length, but not the minimal one, and the directions may not agree. */
 #include "multi_wrap.h"
 
 #include "../blob/layout.h"
@@ -35,10 +36,10 @@
 
 #define ITERATIONS 60
 #define FREE_SIDES 4
-#define AGREEMENT PRECISE(1e-13, 1e-6) /* of directions, which are about 1 */
-#define NO_BETTER PRECISE(1e-11, 1e-4) /* the same: where it stops to shrink, only rounding errors are left */
-#define DIFFERENCE PRECISE(1e-7, 3e-4) /* of a span's length, for second derivatives */
-#define LENGTH_ROUNDING PRECISE(1e-14, 5e-6)  /* of a length */
+#define AGREEMENT PRECISE(1e-13, 1e-6) /* tolerance of directions, which are about 1 */
+#define NO_BETTER PRECISE(1e-11, 1e-4) /* the same: if it no longer decreases, only rounding errors remain */
+#define DIFFERENCE PRECISE(1e-7, 3e-4) /* relative to the length of a span, for second derivatives */
+#define LENGTH_ROUNDING PRECISE(1e-14, 5e-6)  /* relative to a length */
 #define MIN_PIVOT PRECISE(1e-12, 1e-5)
 #define UNKNOWNS (2 * MAX_SEQUENCE)
 
@@ -56,7 +57,7 @@ static int is_followed(const sequence_part *p)
     return p->surface && p->surface->kind == SURFACE_CYLINDER && p->way.side != WRAP_INSIDE;
 }
 
-/* `from`: of an ellipsoid, a contact with nearly these ends, or NULL. */
+/* `from`: of an ellipsoid, a contact with similar ends, or NULL. */
 static void evaluate_part(const cable *c, int i, const real a[3], const real b[3], const contact *from, contact *out)
 {
     const sequence_part *p = c->parts + i;
@@ -92,7 +93,7 @@ static void pull_tight(cable *c)
     evaluate_cable(c);
 }
 
-/* Two unit vectors across the span at a point. */
+/* Compute two unit vectors perpendicular to the span at a point. */
 static void span_plane(const cable *c, int i, real plane[2][3])
 {
     const real *left = c->contacts[i - 1].pull.leaving, *right = c->contacts[i].pull.entering;
@@ -110,7 +111,7 @@ static void span_plane(const cable *c, int i, real plane[2][3])
     }
 }
 
-/* Solve H x = r, r becoming x; 0 if H is singular. */
+/* Solve H x = r; x replaces r. Return 0 if H is singular. */
 static int eliminate(real H[UNKNOWNS][UNKNOWNS], real *r, int n)
 {
     for (int i = 0; i < n; i++) {
@@ -137,7 +138,7 @@ static int eliminate(real H[UNKNOWNS][UNKNOWNS], real *r, int n)
     return 1;
 }
 
-/* What moving point i by h along e changes in the gradient at the points i - 1, i and i + 1. */
+/* Add the change of the gradient at the points i - 1, i and i + 1 when point i moves by h along e. */
 static void add_column(const cable *c, int i, const real e[3], real h, real (*planes)[2][3],
                        real H[UNKNOWNS][UNKNOWNS], int column)
 {
@@ -159,7 +160,8 @@ static void add_column(const cable *c, int i, const real e[3], real h, real (*pl
         }
 }
 
-/* Derivatives of the gradient across the spans, and the gradient downhill; 0 if a part has no length. */
+/* Compute the derivatives of the gradient perpendicular to the spans, and the negative gradient. Return 0 if
+   a part has zero length. */
 static int linearise(const cable *c, real (*planes)[2][3], real H[UNKNOWNS][UNKNOWNS], real *r)
 {
     memset(H, 0, UNKNOWNS * sizeof *H);
@@ -182,7 +184,7 @@ static void shift(cable *c, const real *step, real (*planes)[2][3])
             c->points[i][k] += step[2 * i - 2] * planes[i][0][k] + step[2 * i - 1] * planes[i][1][k];
 }
 
-/* Go on by a step if that is shorter, or as short with directions that agree better. */
+/* Apply a step if the cable gets shorter, or stays as short with directions that agree better. */
 static int is_accepted(cable *c, const real *step, real (*planes)[2][3])
 {
     cable next = *c;
@@ -195,7 +197,7 @@ static int is_accepted(cable *c, const real *step, real (*planes)[2][3])
     return 1;
 }
 
-/* Newton's step; where the length is not convex, bent downhill by growing the diagonal. */
+/* Take Newton's step. If the length is not convex, the diagonal is increased until the step descends. */
 static int step_newton(cable *c)
 {
     static const real GROWTH[] = {0, 0.3, 1, 3, 10, 100};
@@ -222,13 +224,13 @@ static void tighten(cable *c)
         if (k >= 2 && step_newton(c) && value_of(c->disagreement) < value_of(0.5 * was)) continue;
         const real now = c->disagreement;
         if (value_of(now) < NO_BETTER && k > 4 && value_of(now) >= value_of(0.5 * was))
-            return; /* as good as rounding lets it be */
+            return; /* only rounding errors remain */
         pull_tight(c);
     }
 }
 
-/* The tangents of the points are not sought with them: Newton's steps of these alone. Each leaves the share
-   1e-7 of its error, as the second derivatives are differences.                                        */
+/* Let the tangents of the points converge, which the search does not: Newton's steps for the tangents only.
+   Each step leaves 1e-7 of the error, since the second derivatives are differences. */
 static void settle_tangents(cable *c)
 {
     real last = INFINITY;
@@ -241,14 +243,14 @@ static void settle_tangents(cable *c)
             most = larger(most, fabs(tangent_of(step[i])));
             step[i] -= value_of(step[i]);
         }
-        if (value_of(most) >= value_of(last)) return; /* as good as rounding lets it be */
+        if (value_of(most) >= value_of(last)) return; /* only rounding errors remain */
         last = most;
         shift(c, step, planes);
         evaluate_cable(c);
     }
 }
 
-/* The turning angle about a cylinder from a to b; on side `sense` unless that is 0. */
+/* Return the turning angle about a cylinder from a to b; on side `sense` unless it is 0. */
 static real turning_angle(const sequence_part *p, int sense, const real a[3], const real b[3])
 {
     const wrap_way natural = {.is_counted = 1, .remembered = NAN};
@@ -262,7 +264,7 @@ static real turning_angle(const sequence_part *p, int sense, const real a[3], co
     return sense * (2 * PI * p->way.turns + (value_of(angle) >= 0 ? angle : 2 * PI + angle));
 }
 
-/* Whether it may be passed on either side. */
+/* Return whether the surface may be passed on either side. */
 static int is_open(const sequence_part *p)
 {
     if (!p->surface || p->way.side == WRAP_INSIDE) return 0;
@@ -271,7 +273,7 @@ static int is_open(const sequence_part *p)
     return !p->way.side && (!p->way.is_counted || isnan(p->way.remembered));
 }
 
-/* On the straight line from a to b. */
+/* Start with points on the straight line from a to b. */
 static void begin_cable(cable *c, const sequence_part *parts, int count, const real a[3], const real b[3])
 {
     memset(c, 0, sizeof *c);
@@ -282,7 +284,7 @@ static void begin_cable(cable *c, const sequence_part *parts, int count, const r
         if (is_followed(parts + i)) c->followed[i] = turning_angle(parts + i, 0, a, b);
 }
 
-/* Have part i passed on a side: a cylinder in that sense, a sphere for -1 from across its centre. */
+/* Pass part i on a side: a cylinder in that sense; a sphere, for -1, on the opposite side of its centre. */
 static void pass_on(cable *c, int i, int side, const real a[3], const real b[3])
 {
     const wrap_surface *s = c->parts[i].surface;

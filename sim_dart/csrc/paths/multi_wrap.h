@@ -4,15 +4,15 @@
 
 #include "cable.h"
 
-/* One part of a sequence: a pulley, which can only be the first, or a surface. */
+/* A part of a sequence: a surface, or a pulley, which can only be the first part. */
 typedef struct {
     const wrap_surface *surface; /* NULL: a pulley */
     wrap_way way;
     real v[3], radius; /* of a pulley */
 } sequence_part;
 
-/* The taut cable from `points[0]` to `points[count]` over parts in order; between two of them it passes
-   one of the other points, which this finds.                                                          */
+/* Compute the taut cable from `points[0]` to `points[count]` over the parts in order. Between two parts it
+   passes one of the other points, which this function computes. */
 CORE_INSIDE real sequence_solve(const sequence_part *parts, int count, real (*points)[3], contact *contacts);
 
 #endif

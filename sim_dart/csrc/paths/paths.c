@@ -1,8 +1,8 @@
 /* Muscle paths through via points, over surfaces and off pulleys: l and L = dl/dq.
 
-   A path is a chain of bodies with a straight span between neighbours: l' is the sum over the spans of
-   u.(velocity of the next body - velocity of the one before), at a point on the span, u along it. Where
-   a cable touches a surface moves on it as well, but that changes no length (envelope theorem).         */
+   A path is a chain of bodies with a straight span between neighbours. l' is the sum over the spans of
+   u.(velocity of the next body - velocity of the previous body), at a point on the span, with u along it.
+   The contact point on a surface also moves, but this does not change the length (envelope theorem). */
 #include "paths.h"
 
 #include "../cable_friction/bends.h"
@@ -20,19 +20,19 @@
 #include <math.h>
 #include <string.h>
 
-/* The segment from via point k to the next one, straight. */
+/* Add the segment from via point k to the next one, as a straight line. */
 static real add_segment(const core *c, int32_t k, real *row)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
     real u[3] = {B[0] - A[0], B[1] - A[1], B[2] - A[2]};
     const real length = sqrt(dot3(u, u));
-    if (length == 0) return 0; /* no direction, so no moment arm either */
+    if (length == 0) return 0; /* no direction, so no moment arm */
     for (int j = 0; j < 3; j++) u[j] /= length;
     add_span(c, u, A, c->blob.point_frame[k], B, c->blob.point_frame[k + 1], row);
     return length;
 }
 
-/* Where a segment over one surface touches it. */
+/* Compute the contact of a segment over one surface. */
 static void trace_wrap(core *c, int32_t k, int32_t w)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
@@ -43,7 +43,7 @@ static void trace_wrap(core *c, int32_t k, int32_t w)
     write_contact(c->wrap_contact + CONTACT_NUMBERS * w, &passed, A, B);
 }
 
-/* A segment over one surface, by itself. */
+/* Add a segment over one surface, computed separately. */
 static real add_wrap(core *c, int32_t k, int32_t w, real *row)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
@@ -59,7 +59,7 @@ static real add_wrap(core *c, int32_t k, int32_t w, real *row)
     return over.length;
 }
 
-/* The same of what has been found side by side with others: all that most muscles need. */
+/* Add a segment that was computed in parallel with others, with little code per muscle. */
 static inline real add_lane(const core *c, int32_t k, int32_t w, const wrap_lanes *lanes, real *row)
 {
     const real *A = c->point + 3 * k, *B = A + 3;
@@ -76,7 +76,7 @@ static inline real add_lane(const core *c, int32_t k, int32_t w, const wrap_lane
     return lanes->length[i];
 }
 
-/* Whether the straight line between two via points is free, so that the segment is that. */
+/* Return whether the segment is the straight line between two via points. */
 static int is_free(const sequence_part *parts, int count, const real *A, const real *B)
 {
     for (int i = 0; i < count; i++)
@@ -86,7 +86,7 @@ static int is_free(const sequence_part *parts, int count, const real *A, const r
     return 1;
 }
 
-/* A segment off a pulley or over several surfaces. */
+/* Add a segment off a pulley or over several surfaces. */
 static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int32_t pulleys, real *row,
                          int is_traced)
 {
@@ -132,7 +132,7 @@ static real add_sequence(core *c, int32_t k, progress at, int32_t surfaces, int3
     return length;
 }
 
-/* Whether the next wrap, at via point k, goes with others. */
+/* Return whether the next wrap, at via point k, is computed in parallel with others. */
 static inline int is_in_lane(const core *c, int32_t k, int32_t w, wrap_lanes *lanes)
 {
     if (w >= c->blob.counts.wraps || c->blob.wrap_point[w] != k) return 0;
@@ -140,7 +140,7 @@ static inline int is_in_lane(const core *c, int32_t k, int32_t w, wrap_lanes *la
     return lanes->is_alone[w - lanes->first] == 0;
 }
 
-/* A segment that is not just straight; `at` is where its wraps and its pulley begin in their lists. */
+/* Add a segment with wraps or a pulley; `at` is the index of its first wrap and its pulley in their lists. */
 static real add_way(core *c, int32_t k, progress *at, wrap_lanes *lanes, real *row, int is_traced)
 {
     const blob_view *blob = &c->blob;
@@ -160,7 +160,7 @@ static real add_way(core *c, int32_t k, progress *at, wrap_lanes *lanes, real *r
     return add_sequence(c, k, here, surfaces, pulleys, row, is_traced);
 }
 
-/* The next via point with a wrap or a pulley after it. */
+/* Return the next via point with a wrap or a pulley after it. */
 static inline int32_t next_way(const blob_view *blob, const progress *at)
 {
     int32_t next = blob->counts.points;
@@ -170,7 +170,7 @@ static inline int32_t next_way(const blob_view *blob, const progress *at)
     return next;
 }
 
-/* A surface's centre and axis, with one look at its frame; the x axis that an ellipsoid has besides. */
+/* Compute the centre and axis of a surface, and the x axis of an ellipsoid. */
 static inline void place_surface(const core *c, int32_t s)
 {
     const real *centre = c->blob.surface_centre + 3 * s, *axis = c->blob.surface_axis + 3 * s;

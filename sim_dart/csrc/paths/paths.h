@@ -5,7 +5,7 @@
 #include "../blob/state.h"
 
 CORE_INSIDE void paths_prepare(core *c);
-/* Lengths and Jacobian at the last q. */
+/* Compute lengths and Jacobian at the last q. */
 CORE_INSIDE void paths_move(core *c);
 
 #endif

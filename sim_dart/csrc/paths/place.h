@@ -1,4 +1,4 @@
-/* A blob's surfaces and wraps where they are, and the record of a contact. */
+/* Current poses of the surfaces and wraps of a blob, and the record of a contact. */
 #ifndef CARDSFLOW_PLACE_H
 #define CARDSFLOW_PLACE_H
 

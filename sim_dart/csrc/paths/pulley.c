@@ -1,13 +1,13 @@
 /* A cable off a swivelling pulley.
 
-   The cable comes on at the fixed point F along v, and the pulley's plane swivels about v to hold the far
-   end b. In that plane, with x along v and y towards b, the pulley is a circle about (0, R) and the cable
-   leaves it along a tangent to b: l = R turn + tangent. Swivelling moves the pulley across its plane only,
-   where the cable does not pull; so dl/db is the tangent's direction.
+   The cable arrives at the fixed point F along v. The plane of the pulley swivels about v to contain the far
+   end b. In that plane, with x along v and y towards b, the pulley is a circle about (0, R), and the cable
+   leaves it along a tangent to b: l = R turn + tangent. Swivelling moves the pulley only perpendicular to
+   its plane, where the cable does not pull; so dl/db is the direction of the tangent.
 
-   CASPR takes the arc from a cosine, which is the same up to half a turn and the rest of a turn beyond.
-
-   A far end inside the circle is reached on the smaller one that touches v at F and passes through it.    */
+   CASPR computes the arc from a cosine, which is equal up to half a turn, and the complement of a turn
+   beyond. If the far end is inside the circle, a smaller circle is used that touches v at F and passes
+   through the far end. */
 #include "pulley.h"
 
 #include "../math/elementary.h"
@@ -16,7 +16,7 @@
 #include <math.h>
 #include <string.h>
 
-#define SMALL_CHORD PRECISE(1e-4, 3e-2) /* in [rad]: below, a series loses fewer digits */
+#define SMALL_CHORD PRECISE(1e-4, 3e-2) /* in [rad]: below, a series is more accurate */
 
 static void leave_along(contact *out, const real v[3], const real e[3], real turn)
 {
@@ -24,7 +24,7 @@ static void leave_along(contact *out, const real v[3], const real e[3], real tur
     for (int k = 0; k < 3; k++) out->pull.leaving[k] = c * v[k] + s * e[k];
 }
 
-/* l = d b / sin b, with the chord d from F at the angle b to v: half of the arc's. */
+/* Compute l = d b / sin b, with the chord d from F at the angle b to v, which is half the angle of the arc. */
 static void end_inside(const real v[3], const real e[3], real x, real y, contact *out)
 {
     const real d = sqrt(x * x + y * y), chord = arc_tangent(y, x), bb = chord * chord;
@@ -39,12 +39,12 @@ static void end_inside(const real v[3], const real e[3], real x, real y, contact
                           (ratio * radial[1] + change * radial[0]) * e[k];
 }
 
-/* exp(i turn) = i (x + i (y - R)) (R - i tangent) / |b - centre|^2 */
+/* Return the turn of exp(i turn) = i (x + i (y - R)) (R - i tangent) / |b - centre|^2. */
 static real turn_angle(real x, real y, real R, real tangent)
 {
     const real turn = arc_tangent(x * R + (y - R) * tangent, x * tangent - (y - R) * R);
     if (value_of(turn) >= 0) return turn;
-    /* rounding where it runs straight on, or more than half a turn */
+    /* either rounding of a straight cable, or more than half a turn */
     return value_of(x) > 0 ? 0 : turn + 2 * PI;
 }
 
@@ -56,7 +56,7 @@ void pulley_off(const real F[3], const real v[3], real R, const real b[3], conta
     for (int k = 0; k < 3; k++) e[k] = w[k] - x * v[k];
     const real y = sqrt(dot3(e, e)), squared = x * x + y * y - 2 * y * R;
     for (int k = 0; k < 3; k++) e[k] = value_of(y) > 0 ? e[k] / y : 0;
-    if (y == 0) { /* straight on, or straight back: any plane will do */
+    if (y == 0) { /* straight on or back: any plane is valid */
         const real helper[3] = {value_of(fabs(v[0])) < 0.5, value_of(fabs(v[0])) >= 0.5, 0};
         cross3(e, v, helper);
         const real norm = sqrt(dot3(e, e));

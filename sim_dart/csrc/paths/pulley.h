@@ -4,7 +4,7 @@
 
 #include "cable.h"
 
-/* Off a swivelling pulley: from where the cable comes on, at F along the unit vector v, to b. */
+/* Compute the cable off a swivelling pulley: it arrives at F along the unit vector v, and ends at b. */
 CORE_INSIDE void pulley_off(const real F[3], const real v[3], real radius, const real b[3], contact *out);
 
 #endif

@@ -1,11 +1,11 @@
-/* What a straight span of a path adds to a row of L. */
+/* Contribution of a straight span of a path to a row of L. */
 #ifndef CARDSFLOW_SPAN_H
 #define CARDSFLOW_SPAN_H
 
 #include "../kinematics/points.h"
 
-/* Only the motions between the two frames change a span: those above B move its end, those above A its
-   start. With u the direction from A to B, dl/dq_j = u.(dB/dq_j - dA/dq_j).                            */
+/* Only the motions between the two frames change the length of a span: those of ancestors of B move its end,
+   those of ancestors of A its start. With u the direction from A to B, dl/dq_j = u.(dB/dq_j - dA/dq_j). */
 static inline void add_span(const core *c, const real u[3], const real A[3], int32_t a, const real B[3],
                             int32_t b, real *row)
 {
@@ -23,7 +23,7 @@ static inline void add_span(const core *c, const real u[3], const real A[3], int
     }
 }
 
-/* The same if it is not called so often that it is worth its size there. */
+/* The same as a function that is not inlined, for callers where speed matters less than code size. */
 CORE_INSIDE void span_add(const core *c, const real u[3], const real A[3], int32_t a, const real B[3], int32_t b,
                           real *row);
 

@@ -1,20 +1,20 @@
-/* A cable over one sphere or cylinder, in closed form; wrap_inside.c has the way inside, ellipsoid/ the one over
-   an ellipsoid.
+/* A cable over one sphere or cylinder, in closed form. wrap_inside.c contains the path inside, ellipsoid/
+   the path over an ellipsoid.
 
-   Seen along the axis (of the plane through both ends and the centre, for a sphere) the cable is two
-   tangents and an arc on a circle. On a cylinder it climbs evenly along that planar way P, so that it is a
-   straight line once the surface is unrolled: l = sqrt(P^2 + h^2).
+   Seen along the axis (of the plane through both ends and the centre, for a sphere) the cable consists of
+   two tangents and an arc on a circle. On a cylinder it climbs at a constant slope along that planar path P,
+   so that it is a straight line on the unrolled surface: l = sqrt(P^2 + h^2).
 
-   A cable whose straight line clears the circle is straight, whatever its side; touching down and lifting
-   off is smooth. Otherwise the side decides, and the shorter way changes sides if both are equal. A
-   cable that went the long way round a chosen side jumps where its straight line gets clear: there it slips
-   off. Continuous, too, are
+   If the straight line does not meet the circle, the cable is straight on either side; contact begins and
+   ends smoothly. Otherwise the side selects the path. Without a side the shorter path is used, which changes
+   sides when both are equal. A cable on the longer path around a specified side jumps when its straight line
+   becomes free: there it slips off. The length is also continuous for
 
-     an end inside the surface: the circle shrinks to pass through it;
-     the ends of a cylinder: beyond them, where the straight line passes the axis, the circle shrinks to
-     nothing within one radius, as if the surface were tapered.
+     an end inside the surface: the circle shrinks until it passes through the end;
+     the ends of a cylinder: beyond them, where the straight line passes the axis, the circle shrinks to zero
+     within one radius, as if the surface were tapered.
 
-   In both cases the length depends on its ends through the radius R, too: dl/dR = angle * P / l.         */
+   In both cases the length also depends on its ends through the radius R: dl/dR = angle * P / l. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-vectorize") /* packing vectors of three into pairs costs more than it saves */
 #endif
@@ -30,28 +30,28 @@
 #include <math.h>
 #include <string.h>
 
-#define MAX_TURNS 1e9 /* no more than an int holds; nothing remembered by us comes near */
+#define MAX_TURNS 1e9 /* fits into an int, and is far above any stored number of turns */
 
-/* The ends as the axis sees them, and the circle that fits them. */
+/* The ends relative to the axis, and the circle. */
 typedef struct {
-    real a[3], b[3];     /* across the axis */
+    real a[3], b[3];     /* perpendicular to the axis */
     real za, zb;         /* along the axis */
     real aa, bb, dd, ad; /* products of a, b and d = b - a */
     real x[3], xx;       /* a x b and its square */
     real cross;          /* of a and b, about the normal */
-    real normal[3];      /* what the contact turns about: the axis, or at right angles to both ends */
+    real normal[3];      /* axis of the contact: the axis, or the normal of the plane of both ends */
     real R, RR;          /* the circle's radius and its square */
     real slope;          /* of the radius along a tapered axis */
     int is_shrunk;         /* whether the circle passes through an end that would be inside */
 } view;
 
-/* Where on the straight line, 0 to 1, it is nearest to the axis. */
+/* Return the position on the straight line, 0 to 1, nearest to the axis. */
 static real nearest(const view *v)
 {
     return value_of(v->ad) >= 0 ? 0 : value_of(-v->ad) >= value_of(v->dd) ? 1 : -v->ad / v->dd;
 }
 
-/* Radius of a cylinder where the straight line passes its axis, and its slope along the axis. */
+/* Return the radius of a cylinder where the straight line passes its axis, and its slope along the axis. */
 static real tapered(const wrap_surface *s, const view *v, real *slope)
 {
     const real z = v->za + nearest(v) * (v->zb - v->za), beyond = fabs(z) - s->half;
@@ -62,7 +62,8 @@ static real tapered(const wrap_surface *s, const view *v, real *slope)
     return 0.5 * s->radius * (1 + cosine(phase));
 }
 
-/* The circle: no larger than the distance of either end, so that both lie on it or outside. */
+/* Compute the circle: its radius is not larger than the distance of either end, so that both are on it or
+   outside. */
 static inline void fit(const wrap_surface *s, view *v)
 {
     v->slope = 0;
@@ -73,8 +74,8 @@ static inline void fit(const wrap_surface *s, view *v)
     if (v->is_shrunk) v->RR = inner, v->R = sqrt(inner);
 }
 
-/* The ends, and whether the straight line clears the circle: nearest between the ends it is |a x b| / |d|
-   away; at an end, no less than the radius.                                                            */
+/* Compute the view. Return whether the straight line does not meet the circle: if the nearest point is
+   between the ends, its distance is |a x b| / |d|; if it is an end, its distance is at least the radius. */
 static inline int look(const wrap_surface *s, const real A[3], const real B[3], view *v)
 {
     const real *n = s->axis, *c = s->centre;
@@ -94,7 +95,7 @@ static inline int look(const wrap_surface *s, const real A[3], const real B[3], 
     return is_before | is_behind | is_past;
 }
 
-/* What the contact would turn about. */
+/* Compute the axis about which the contact turns. */
 static inline void find_normal(const wrap_surface *s, view *v)
 {
     if (s->kind == SURFACE_CYLINDER) {
@@ -116,7 +117,7 @@ int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const real a[3], c
     return look(s, a, b, &v);
 }
 
-/* The sense of turning, whether that is the longer way, and the whole turns besides. */
+/* Sense of turning, whether this is the longer path, and the additional whole turns. */
 typedef struct {
     int sense, is_long, turns;
 } course;
@@ -130,21 +131,22 @@ static inline course choose(const wrap_surface *s, const wrap_way *way, const vi
         return c;
     }
     if (!way->side || (is_clear && !way->turns)) return c;
-    /* a sphere's normal has no side of its own: the sense is the one about its z axis */
+    /* the normal of a sphere has no side: the sense refers to its z axis */
     const int facing = s->kind == SURFACE_SPHERE && value_of(dot3(v->normal, s->axis)) < 0 ? -1 : 1;
     c.sense = way->side * facing;
     c.is_long = c.sense != natural;
-    if (c.is_long && is_clear) c.turns--; /* not yet come round to its side */
+    if (c.is_long && is_clear) c.turns--; /* not yet around to its side */
     return c;
 }
 
-/* The angle from a to b by the shorter way, positive about the normal. */
+/* Return the angle from a to b on the shorter path, positive about the normal. */
 static real shorter_turn(const view *v)
 {
     return arc_tangent(v->cross, dot3(v->a, v->b));
 }
 
-/* The course that a remembered turning angle continues with: less than half a turn has been made since. */
+/* Return the course that continues a stored turning angle: the cable has turned by less than half a turn
+   since. */
 static course go_on(const view *v, real remembered)
 {
     const real whole = round((remembered - shorter_turn(v)) / (2 * PI));
@@ -163,9 +165,11 @@ static real turning(const view *v, const course *c)
     return c->sense * ((c->is_long ? 2 * PI - angle : angle) + 2 * PI * c->turns);
 }
 
-/* Angle between the tangent points, from the product of three complex numbers:
-   exp(i angle) ~ (a.b + i sense cross) (R - i ta) (R - i tb), with ta and tb the tangents' lengths.
-   Of its multiples it is the one in an interval of 3/2 pi, which is all that a way can have.          */
+/* Return the angle between the tangent points, from the product of three complex numbers:
+
+     exp(i angle) ~ (a.b + i sense cross) (R - i ta) (R - i tb), with ta and tb the lengths of the tangents.
+
+   The result is the equivalent angle in an interval of 3/2 pi that contains all possible angles. */
 static inline real contact_angle(const view *v, const course *c, real ta, real tb)
 {
     const real re = v->RR - ta * tb, im = -v->R * (ta + tb);
@@ -177,7 +181,7 @@ static inline real contact_angle(const view *v, const course *c, real ta, real t
                                                      : angle;
 }
 
-/* What the taper adds to the gradient: dR = slope dz, z = za + t h, t = -a.d / d.d */
+/* Add the effect of the taper to the gradient: dR = slope dz, z = za + t h, t = -a.d / d.d. */
 static void add_taper(const wrap_surface *s, const view *v, real rate, pull *out)
 {
     const real t = nearest(v), h = v->zb - v->za;
@@ -189,7 +193,7 @@ static void add_taper(const wrap_surface *s, const view *v, real rate, pull *out
     }
 }
 
-/* What the radius adds: dl/dR = rate, and R is the distance of an end, or depends on the taper. */
+/* Add the effect of the radius: dl/dR = rate. R is the distance of an end, or depends on the taper. */
 static void add_radius(const wrap_surface *s, const view *v, real rate, pull *out)
 {
     if (!v->is_shrunk)
@@ -200,7 +204,7 @@ static void add_radius(const wrap_surface *s, const view *v, real rate, pull *ou
         for (int k = 0; k < 3; k++) out->leaving[k] += rate / v->R * v->b[k];
 }
 
-/* scale (across n x end + along end) + climb n */
+/* Compute scale (across n x end + along end) + climb n. */
 static inline void direct(const view *v, const real end[3], real scale, real across, real along,
                           real climb, real out[3])
 {
@@ -210,8 +214,8 @@ static inline void direct(const view *v, const real end[3], real scale, real acr
         out[k] = scale * (across * turned[k] + along * end[k]) + climb * v->normal[k];
 }
 
-/* Directions of the tangents in the plane, times their ends' squared distances:
-   -ta a + R n x a at the start, tb b + R n x b at the end. They turn with the climb.                   */
+/* Compute the directions of the tangents in the plane, times the squared distances of their ends: -ta a + R
+   n x a at the start, tb b + R n x b at the end. They turn with the climb. */
 static inline void pull_along(const view *v, int sense, real ta, real tb, int ends, pull *out)
 {
     const real P = ta + tb + v->R * out->angle, h = v->zb - v->za, sR = sense * v->R;
@@ -222,19 +226,19 @@ static inline void pull_along(const view *v, int sense, real ta, real tb, int en
     if (h != 0) {
         const real square = P * P + h * h, per_square = 1 / square;
         out->length = sqrt(square);
-        const real per = out->length * per_square; /* so that root and quotient are found at once */
+        const real per = out->length * per_square; /* so that root and quotient are computed in parallel */
         climb = per * h, ia *= per * P, ib *= per * P;
     }
     if (ends & ENTERING) direct(v, v->a, ia, sR, -ta, climb, out->entering);
     if (ends & LEAVING) direct(v, v->b, ib, sR, tb, climb, out->leaving);
 }
 
-/* The turning sense where the cable touches, 0 if it runs straight; `plain`, the pull without what a
-   changing radius adds, only if asked for. `v` is what wrap_is_clear looks at.                         */
+/* Return the sense of turning if the cable touches, 0 if it is straight. `plain`, only if not NULL, is the
+   pull without the effect of a changing radius. `v` is computed by wrap_is_clear. */
 static inline int bend(const wrap_surface *s, const wrap_way *way, view *v, int is_clear, int ends,
                        pull *out, pull *plain)
 {
-    const int changes = v->is_shrunk || v->slope != 0; /* the radius, with either end */
+    const int changes = v->is_shrunk || v->slope != 0; /* whether the radius depends on the ends */
     find_normal(s, v);
     const int goes_on = way->is_counted && !isnan(way->remembered);
     const course c = goes_on ? go_on(v, way->remembered) : choose(s, way, v, is_clear);
@@ -273,7 +277,7 @@ static void run_straight(const real A[3], const real B[3], real t, contact *out)
     }
 }
 
-/* The tangents' lengths along the climbing cable are those in the plane times length / P. */
+/* The lengths of the tangents along the climbing cable are those in the plane times length / P. */
 void wrap_over(const wrap_surface *s, const wrap_way *way, const real A[3], const real B[3],
                contact *out)
 {

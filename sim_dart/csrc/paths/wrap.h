@@ -4,15 +4,17 @@
 
 #include "cable.h"
 
-/* 1 and the pull where the cable touches the surface; 0 if it runs straight from a to b: then only the
-   turning is set. Of `ends`, both directions or one; the other may be left as it is.                    */
+/* Return 1 and compute the pull if the cable touches the surface. Return 0 if it is straight from a to b;
+   then only the turning angle is set. `ends` selects one or both directions; the other one may stay
+   undefined. */
 CORE_INSIDE int wrap_pull(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3], int ends,
               pull *out);
 
 CORE_INSIDE void wrap_over(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3],
                contact *out);
 
-/* Whether the straight line from a to b clears the surface; or, for a way inside, passes through it. */
+/* Return whether the straight line from a to b does not meet the surface; for a path inside, whether it
+   passes through the surface. */
 CORE_INSIDE int wrap_is_clear(const wrap_surface *s, const wrap_way *way, const real a[3], const real b[3]);
 
 #endif

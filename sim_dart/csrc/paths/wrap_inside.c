@@ -1,15 +1,15 @@
-/* A cable inside a sphere or a cylinder: the surface is a hole that it is led through.
+/* A cable inside a sphere or a cylinder: the surface is a hole through which the cable runs.
 
    Seen along the axis (of the plane through both ends and the centre, for a sphere) a straight line that
-   passes through the circle, or ends in it, is free. Else the cable touches the circle from within at the
-   point p where |a - p| + |p - b| is least: there both parts are at the same angle to the radius. With p
-   turned by the angle z from a towards b, which is G away, the difference of those angles is zero if
+   passes through the circle, or ends in it, is free. Otherwise the cable touches the circle from within at
+   the point p with minimal |a - p| + |p - b|: both parts have the same angle to the radius there. With p
+   turned by the angle z from a towards b, which is at the angle G, the difference of these angles is zero if
 
-       sin(2 z - G) - R/|b| sin z + R/|a| sin(G - z) = 0,
+     sin(2 z - G) - R/|b| sin z + R/|a| sin(G - z) = 0,
 
-   once among the points that both ends see. On a cylinder the cable climbs evenly along that planar way, as
-   it does outside. Coming to touch is smooth; and where the cable touches does not count for the gradient,
-   as p is where the length is least.                                                                    */
+   which has one solution among the points visible from both ends. On a cylinder the cable climbs at a
+   constant slope along that planar path, as outside. Contact begins smoothly. The motion of the contact
+   point does not contribute to the gradient, as p minimises the length. */
 #include "wrap_inside.h"
 
 #include "../blob/layout.h"
@@ -19,16 +19,16 @@
 
 #include <math.h>
 
-/* Of Newton's rule, in [rad]: what is left is about its square. */
+/* Last step of Newton's method, in [rad]: the remaining error is about its square. */
 #define LAST_WRAP_STEP PRECISE(1e-8, 1e-4)
 
 typedef struct {
-    real a[3], b[3], za, zb; /* the ends across the axis and along it */
+    real a[3], b[3], za, zb; /* the ends perpendicular to the axis and along it */
     real ra, rb, G;          /* their distances and the angle between them */
-    real normal[3];          /* about which it is positive */
+    real normal[3];          /* axis about which the angle is positive */
 } ends;
 
-/* Whether the cable touches; `at` then. */
+/* Return whether the cable touches; compute `at` if it does. */
 static int see(const wrap_surface *s, const real A[3], const real B[3], ends *at)
 {
     const real *n = s->axis, RR = s->radius * s->radius;
@@ -64,7 +64,7 @@ static real off_mirror(const void *data, real z, real *derivative)
     return sine_z * cosine_rest - cosine_z * sine_rest - m->by_b * sine_z + m->by_a * sine_rest;
 }
 
-/* The angle from a to where the cable touches. Neither end sees further than its tangent. */
+/* Return the angle from a to the contact. It is limited by the tangents of both ends. */
 static real touched_angle(const ends *at, real R)
 {
     const mirror m = {at->G, R / at->ra, R / at->rb};
@@ -74,7 +74,8 @@ static real touched_angle(const ends *at, real R)
     return bracketed_root(off_mirror, &m, low, high, smaller(larger(guess, low), high), LAST_WRAP_STEP);
 }
 
-/* From the centre's level to the touching point, across the axis: R (cos z a + sin z n x a) / |a|. */
+/* Compute the contact point relative to the centre, perpendicular to the axis: R (cos z a + sin z n x a) /
+   |a|. */
 static void touched_point(const ends *at, real R, real p[3])
 {
     real s, c, across[3];
@@ -83,7 +84,7 @@ static void touched_point(const ends *at, real R, real p[3])
     for (int k = 0; k < 3; k++) p[k] = R / at->ra * (c * at->a[k] + s * across[k]);
 }
 
-/* The parts before and after p have their directions in the plane, and climb alike. */
+/* The parts before and after p have their directions in the plane and the same slope along the axis. */
 static real pull_through(const wrap_surface *s, const ends *at, const real p[3], pull *out)
 {
     real u[3], v[3], turn[3];

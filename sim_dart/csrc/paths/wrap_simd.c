@@ -1,14 +1,15 @@
-/* What most wraps need of wrap.c, many side by side: ends outside of a sphere or a cylinder, no turns.
+/* Parallel computation of the most frequent wraps of wrap.c: ends outside of a sphere or a cylinder, no
+   turns.
 
-   One wrap is a long chain of roots, quotients and an arc tangent, each of which waits for the one before.
-   Here every step is taken for all wraps before the next one, in loops without branches, which compilers
-   turn into vector instructions. Lengths are found as in wrap.c. With g = R / |a x b|, the tangents'
-   directions (ta a + R n x a and so on) are
+   One wrap is a long chain of roots, quotients and an arc tangent, each of which waits for the previous one.
+   Here each operation is applied to all wraps before the next operation, in loops without branches, which
+   compilers turn into vector instructions. Lengths are computed as in wrap.c. With g = R / |a x b|, the
+   directions of the tangents (ta a + R n x a and so on) are
 
      entering   g b - (g a.b + ta) / a.a a,     leaving   (g a.b + tb) / b.b b - g a,
 
-   from (a x b) x b = (a.b) b - (b.b) a. That loses digits where the straight line nearly passes through the
-   axis: this, and whatever else is rare, is left to wrap.c.                                             */
+   from (a x b) x b = (a.b) b - (b.b) a. This loses digits if the straight line nearly passes through the
+   axis; wrap.c computes this case and all other rare cases. */
 #include "wrap_simd.h"
 
 #include "../math/elementary.h"
@@ -16,17 +17,17 @@
 
 #include <math.h>
 
-/* Square of the least sine of the angle between the ends. */
+/* Square of the minimum sine of the angle between the ends. */
 #define MIN_SINE2 1e-3
 
-/* A lane each; names as in wrap.c's view. */
+/* One lane per wrap; names as in `view` of wrap.c. */
 typedef struct {
     real a[3][LANES], b[3][LANES], n[3][LANES], d[3][LANES]; /* ends, seen from the centre; axis; b - a */
     real aa[LANES], bb[LANES], dd[LANES], ab[LANES], xx[LANES], h[LANES];
     real is_touched[LANES]; /* 1 or 0 */
     real ta[LANES], tb[LANES], cross[LANES];
-    real re[LANES], im[LANES]; /* of a complex number whose angle is that in contact */
-    real angle[LANES], P[LANES], per[LANES]; /* length across the axis; one over the whole length */
+    real re[LANES], im[LANES]; /* complex number whose angle is the angle of contact */
+    real angle[LANES], P[LANES], per[LANES]; /* length perpendicular to the axis; inverse of the whole length */
 } lane_views;
 
 static void gather(const core *c, int32_t first, int count, lane_views *v)
@@ -41,13 +42,13 @@ static void gather(const core *c, int32_t first, int count, lane_views *v)
     }
 }
 
-/* 1 or 0: products are "and" in a loop of real numbers. */
+/* Return 1 or 0: products are "and" in a loop of real numbers. */
 static inline real is_less(real a, real b)
 {
     return value_of(a) < value_of(b) ? 1 : 0;
 }
 
-/* The ends across the axis, and whether the cable touches. */
+/* Compute the ends perpendicular to the axis, and whether the cable touches. */
 static void look_at_lanes(const core *c, lane_views *restrict v, wrap_lanes *restrict out)
 {
     const real *radius = c->wrap_radius + out->first, *half = c->wrap_half + out->first;
@@ -104,7 +105,7 @@ static void turn(int count, lane_views *v)
     for (int i = 0; i < count; i++) v->angle[i] = upper_arc_tangent(larger(v->im[i], 0), v->re[i]);
 }
 
-/* Length and slope; a cable that does not touch is straight across the axis. */
+/* Compute length and slope; a cable that does not touch is straight perpendicular to the axis. */
 static void climb(const real *radius, lane_views *v, wrap_lanes *restrict out)
 {
     for (int i = 0; i < out->count; i++) {
@@ -116,7 +117,7 @@ static void climb(const real *radius, lane_views *v, wrap_lanes *restrict out)
     }
 }
 
-/* The direction at the end e, the other one being f; `sign` is 1 where the cable comes to it. */
+/* Compute the direction at the end e; f is the other end; `sign` is 1 for the incoming cable. */
 static void direct_lanes(const real *radius, int count, const lane_views *v, real (*e)[LANES], real (*f)[LANES],
                    const real *ee, const real *tangent, real sign, real (*restrict out)[LANES])
 {
@@ -131,7 +132,7 @@ static void direct_lanes(const real *radius, int count, const lane_views *v, rea
     }
 }
 
-/* The same of cables none of which touches. */
+/* Compute the same for cables that all do not touch. */
 static void straighten(const lane_views *v, wrap_lanes *restrict out)
 {
     for (int i = 0; i < out->count; i++) {
@@ -151,7 +152,7 @@ void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
     const real *radius = c->wrap_radius + first;
     lane_views v;
     out->first = first, out->count = count;
-    out->is_alone[0] = count == 1; /* which is sooner done by itself */
+    out->is_alone[0] = count == 1; /* faster separately */
     if (count == 1) return;
     gather(c, first, count, &v);
     look_at_lanes(c, &v, out);
@@ -166,7 +167,7 @@ void wrap_simd_fill(const core *c, int32_t first, wrap_lanes *out)
     if (c->wrap_ends & LEAVING) direct_lanes(radius, count, &v, v.b, v.a, v.bb, v.tb, 1, out->leaving);
 }
 
-/* Whether a wrap shares its segment; `pulley` is the first one that is not before it. */
+/* Return whether a wrap shares its segment. `pulley` is the first one that is not before it. */
 static int has_company(const blob_view *blob, int32_t w, int32_t *pulley)
 {
     const int32_t *point = blob->wrap_point + w, wraps = blob->counts.wraps, pulleys = blob->counts.pulleys;

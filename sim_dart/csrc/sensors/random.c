@@ -10,7 +10,7 @@ static uint64_t mixed(uint64_t x)
     return x ^ x >> 31;
 }
 
-/* Of (0, 1], in steps of 2^-24, which single precision holds too. */
+/* Return a number in (0, 1], in steps of 2^-24, which single precision can represent. */
 static real uniform(uint64_t bits)
 {
     return ((real)(bits >> 40) + 1) / 16777216;

@@ -1,4 +1,4 @@
-/* Random numbers by their place: the same for the same seed, row and column, on every platform. */
+/* Counter-based random numbers: equal for the same seed, row and column, on every platform. */
 #ifndef CARDSFLOW_RANDOM_H
 #define CARDSFLOW_RANDOM_H
 
@@ -6,7 +6,8 @@
 
 #include <stdint.h>
 
-/* Of the normal distribution with mean 0 and variance 1: splitmix64 (Steele, Lea, Flood 2014), and Box and Muller. */
+/* Return a number with a normal distribution of mean 0 and variance 1: splitmix64 (Steele, Lea, Flood 2014),
+   and the Box-Muller transform. */
 real normal_number(uint64_t seed, uint64_t row, uint64_t column);
 
 #endif

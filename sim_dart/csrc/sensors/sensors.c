@@ -11,10 +11,10 @@
 enum { MAX_IMUS = 64, MAX_DELAY = 100000 };
 
 #define SENSORS_REMEMBERED(ARRAY)                                                                      \
-    ARRAY(count, 1) /* of readings so far */                                                           \
+    ARRAY(count, 1) /* number of measurements */                                                       \
     ARRAY(time, 1)  /* of the last one, since the first, in [s] */                                     \
     ARRAY(last_qd, n)                                                                                  \
-    ARRAY(line, (D + 1) * C) /* the last readings, in a ring */
+    ARRAY(line, (D + 1) * C) /* last measurements, in a ring buffer */
 #define SENSORS_ARRAYS(ARRAY)                                                                          \
     ARRAY(q, n)                                                                                        \
     ARRAY(qd, n)                                                                                       \
@@ -36,7 +36,7 @@ enum { MAX_IMUS = 64, MAX_DELAY = 100000 };
 #define SENSORS_MEMBER(name, length) real *name;
 struct sensors {
     core *core;
-    size_t n, m, i, D, C, variables; /* C channels, D readings late */
+    size_t n, m, i, D, C, variables; /* C channels, delay D in measurements */
     const int32_t *imu_frame;
     SENSORS_ARRAYS(SENSORS_MEMBER)
 };
@@ -115,7 +115,7 @@ static void read_units(sensors *s, real h, real *gyroscopes, real *accelerometer
     }
 }
 
-/* What a channel reads of x; `last` is what it read before. */
+/* Return the measurement of x by a channel; `last` is its previous measurement. */
 static real read_channel(const sensors *s, size_t k, real x, real last)
 {
     if (s->time[0] >= s->stuck[k] && s->count[0] > 0) return last;
@@ -142,7 +142,7 @@ int sensors_read(sensors *s, real h)
     const real *last = s->line + ((count + D) % (D + 1)) * C;
     for (size_t k = 0; k < C; k++) now[k] = read_channel(s, k, truth[k], last[k]);
     memcpy(s->last_qd, s->qd, n * sizeof(real));
-    /* what is late begins with the first reading */
+    /* during the delay, the first measurement is repeated */
     memcpy(s->readings, s->line + (count < D ? 0 : (count + 1) % (D + 1)) * C, C * sizeof(real));
     s->count[0] += 1;
     return 0;

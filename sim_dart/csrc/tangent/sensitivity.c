@@ -12,11 +12,11 @@ struct core_sensitivity {
     core_tangent *tangent;
     const core *plain;
     size_t n, m, numbers;
-    double *none; /* zeros, as many as the robot has numbers, or a reading */
+    double *none; /* zeros, as many as the blob has numbers, or a measurement */
     double *of_start, *reading, *states, *state_changes;
 };
 
-/* A roll-out, and what changes in it. */
+/* A roll-out, and the changes in it. */
 typedef struct {
     const double *q, *qd, *commands, *torques;
     int32_t rows, steps;
@@ -62,7 +62,7 @@ core_sensitivity *core_sensitivity_open(const core *plain, void *memory)
     return s;
 }
 
-/* The cables rub as the plain handle has it. */
+/* Copy the states of cable friction from the plain handle. */
 static void take_slips(const core_sensitivity *s)
 {
     const size_t bends = (size_t)s->plain->blob.counts.bends, others = (size_t)s->plain->blob.law_states - bends;
@@ -73,7 +73,8 @@ static void take_slips(const core_sensitivity *s)
     core_tangent_set(s->tangent, TANGENT_STATES, s->states, s->state_changes);
 }
 
-/* Roll through the readings; `derivatives` are a column of theirs, `stride` numbers apart. */
+/* Simulate through the measurements. `derivatives` is a column of their derivatives, with elements `stride`
+   numbers apart. */
 static int go(const core_sensitivity *s, const roll *roll, const double *dq, const double *dqd, const double *dcommands,
               double *readings, double *derivatives, size_t stride)
 {

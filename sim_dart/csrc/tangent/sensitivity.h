@@ -1,4 +1,4 @@
-/* Roll-outs with their derivatives by the robot's numbers and by where they begin, for calibration. */
+/* Roll-outs with their derivatives by the numbers of the robot and by the start state, for calibration. */
 #ifndef CARDSFLOW_SENSITIVITY_H
 #define CARDSFLOW_SENSITIVITY_H
 
@@ -7,22 +7,24 @@
 
 typedef struct core_sensitivity core_sensitivity;
 
-/* Real numbers of the robot's blob, in the order of its fields. */
+/* Return the number of reals in the blob of the robot, in the order of its fields. */
 CORE_API size_t core_sensitivity_numbers(const core *plain);
 
-/* Bytes of memory for a robot; 0 if there are no derivatives: see support.h. */
+/* Return the size of memory in bytes for a robot; 0 if derivatives are not supported: see support.h. */
 CORE_API size_t core_sensitivity_size(const core *plain);
 
-/* A handle in `memory`, 8-byte aligned; see core_tangent_open. NULL if there are no derivatives. */
+/* Create a handle in `memory`, which is 8-byte aligned; see core_tangent_open. Return NULL if derivatives
+   are not supported. */
 CORE_API core_sensitivity *core_sensitivity_open(const core *plain, void *memory);
 
-/* From q and qd through `rows` readings, with `steps` steps of h between one reading and the next, constant
-   commands, rows x muscles, and torques at joints, rows x dofs, from each on: q and path lengths at each reading,
-   rows x (dofs + muscles), and their derivatives, rows x (dofs + muscles) x (directions + 2 dofs). A direction is a
-   change of the robot's numbers, directions x numbers, and of the commands: `commanded` is the index of its
-   changes, rows x muscles each, or -1; behind them are q and qd at the start. NULL and no directions for the
-   readings alone. Bends of cables with friction begin with the states that the plain handle has. 0, or 1 + the
-   reading that the state has diverged before.                                                                   */
+/* Simulate from q and qd through `rows` measurements, with `steps` steps of h between measurements, constant
+   commands, rows x muscles, and joint torques, rows x dofs, after each of them. Compute q and path lengths
+   at each measurement, rows x (dofs + muscles), and their derivatives, rows x (dofs + muscles) x (directions
+   + 2 dofs). A direction is a change of the numbers of the robot, directions x numbers, and of the commands:
+   `commanded` is the index of its changes, rows x muscles each, or -1. The last 2 dofs directions are q and
+   qd at the start. With NULL and no directions, only the measurements are computed. Bends of cables with
+   friction start with the states of the plain handle. Return 0, or 1 + the measurement before which the
+   state has diverged. */
 CORE_API int core_sensitivity_roll(core_sensitivity *s, const double *q, const double *qd, int32_t rows, int32_t steps,
                                    double h, const double *commands, const double *torques, int32_t directions,
                                    const double *robot_changes, const double *command_changes,

@@ -1,4 +1,5 @@
-/* Whether there are derivatives: with complex numbers of double precision. Microsoft's compiler has none. */
+/* Whether derivatives are supported: they need complex numbers of double precision, which Microsoft's
+   compiler does not have. */
 #ifndef CARDSFLOW_TANGENT_SUPPORT_H
 #define CARDSFLOW_TANGENT_SUPPORT_H
 

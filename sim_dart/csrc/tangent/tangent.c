@@ -1,13 +1,13 @@
-/* The core compiled once more, for numbers with a tangent, as one translation unit of static functions; and the
-   calls of tangent.h: plain numbers in, tangents out.                                                   */
+/* The core compiled again for numbers with a tangent, as one translation unit of static functions; and the
+   functions of tangent.h, with plain numbers as input and tangents as output. */
 #include "support.h"
 
 #if HAS_CORE_TANGENT
 
 #define CARDSFLOW_TANGENT
 
-/* Products and quotients of the schoolbook: here are no infinities to be careful of. And small code: the
-   processor is busy with the arithmetic.                                                               */
+/* Complex products and quotients by the elementary formulas, since infinities do not occur; and optimisation
+   for size, since arithmetic limits the speed. */
 #if defined(__clang__)
 #pragma STDC CX_LIMITED_RANGE ON
 #pragma clang attribute push(__attribute__((minsize)), apply_to = function)
@@ -15,7 +15,7 @@
 #pragma GCC optimize("cx-limited-range", "Os")
 #endif
 #if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-function" /* not all of the core is needed */
+#pragma GCC diagnostic ignored "-Wunused-function" /* part of the core is unused */
 #endif
 
 #include "tangent.h"
@@ -65,7 +65,7 @@ struct core_tangent {
     int has_torques;
 };
 
-/* Numbers of the working memory behind a handle. */
+/* Return the number of reals in the working memory after a handle. */
 static size_t working_length(const blob_view *view)
 {
     size_t length = 0;
@@ -76,7 +76,7 @@ static size_t working_length(const blob_view *view)
     return length;
 }
 
-/* Numbers of the blob. */
+/* Return the number of reals in the blob. */
 static size_t blob_length(const blob_view *view)
 {
     size_t length = 0;
@@ -102,7 +102,7 @@ static real *widen(real *to, const void *plain, size_t count)
     return to + count;
 }
 
-/* The plain handle is made as ours, but for the numbers that its pointers point to. */
+/* Copy the plain handle, except for the numbers at its pointers. */
 static core *copy(const core *plain, void *memory)
 {
     core *c = memory;
@@ -133,7 +133,7 @@ core_tangent *core_tangent_open(const core *plain, void *memory)
     return t;
 }
 
-/* An array, and how many numbers it has. */
+/* Return an array and its length. */
 static real *array(const core_tangent *t, enum tangent_array which, size_t *length)
 {
     const core *c = t->core;
@@ -190,8 +190,8 @@ size_t core_tangent_robot_numbers(const core *plain)
     return blob_length(&plain->blob);
 }
 
-/* The blob's numbers are ours (see copy), one field behind the other; what opening makes of them is made again,
-   but the constants of muscle laws. */
+/* The numbers of the blob belong to this handle (see copy), in the order of the fields. Quantities derived
+   from them are computed again, except the constants of muscle laws. */
 void core_tangent_change_robot(core_tangent *t, const double *changes)
 {
     core *c = t->core;
@@ -257,5 +257,5 @@ int core_tangent_advance(core_tangent *t, double h)
 #pragma clang attribute pop
 #endif
 #else
-#include "tangent.h" /* ISO C has no empty files */
+#include "tangent.h" /* ISO C forbids empty translation units */
 #endif

@@ -12,7 +12,7 @@ struct core_transition {
     core_tangent *tangent;
     const core *plain;
     size_t n, m, s;
-    double *changes; /* a direction, and what comes of it, each as long as the longest array */
+    double *changes; /* a direction, and its result, each with the length of the longest array */
 };
 
 static size_t longest(size_t n, size_t m, size_t s)
@@ -46,7 +46,7 @@ core_transition *core_transition_open(const core *plain, void *memory)
     return t;
 }
 
-/* A column of A: what q+ and qd+ change by. */
+/* Compute a column of A: the changes of q+ and qd+. */
 static void read_column(const core_transition *t, size_t j, real *A)
 {
     double *after = t->changes + longest_of(t);
@@ -70,7 +70,7 @@ int core_transition_fill(void *self, const real *q, const real *qd, const real *
         core_tangent_set(t->tangent, TANGENT_Q, q, j < n ? changes : none);
         core_tangent_set(t->tangent, TANGENT_QD, qd, j < n ? none : changes);
         changes[j % n] = 0;
-        if (j <= n && core_tangent_move(t->tangent)) return 1; /* velocities leave all of that as it is */
+        if (j <= n && core_tangent_move(t->tangent)) return 1; /* for velocities the core is already there */
         if (core_tangent_advance(t->tangent, h)) return 1;
         read_column(t, j, A);
     }

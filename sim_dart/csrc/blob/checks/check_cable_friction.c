@@ -13,8 +13,8 @@ static int is_any_in(int32_t first, int32_t end, const int32_t *points, int32_t 
     return 0;
 }
 
-/* Paths that are more than fixed points and wraps by our own rules have no order of spans that friction could
-   go by. */
+/* Return whether the path consists of fixed points and taut wraps only. Other paths do not have a fixed
+   order of spans, which cable friction needs. */
 static int is_simple(const blob_view *b, int32_t muscle, int32_t first)
 {
     const int32_t end = first + b->muscle_points[muscle];

@@ -1,4 +1,4 @@
-/* Friction of cables in bends. */
+/* Check of the fields for cable friction. */
 #ifndef CARDSFLOW_CHECK_CABLE_FRICTION_H
 #define CARDSFLOW_CHECK_CABLE_FRICTION_H
 
@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-/* 0, or a message. For paths that have been checked. */
+/* Return 0, or write a message and return nonzero. The paths must have been checked before. */
 CORE_INSIDE int check_cable_friction(const blob_view *view, char *message, size_t capacity);
 
 #endif

@@ -1,4 +1,4 @@
-/* What of a blob muscle paths need next to the via points: surfaces, wraps and pulleys. */
+/* Check of surfaces, wraps and pulleys. */
 #ifndef CARDSFLOW_CHECK_PATHS_H
 #define CARDSFLOW_CHECK_PATHS_H
 
@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-/* 0, or a message. */
+/* Return 0, or write a message and return nonzero. */
 CORE_INSIDE int check_paths(const blob_view *view, char *message, size_t capacity);
 
 #endif

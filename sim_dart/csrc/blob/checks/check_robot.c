@@ -16,7 +16,8 @@ static int is_rotation(const real R[9])
     return 1;
 }
 
-/* Every frame is driven by a variable of its own. Quadratic, but only once, and without memory. */
+/* Check that each frame has a different variable. The cost is quadratic, but the check runs only once and
+   needs no memory. */
 static int check_coordinates(const blob_view *b, char *message, size_t capacity)
 {
     for (int i = 0; i < b->counts.frames; i++) {
@@ -31,7 +32,8 @@ static int check_coordinates(const blob_view *b, char *message, size_t capacity)
     return 0;
 }
 
-/* Inertias that are not bodies' make a mass matrix that is not positive definite: the caller's check. */
+/* Check the ranges of masses and forces. An inertia that is not physical results in a mass matrix that is
+   not positive definite; the caller checks this. */
 static int check_masses(const blob_view *b, char *message, size_t capacity)
 {
     for (int i = 0; i < b->counts.frames; i++) {

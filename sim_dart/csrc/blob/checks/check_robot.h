@@ -1,4 +1,4 @@
-/* What of a blob is not about muscle paths: frames, coordinates, bodies, muscles and tasks. */
+/* Check of frames, coordinates, bodies, muscles and tasks. */
 #ifndef CARDSFLOW_CHECK_ROBOT_H
 #define CARDSFLOW_CHECK_ROBOT_H
 
@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-/* 0, or a message. */
+/* Return 0, or write a message and return nonzero. */
 CORE_INSIDE int check_robot(const blob_view *view, char *message, size_t capacity);
 
 #endif

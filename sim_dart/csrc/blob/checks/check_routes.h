@@ -1,4 +1,4 @@
-/* What of a blob muscle paths need beside points, wraps and pulleys. */
+/* Check of conditional points, moving points, branches and terms of path lengths. */
 #ifndef CARDSFLOW_CHECK_ROUTES_H
 #define CARDSFLOW_CHECK_ROUTES_H
 
@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-/* 0, or a message. */
+/* Return 0, or write a message and return nonzero. */
 CORE_INSIDE int check_routes(const blob_view *view, char *message, size_t capacity);
 
 #endif

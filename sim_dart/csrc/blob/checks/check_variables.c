@@ -3,7 +3,7 @@
 #include "check_points.h"
 #include "../message.h"
 
-/* A function that variable `own` is a sum of; how many numbers it has, or -1. */
+/* Check function `t` of the sum for variable `own`. Return its number of coefficients, or -1. */
 static int32_t term_numbers(const blob_view *b, int32_t t, int32_t own, int32_t left, char *message,
                             size_t capacity)
 {

@@ -1,4 +1,4 @@
-/* Check of what stands between q and the motions of frames. */
+/* Check of the functions that map q to the motions of frames. */
 #ifndef CARDSFLOW_CHECK_VARIABLES_H
 #define CARDSFLOW_CHECK_VARIABLES_H
 
@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-/* 0, or 1 and a message. */
+/* Return 0, or write a message and return 1. */
 CORE_INSIDE int check_variables(const blob_view *view, char *message, size_t capacity);
 
 #endif

@@ -1,17 +1,18 @@
-/* Activation follows excitation: a' = (u - a) / tau, tau = rise (1/2 + 3/2 a) while it rises and
-   fall / (1/2 + 3/2 a) while it falls. The change between the two is a switch (Thelen 2003, Millard et al.
-   2013), or smooth (De Groote et al. 2016, eq. 1-2).                                                  */
+/* Activation dynamics: a' = (u - a) / tau, with tau = rise (1/2 + 3/2 a) while a rises and tau = fall / (1/2
+   + 3/2 a) while it falls. The transition between the two is a switch (Thelen 2003, Millard et al. 2013) or
+   smooth (De Groote et al. 2016, eq. 1-2). */
 #include "activation.h"
 
 #include "../../math/elementary.h"
 
 #include <math.h>
 
-/* In a step of a rule that is not stable for any. */
+/* Maximum decay in a step of a method that is only conditionally stable. */
 #define MAX_DECAY 0.14
 #define MAX_ACTIVATION_STEPS 256
 
-/* tanh of |y| <= 0.11, to 2e-11 of it, which no step of order four tells from the whole. */
+/* Approximation of tanh for |y| <= 0.11, with the relative error 2e-11, which is negligible in a step of
+   order four. */
 #define SMALL_TANH 0.11
 static inline real small_tanh(real y)
 {
@@ -24,7 +25,7 @@ static inline real quick_tanh(real y)
     return value_of(fabs(y)) > SMALL_TANH ? hyperbolic_tangent(y) : small_tanh(y);
 }
 
-/* The largest 1 / tau between a and u: it falls with a while rising, and grows while falling. */
+/* Return the maximum 1 / tau between a and u: it decreases with a while rising, and increases while falling. */
 static inline real quickest(const real *k, real a, real u)
 {
     const int is_rising = value_of(u) > value_of(a);
@@ -34,7 +35,7 @@ static inline real quickest(const real *k, real a, real u)
     return larger(rise, fall);
 }
 
-/* 1 / tau */
+/* Return 1 / tau. */
 static inline real activation_quickness(const real *k, real a, real u)
 {
     const real slowness = 0.5 + 1.5 * a;
@@ -50,7 +51,7 @@ real activation_rate(const real *k, real a, real u)
     return (u - a) * activation_quickness(k, a, u);
 }
 
-/* The classical Runge-Kutta rule of order 4. */
+/* Advance by the classical fourth-order Runge-Kutta method. */
 static inline real accurate_step(const real *k, real a, real u, real h)
 {
     const real one = (u - a) * activation_quickness(k, a, u);
@@ -63,7 +64,7 @@ static inline real accurate_step(const real *k, real a, real u, real h)
     return a + h / 6 * (one + 2 * two + 2 * three + four);
 }
 
-/* The exponential midpoint rule, for steps that are long against tau: a never passes u. */
+/* Advance by the exponential midpoint rule, for steps that are long compared to tau: a never passes u. */
 static real stable_step(const real *k, real a, real u, real h)
 {
     const real middle = u + (a - u) / (1 + activation_quickness(k, a, u) * h / 2);
@@ -86,9 +87,10 @@ real activation_after(const real *k, real a, real u, real h)
     return hill_activation(k, a);
 }
 
-/* ------------------------------------------------------------------------------------ side by side */
+/* ------------------------------------------------------------------------------------ several muscles at
+   once */
 
-/* As quickness, times (u - a); no smoothing is 0. */
+/* Compute activation_quickness times (u - a); 0 means no smoothing. */
 static void find_rates(const activations *s, const real *at, real *restrict rate)
 {
     for (int i = 0; i < s->count; i++) {
@@ -103,7 +105,7 @@ static void step_to(const activations *s, real part, const real *rate, real *res
     for (int i = 0; i < s->count; i++) to[i] = s->a[i] + part * s->step[i] * rate[i];
 }
 
-/* As quickest, times h. */
+/* Compute quickest times h. */
 static void find_decays(activations *s, real h)
 {
     for (int i = 0; i < s->count; i++) {
@@ -112,7 +114,7 @@ static void find_decays(activations *s, real h)
     }
 }
 
-/* As accurate_step. */
+/* Advance all by accurate_step. */
 static void step_all(activations *s)
 {
     real at[ACTIVATIONS] = {0}, one[ACTIVATIONS], two[ACTIVATIONS], three[ACTIVATIONS], four[ACTIVATIONS];
@@ -127,7 +129,7 @@ static void step_all(activations *s)
         s->a[i] += s->step[i] / 6 * (one[i] + 2 * two[i] + 2 * three[i] + four[i]);
 }
 
-/* One step, or two halves of it; if that is too long, by itself. */
+/* Advance by one step or two half steps; if a step is still too long, advance the muscle separately. */
 void activations_finish(activations *s, real h)
 {
     int is_any_halved = 0;
@@ -151,7 +153,7 @@ void activations_finish(activations *s, real h)
 void activations_add(activations *s, const real *k, real *a, real u, real h)
 {
     const real smoothing = k[HILL_SMOOTHING];
-    if (smoothing == 0 || value_of(smoothing) > SMALL_TANH) { /* a switch is soon done by itself */
+    if (smoothing == 0 || value_of(smoothing) > SMALL_TANH) { /* a switch is fast enough separately */
         *a = activation_after(k, *a, u, h);
         return;
     }

@@ -6,18 +6,18 @@
 #include <stddef.h>
 
 #define MAX_BEZIER_STEPS 40
-/* Of Newton's rule: what is left is about its square. */
+/* Last step of Newton's method: the remaining error is about its square. */
 #define LAST_BEZIER_STEP PRECISE(1e-9, 1e-4)
-/* Of Chebyshev's rule: what is left is about its cube. */
+/* Last step of Chebyshev's method: the remaining error is about its cube. */
 #define LAST_LONG_STEP PRECISE(4e-5, 1e-3)
-/* Slopes that differ by less meet nowhere, but for rounding errors. */
+/* Minimum difference of two slopes whose tangents intersect, due to rounding errors. */
 #define MIN_TURN PRECISE(1.5e-8, 3.5e-4)
-/* Of values of a curve, which are about 1. */
+/* Tolerance of values of a curve, which are about 1. */
 #define BEZIER_ROUNDING PRECISE(1e-12, 1e-4)
 
 enum { CELLS = 0, X = 1, Y = X + 5, TABLE = Y + 5 };
 
-/* Where the tangents of two knots meet; the middle of equal ones. */
+/* Return where the tangents of two knots intersect; the middle if the slopes are equal. */
 static real corner(const real *start, const real *end)
 {
     const real turn = start[2] - end[2];
@@ -37,7 +37,8 @@ int bezier_is_sound(const real *curve, int pieces)
     return 1;
 }
 
-/* The coefficients of a quintic with the control points a, b, b, c, c, d, from that of t on. */
+/* Compute the coefficients of a quintic with the control points a, b, b, c, c, d, starting with the
+   coefficient of t. */
 static void expand(real a, real b, real c, real d, real *k)
 {
     const real one = 5 * (b - a), two = 30 * (c - b), three = 5 * (d - c);
@@ -45,7 +46,7 @@ static void expand(real a, real b, real c, real d, real *k)
     k[3] = -(2 * one + two) / 2, k[4] = (one + two + three) / 5;
 }
 
-/* A quintic that begins with 0. */
+/* Evaluate a quintic that starts with 0. */
 static inline real quintic(const real *k, real t)
 {
     const real tt = t * t;
@@ -58,7 +59,7 @@ static inline real quintic_rate(const real *k, real t)
     return (k[0] + t * (2 * k[1])) + tt * ((3 * k[2] + t * (4 * k[3])) + tt * (5 * k[4]));
 }
 
-/* t where x(t) is x; x(t) rises from 0 to `width`. By Newton's rule, from the straight line. */
+/* Return t with x(t) = x; x(t) rises from 0 to `width`. Newton's method starts from the straight line. */
 static real searched(const real *k, real width, real x)
 {
     real low = 0, high = 1, t = x / width;
@@ -77,7 +78,7 @@ static real searched(const real *k, real width, real x)
     return t;
 }
 
-/* What a piece is made of, between two knots with the tangents' share `part`. */
+/* Compute a piece between two knots; the tangents have the length share `part`. */
 static void prepare_piece(const real *start, real part, real *piece)
 {
     const real *end = start + 3, width = end[0] - start[0];
@@ -99,7 +100,7 @@ void bezier_prepare(real *curve, int pieces, const real *curviness)
         prepare_piece(curve + 3 * i, 0.1 + 0.8 * curviness[i], piece);
 }
 
-/* One step of Chebyshev's rule, of order three, from t to where x(t) is x. */
+/* Return one step of Chebyshev's method, of third order, from t towards x(t) = x. */
 static inline real improved(const real *k, real x, real t)
 {
     const real tt = t * t, per = 1 / quintic_rate(k, t), off = (quintic(k, t) - x) * per;
@@ -107,13 +108,15 @@ static inline real improved(const real *k, real x, real t)
     return t - off * (1 + off * (half_bend * per));
 }
 
-/* Where x lies on a curve: its piece, which begins at a knot, x from there, and about the parameter. */
+/* Position of x on a curve: its piece, which begins at a knot, x relative to the knot, and the approximate
+   parameter. */
 typedef struct {
     const real *knot, *piece;
     real x, t;
 } place;
 
-/* The parameter is that of a cubic through the ends of its cell. 0 if x is beyond all pieces. */
+/* Find the piece and the approximate parameter, by a cubic in its cell. Return 0 if x is outside of all
+   pieces. */
 static inline int find(const real *curve, int pieces, real x, place *at)
 {
     const real *last = curve + 3 * pieces;
@@ -129,7 +132,8 @@ static inline int find(const real *curve, int pieces, real x, place *at)
     return 1;
 }
 
-/* From the first step, which took the parameter from `was` to at->t, and is all that most need. */
+/* Iterate from the first step, which changed the parameter from `was` to at->t. Mostly this step is
+   sufficient. */
 static inline real search(const place *at, real was)
 {
     real t = at->t;
@@ -141,7 +145,7 @@ static inline real search(const place *at, real was)
     return searched(at->piece + X, at->knot[3] - at->knot[0], at->x);
 }
 
-/* As search; with the parameter's tangent, which comes to rest one step later than its value. */
+/* Do the same as search, with the tangent of the parameter, which converges one step later than its value. */
 static inline real parameter(const place *at, real was)
 {
     const real t = search(at, was), *k = at->piece + X;

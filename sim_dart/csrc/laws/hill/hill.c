@@ -1,4 +1,4 @@
-/* Muscles of Hill's type: rigid and elastic tendons. */
+/* Hill-type muscles: rigid and elastic tendons. */
 #include "hill.h"
 
 #include "../../math/elementary.h"
@@ -7,12 +7,12 @@
 #include <math.h>
 #include <string.h>
 
-/* What all of Hill's type begin with, which is all but one of Schutte's parameters. */
+/* First parameters of all Hill-type laws: all but one of those of Schutte. */
 typedef hill_schutte1993_parameters hill_parameters;
 
-/* Last steps of Newton's rule, in optimal fibre lengths and in largest contraction velocities. */
+/* Last steps of Newton's method, in optimal fibre lengths and in maximum contraction velocities. */
 #define LAST_HILL_STEP PRECISE(1e-8, 1e-4)
-/* Fibre velocities are looked for within this many largest contraction velocities. */
+/* Range of the search for fibre velocities, in maximum contraction velocities. */
 #define MAX_VELOCITY 1e6
 
 void hill_prepare(const void *parameters, real shortest, real steepest, real damping, real smoothing,
@@ -33,7 +33,7 @@ void hill_prepare(const void *parameters, real shortest, real steepest, real dam
     k[HILL_LEAST_ACTIVATION] = p->minimum_activation, k[HILL_SMOOTHING] = smoothing;
 }
 
-/* Fibre force over F0, along the fibre; with its derivatives by fibre length [1/m] and velocity. */
+/* Return the fibre force over F0, along the fibre, with its derivatives by fibre length [1/m] and velocity. */
 static real fibre_force(const hill_curves *f, const real *k, real a, real fibre, real w,
                         real *by_length, real *by_velocity)
 {
@@ -69,8 +69,8 @@ real hill_elastic_tension(const hill_curves *f, const real *k, const real *x, re
     return k[HILL_FORCE] * tendon_force(f, k, l - projected_length(k, fibre), &slope);
 }
 
-/* Fibre force along the tendon less tendon force, over F0. The fibre's velocity is `w`, or, where
-   `time` > 0, that which brings it from `from` to its length in that time.                            */
+/* Difference of the fibre force along the tendon and the tendon force, over F0. The fibre velocity is `w`;
+   or, if `time` > 0, the velocity with which the fibre moves from `from` to its length in that time. */
 typedef struct {
     const hill_curves *curves;
     const real *k;
@@ -101,8 +101,8 @@ static real excess_by_velocity(const void *data, real w, real *derivative)
     return force * cosine - tendon_force(b->curves, b->k, b->l - along, &tendon_slope);
 }
 
-/* The fibre length at which the forces are in balance. At `longest` the tendon is slack and the fibre does
-   not push, so the excess is not negative there.                                                      */
+/* Return the fibre length at which the forces are in equilibrium. At `longest` the tendon is slack and the
+   fibre does not push, so the difference is not negative there. */
 static real balanced_length(const balance *b, real guess)
 {
     const real *k = b->k, along = b->l - k[HILL_SLACK];
@@ -137,9 +137,9 @@ void hill_rates(const hill_curves *f, const real *k, const real *x, real l, real
     xd[1] = value_of(x[1]) <= value_of(k[HILL_SHORTEST]) ? larger(w, 0) * k[HILL_SPEED] : w * k[HILL_SPEED];
 }
 
-/* Two implicit stages of a rule of order 2 that damps what is too stiff for the step (SDIRK2, L-stable):
-   a stage is a balance of forces with the fibre's mean velocity, which exists also for a muscle that is
-   not active and not damped.                                                                          */
+/* Advance by two implicit stages of an L-stable method of order 2 (SDIRK2), which damps stiff components. A
+   stage is a force equilibrium with the mean fibre velocity; it exists also for a muscle without activation
+   and damping. */
 void hill_advance_fibre(const hill_curves *f, const real *k, real *x, real early, real l, real v, real h)
 {
     if (!k[HILL_ELASTIC] || !(value_of(h) > 0)) return;

@@ -1,10 +1,10 @@
-/* What muscles of Hill's type share: a fibre at an angle to its tendon, and activation.
+/* Common part of Hill-type muscles: a fibre at a pennation angle to its tendon, and activation.
 
-       F0 (a fL(z) fV(w) + fPE(z) + beta w) cos(alpha) = F0 fT(lT)
+     F0 (a fL(z) fV(w) + fPE(z) + beta w) cos(alpha) = F0 fT(lT)
 
-   with z the fibre length over its optimum, w the fibre's velocity over the largest contraction velocity,
-   positive while lengthening, lT the tendon length over its slack length. The fibre's thickness is
-   constant: (fibre length) sin(alpha) = height.                                                       */
+   with z the fibre length over its optimum, w the fibre velocity over the maximum contraction velocity,
+   positive while lengthening, and lT the tendon length over its slack length. The thickness of the fibre is
+   constant: (fibre length) sin(alpha) = height. */
 #ifndef CARDSFLOW_HILL_H
 #define CARDSFLOW_HILL_H
 
@@ -12,24 +12,25 @@
 
 #include <math.h>
 
-/* Beyond this normalised length or velocity curves continue as constants: nothing overflows. */
+/* Beyond this normalised length or velocity, curves are constant to avoid overflow. */
 #define HILL_FARTHEST 1e6
 
-/* y(x) and, unless `slope` is NULL, dy/dx. */
+/* Return y(x) and, unless `slope` is NULL, dy/dx. */
 typedef real hill_curve(const real *k, real x, real *slope);
 
 typedef struct {
     hill_curve *active, *velocity, *passive, *tendon;
-    /* By activation, what the largest contraction velocity is multiplied with; NULL for 1. */
+    /* Factor of the maximum contraction velocity, by activation; NULL for 1. */
     real (*speed)(real a);
-    /* fL(z) fV(w), and fPE(z), at once, if that is quicker; NULL if it is not. */
+    /* fL(z) fV(w) and fPE(z) in one call, if this is faster; otherwise NULL. */
     real (*product)(const real *k, real z, real w, real *passive);
 } hill_curves;
 
-/* How far into a step the first stage of hill_advance is. */
+/* Time of the first stage of hill_advance as a fraction of the step. */
 static const real HILL_STAGE = 0.2928932188134524756; /* 1 - 1 / sqrt(2) */
 
-/* Fibres stay longer than `shortest` optimal lengths, and their angle below `steepest`. */
+/* Compute the constants. Fibres stay longer than `shortest` optimal lengths, and their angle stays below
+   `steepest`. */
 CORE_INSIDE void hill_prepare(const void *parameters, real shortest, real steepest, real damping,
                               real smoothing, real *k);
 CORE_INSIDE real hill_elastic_tension(const hill_curves *f, const real *k, const real *x, real l);
@@ -37,12 +38,12 @@ CORE_INSIDE void hill_rates(const hill_curves *f, const real *k, const real *x, 
                             real *xd);
 CORE_INSIDE void hill_start(const hill_curves *f, const real *k, real l, real u, real *x);
 CORE_INSIDE void hill_advance(const hill_curves *f, const real *k, real *x, real l, real v, real u, real h);
-/* The fibre alone, with its activation x[0] at the end, and `early` after HILL_STAGE h. */
+/* Advance the fibre, with its activation x[0] at the end of the step and `early` after HILL_STAGE h. */
 CORE_INSIDE void hill_advance_fibre(const hill_curves *f, const real *k, real *x, real early, real l, real v,
                                     real h);
 CORE_INSIDE real hill_curve_by_name(const hill_curves *f, const real *k, const char *name, real x, real *slope);
 
-/* fL(z) fV(w), and fPE(z) */
+/* Return fL(z) fV(w) and compute fPE(z). */
 static inline real hill_product(const hill_curves *f, const real *k, real z, real w, real *passive)
 {
     if (f->product) return f->product(k, z, w, passive);
@@ -50,7 +51,8 @@ static inline real hill_product(const hill_curves *f, const real *k, real z, rea
     return f->active(k, z, NULL) * f->velocity(k, w, NULL);
 }
 
-/* Here, so that it is compiled together with the curves: it is what most muscles ask for in each step. */
+/* This function is in the header so that it is compiled together with the curves: most muscles call it in
+   each step. */
 static inline real hill_rigid_tension(const hill_curves *f, const real *k, real a, real l,
                                       real v)
 {
@@ -65,7 +67,7 @@ static inline real hill_rigid_tension(const hill_curves *f, const real *k, real 
     return k[HILL_FORCE] * (active + passive + k[HILL_DAMPING] * w) * cosine;
 }
 
-/* The functions of `law` that its curves, `law`_curves, decide on. */
+/* Define the functions of `law` that depend on its curves, `law`_curves. */
 #define HILL_FUNCTIONS(law)                                                                            \
     static real law##_tension(const real *k, const real *x, real l, real v, real u)                    \
     {                                                                                                  \

@@ -1,8 +1,9 @@
 /* hill_degroote2016: curves in closed form, twice continuously differentiable.
 
    De Groote, Kinney, Rao & Fregly 2016, Ann. Biomed. Eng. 44: Evaluation of direct collocation optimal
-   control problem formulations for solving the muscle redundancy problem. The numbers are those of
-   OpenSim's DeGrooteFregly2016Muscle: more digits than printed, so that fL(1) = 1 and fV(0) = 1.      */
+   control problem formulations for solving the muscle redundancy problem. The coefficients are those of
+   OpenSim's DeGrooteFregly2016Muscle, which have more digits than the paper, so that fL(1) = 1 and fV(0) =
+   1. */
 #include "../../math/elementary.h"
 #include "hill.h"
 
@@ -18,7 +19,7 @@ enum {
     DEGROOTE_CONSTANTS
 };
 
-/* Three Gauss curves, each of height BELL[0] about BELL[1], as wide as BELL[2] + BELL[3] z. */
+/* Three Gauss curves of height BELL[0] about BELL[1] with width BELL[2] + BELL[3] z. */
 enum { BELLS = 3 };
 static const real BELL[BELLS][4] = {
     {0.8150671134243542, 1.055033428970575, 0.162384573599574, 0.063303448465465},
@@ -26,7 +27,7 @@ static const real BELL[BELLS][4] = {
     {0.1, 1.0, 0.353553390593274, 0.0},
 };
 
-/* The active curve's length: its width is scaled. */
+/* Return the length for the active curve, whose width is scaled. */
 static inline real scaled(const real *k, real x)
 {
     return (x - 1) * k[DEGROOTE_PER_WIDTH] + 1;
@@ -73,7 +74,7 @@ static real degroote_passive(const real *k, real x, real *slope)
     return (y - k[DEGROOTE_PASSIVE_FOOT]) * k[DEGROOTE_PASSIVE_SCALE];
 }
 
-/* Four exponentials at once. */
+/* Compute four exponentials at once. */
 static real degroote_product(const real *k, real x, real w, real *passive)
 {
     const real z = scaled(k, x);
@@ -96,7 +97,7 @@ static const hill_curves degroote_curves = {degroote_active, degroote_velocity, 
                                             degroote_tendon, NULL,              degroote_product};
 HILL_FUNCTIONS(degroote)
 
-/* The passive curve is 0 at the shortest fibre and 1 at its strain. */
+/* Compute the constants. The passive curve is 0 at the minimum fibre length and 1 at its strain. */
 static void degroote_prepare(const void *parameters, real *k)
 {
     const hill_degroote2016_parameters *p = parameters;

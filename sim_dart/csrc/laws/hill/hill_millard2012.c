@@ -1,7 +1,7 @@
 /* hill_millard2012: curves of Bezier pieces, with or without fibre damping.
 
-   Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135: Flexing computational muscle. Where the knots
-   lie follows OpenSim's Millard2012EquilibriumMuscle.                                                 */
+   Millard, Uchida, Seth & Delp 2013, J. Biomech. Eng. 135: Flexing computational muscle. The knots are those
+   of OpenSim's Millard2012EquilibriumMuscle. */
 #include "../../math/elementary.h"
 #include "bezier.h"
 #include "hill.h"
@@ -18,7 +18,7 @@ enum {
     MILLARD_CONSTANTS = MILLARD_TENDON + BEZIER_SIZE(TENDON_PIECES)
 };
 
-/* Below this, fibre damping counts as none. */
+/* Fibre damping below this value is ignored. */
 static const real MIN_DAMPING = 0.001;
 
 static void set_knot(real *knot, real x, real y, real slope)
@@ -26,14 +26,14 @@ static void set_knot(real *knot, real x, real y, real slope)
     knot[0] = x, knot[1] = y, knot[2] = slope;
 }
 
-/* An elastic tendon without fibre damping takes the velocity from the force, so no curve may be flat or
-   zero then.                                                                                          */
+/* Return whether the law divides by a curve: with an elastic tendon and without fibre damping the velocity
+   is computed from the force, so no curve may be flat or zero. */
 static int is_singular(const hill_millard2012_parameters *p)
 {
     return p->elastic_tendon != 0 && value_of(p->fibre_damping) < value_of(MIN_DAMPING);
 }
 
-/* Five elbows: up steeply, up slowly, over the top, down, out. */
+/* Prepare five pieces: steep rise, slow rise, plateau, descent, tail. */
 static void prepare_active(const hill_millard2012_parameters *p, real *curve)
 {
     const real least = is_singular(p) ? larger(p->active_minimum, 0.1) : p->active_minimum;
@@ -51,7 +51,7 @@ static void prepare_active(const hill_millard2012_parameters *p, real *curve)
 
 static void prepare_velocity(const hill_millard2012_parameters *p, real *curve)
 {
-    const real near = 0.9, least = is_singular(p) ? 0.5 : 0; /* part of the slope near vmax */
+    const real near = 0.9, least = is_singular(p) ? 0.5 : 0; /* share of the slope near vmax */
     const real shorten_near = p->concentric_slope_near_vmax;
     const real lengthen_near = p->eccentric_slope_near_vmax, most = p->eccentric_force;
     const real shorten = larger(p->concentric_slope_at_vmax, least * shorten_near);
@@ -73,7 +73,7 @@ static void prepare_passive(const hill_millard2012_parameters *p, real *curve)
     set_knot(curve + 6, one, 1, steep);
 }
 
-/* A toe of two elbows; the line that follows goes through F0 at its strain. */
+/* Prepare a toe of two pieces; the straight line after it reaches F0 at the strain of the tendon. */
 static void prepare_tendon(const hill_millard2012_parameters *p, real *curve)
 {
     const real strain = p->tendon_strain, toe = p->tendon_toe_force;
@@ -101,7 +101,7 @@ static void prepare_curves(const hill_millard2012_parameters *p, real *k)
                    (const real[]){p->tendon_curviness, p->tendon_curviness});
 }
 
-/* What rounding leaves of the rules of the table: no piece of a curve turns back. */
+/* Check that no piece of a curve turns back, which the bounds of the parameters cannot guarantee. */
 static const char *millard_refusal(const void *parameters)
 {
     real k[MILLARD_CONSTANTS];
@@ -162,7 +162,7 @@ static const hill_curves millard_curves = {millard_active, millard_velocity, mil
                                            millard_tendon, NULL,             millard_product};
 HILL_FUNCTIONS(millard)
 
-/* All that curves depend on begins with whether the tendon is elastic. */
+/* First constant that the curves depend on: whether the tendon is elastic. */
 TENSION_LAW(hill_millard2012) = {
     HILL_LAW(millard, MILLARD_CONSTANTS),
     .refusal = WHEN_OPENED(millard_refusal),

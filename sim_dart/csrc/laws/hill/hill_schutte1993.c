@@ -1,19 +1,19 @@
-/* hill_schutte1993: curves through points, Hill's hyperbola and another one for lengthening, and an activation
-   that rises the quicker the more it is excited.
+/* hill_schutte1993: curves through points, Hill's hyperbola and another one for lengthening, and an
+   activation that rises faster with higher excitation.
 
    Schutte, Rodgers, Zajac & Glaser 1993, IEEE Trans. Rehabil. Eng. 1: Improving the efficacy of electrical
-   stimulation-induced leg cycle ergometry; as OpenSim has it, with the curves of its model of the wrist:
+   stimulation-induced leg cycle ergometry; as implemented in OpenSim, with the curves of its wrist model:
 
-       fV(w) = 0.15 (1 + w) / (0.15 - w) for w < 0, (1.4 w + k) / (w + k) else, k = 0.13 0.15 / 1.15
-       a' = (u - a) (u / tau_a + (1 - u) / tau_d) while it rises, (u - a) / tau_d while it falls             */
+     fV(w) = 0.15 (1 + w) / (0.15 - w) for w < 0, (1.4 w + k) / (w + k) else, k = 0.13 0.15 / 1.15
+     a' = (u - a) (u / tau_a + (1 - u) / tau_d) while it rises, (u - a) / tau_d while it falls */
 #include "../../math/elementary.h"
 #include "hill.h"
 
 #include <math.h>
 #include <stddef.h>
 
-/* Where a piece begins, and a, b, c, d of a + D (b + D (c + D d)), D from there: OpenSim's splines through the
-   points that the tests have.                                                                              */
+/* Begin of a piece, and a, b, c, d of a + D (b + D (c + D d)), with D the distance from the begin: OpenSim's
+   splines through the points that the tests contain. */
 static const real SCHUTTE_TENDON[][5] = {
     {0, 0, 3.4275708665873026, 5875.842767334536, -1678602.6936864045},
     {0.00131, 0.0108, 10.18032866909807, -721.0658188530332, 370934.8411176944},
@@ -117,7 +117,7 @@ static real schutte_quickness(const real *k, real a, real u)
     return value_of(u) >= value_of(a) ? u * k[HILL_RISE] + (1 - u) * k[HILL_FALL] : k[HILL_FALL];
 }
 
-/* After a time, exactly: its quickness depends on the excitation alone. */
+/* Return the activation after a time h, exactly: its rate depends on the excitation only. */
 static real schutte_activation(const real *k, real a, real u, real h)
 {
     a = hill_activation(k, a);

@@ -1,7 +1,7 @@
-/* hill_thelen2003: a bell, exponentials, and Hill's hyperbola, whose velocity scales with activation.
+/* hill_thelen2003: a Gauss curve, exponentials, and Hill's hyperbola, whose velocity scales with activation.
 
    Thelen 2003, J. Biomech. Eng. 125: Adjustment of muscle mechanics model parameters to simulate dynamic
-   contractions in older adults. The tendon's toe is exact: it joins the line with equal slope.        */
+   contractions in older adults. The toe of the tendon is exact: it joins the straight line with equal slope. */
 #include "../../math/elementary.h"
 #include "hill.h"
 
@@ -15,7 +15,7 @@ enum {
     THELEN_CONCENTRIC_SHAPE,
     THELEN_ECCENTRIC_FORCE,
     THELEN_ECCENTRIC_SHAPE,
-    THELEN_LINEAR_FROM, /* velocity */
+    THELEN_LINEAR_FROM, /* begin of the linear part: velocity */
     THELEN_TOE_STRAIN,
     THELEN_TOE_SCALE,
     THELEN_TENDON_SLOPE,
@@ -23,7 +23,8 @@ enum {
 };
 
 static const real TOE_FORCE = 0.33, TOE_SHAPE = 3;
-/* In optimal lengths: OpenSim bounds fibres by their pennation only. Above 0, as it is divided by. */
+/* Minimum fibre length, in optimal lengths: OpenSim bounds fibres by their pennation only. It is above 0
+   since it is a divisor. */
 static const real MIN_LENGTH = PRECISE(1e-12, 1e-6);
 
 static real thelen_active(const real *k, real x, real *slope)
@@ -33,7 +34,8 @@ static real thelen_active(const real *k, real x, real *slope)
     return y;
 }
 
-/* Hill's hyperbola, to w = -1 where a fibre shortens without force, and its mirror for lengthening. */
+/* Evaluate Hill's hyperbola, to w = -1 where a fibre shortens without force, and its mirror image for
+   lengthening. */
 static real thelen_hyperbola(const real *k, real w, real *slope)
 {
     const real most = value_of(w) < 0 ? 0 : k[THELEN_ECCENTRIC_FORCE];
@@ -44,7 +46,8 @@ static real thelen_hyperbola(const real *k, real w, real *slope)
     return top / under;
 }
 
-/* Beyond where the hyperbola ends, and near to its upper asymptote, it continues as a line. */
+/* Evaluate the force-velocity curve: beyond the end of the hyperbola, and near its upper asymptote, it is a
+   straight line. */
 static real thelen_velocity(const real *k, real w, real *slope)
 {
     real own;
@@ -78,7 +81,7 @@ static real thelen_tendon(const real *k, real x, real *slope)
     return grown * k[THELEN_TOE_SCALE];
 }
 
-/* A muscle that is not active shortens at a quarter of the speed. */
+/* Return the factor of the maximum velocity: an inactive muscle shortens at a quarter of the speed. */
 static real thelen_speed(real a)
 {
     return 0.25 + 0.75 * a;
@@ -95,8 +98,8 @@ static void thelen_prepare(const void *parameters, real *k)
     k[THELEN_ECCENTRIC_FORCE] = most;
     k[THELEN_ECCENTRIC_SHAPE] = (2 + 2 / p->concentric_shape) / (most - 1);
     k[THELEN_LINEAR_FROM] = (bent - 1) / (k[THELEN_ECCENTRIC_SHAPE] * (most - bent));
-    /* The toe rises to TOE_FORCE with the line's slope: its strain e_t is that where
-       TOE_SHAPE TOE_FORCE exp(TOE_SHAPE) / (exp(TOE_SHAPE) - 1) / e_t = (1 - TOE_FORCE) / (strain - e_t) */
+    /* The toe rises to TOE_FORCE with the slope of the straight line. Its strain e_t solves
+          TOE_SHAPE TOE_FORCE exp(TOE_SHAPE) / (exp(TOE_SHAPE) - 1) / e_t = (1 - TOE_FORCE) / (strain - e_t) */
     const real grown = exponential(TOE_SHAPE), toe_slope = TOE_SHAPE * TOE_FORCE * grown / (grown - 1);
     k[THELEN_TOE_STRAIN] = p->tendon_strain * toe_slope / (1 - TOE_FORCE + toe_slope);
     k[THELEN_TOE_SCALE] = TOE_FORCE / (grown - 1);

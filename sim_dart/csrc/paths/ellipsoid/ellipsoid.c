@@ -1,20 +1,21 @@
 /* A cable over one ellipsoid: two tangents and a geodesic between them, found by shooting.
 
-   The tangents from the end a touch on an ellipse, at the angle alpha say (see fan.h); so do those from b, at
-   beta. The geodesic that continues from the one at alpha comes, after the way s, to a point Q with the direction
-   T; the tangent to b begins at P with the direction t. With m across t on the surface the cable is taut where
+   The tangents from the end a touch the ellipsoid on an ellipse, at the angle alpha (see fan.h); the
+   tangents from b, at the angle beta. The geodesic that continues the tangent at alpha reaches, after the
+   length s, a point Q with the direction T. The tangent to b begins at P with the direction t. With m
+   perpendicular to t on the surface, the cable is taut if
 
-       (Q - P).t = 0,    (Q - P).m = 0,    T.m = 0.
+     (Q - P).t = 0,    (Q - P).m = 0,    T.m = 0.
 
-   Newton's rule solves this for s, alpha and beta; the derivative of Q and T by alpha is a Jacobi field, which
-   is integrated with the geodesic. It begins at the shortest ways in planes (fan.c), at each one that is shorter
-   than those next to it, and the shortest that is found counts: the length depends on the ends alone, not on
-   earlier moves. Its gradient is that of the straight parts (envelope theorem).
+   Newton's method solves this for s, alpha and beta. The derivative of Q and T by alpha is a Jacobi field,
+   which is integrated with the geodesic. The search starts at the shortest plane paths (fan.c), at each
+   local minimum among neighbouring planes. The shortest solution is selected: the length depends only on the
+   ends, not on earlier moves. Its gradient is that of the straight parts (envelope theorem).
 
-   An end inside has the ellipsoid shrink in proportion to pass through it, as a sphere does. The length is then
-   a function of this scale c, too, and as it is homogeneous in a, b and c,
+   If an end is inside, the ellipsoid shrinks in proportion until its surface passes through the end, as for
+   a sphere. The length is then also a function of this scale c. Since it is homogeneous in a, b and c,
 
-       c dl/dc = l - a.dl/da - b.dl/db.                                                                     */
+     c dl/dc = l - a.dl/da - b.dl/db. */
 #include "ellipsoid.h"
 
 #include "../../math/elementary.h"
@@ -27,28 +28,28 @@
 
 #define MAX_SHOTS 40
 #define HALVINGS 6
-#define LAST_SHOT_STEP PRECISE(1e-8, 2e-4) /* of angles and the way: what is left is about its square */
-#define AS_GOOD PRECISE(1e-24, 1e-10)      /* of the square of what is left: only rounding errors are */
+#define LAST_SHOT_STEP PRECISE(1e-8, 2e-4) /* last step: the remaining error is about its square */
+#define AS_GOOD PRECISE(1e-24, 1e-10)      /* square of the residual that only rounding errors cause */
 #define MAX_TURN 0.5
-#define FINE_FROM 1e-3 /* steps below this are taken from geodesics to rounding errors */
+#define FINE_FROM 1e-3 /* after smaller steps, geodesics are computed up to rounding */
 #define FINE_TERM PRECISE(1e-15, 1e-8)
 #define ROUGH_TERM PRECISE(1e-9, 1e-7)
-#define MIN_CIRCLE 1e-3 /* of tangents: angles on smaller ones say nothing */
+#define MIN_CIRCLE 1e-3 /* minimum circle of tangents: on smaller ones angles are undefined */
 
-/* Ends and half axes in the ellipsoid's own frame, over the longest of its half axes. */
+/* Ends and half axes in the frame of the ellipsoid, divided by its longest half axis. */
 typedef struct {
     real R[3][3]; /* its axes in the world */
     real a[3], b[3], r[3], unit;
-    real scaled_a[3], scaled_b[3]; /* over the half axes */
-    int shrunk_by;                 /* 0, or 1 for a, 2 for b: the end that it passes through */
+    real scaled_a[3], scaled_b[3]; /* divided by the half axes */
+    int shrunk_by;                 /* 0; 1 or 2: it passes through the end a or b */
     real scale;
-    real nearest; /* where on the straight line, 0 to 1, it is nearest to the centre, scaled */
+    real nearest; /* position on the straight line, 0 to 1, nearest to the centre, scaled */
 } egg_view;
 
-/* Where a tangent touches: cable directions there and how they change with its angle. */
+/* Contact point of a tangent: directions of the cable there and their derivatives by the angle. */
 typedef struct {
-    real x[3], t[3], m[3]; /* point, direction from a to b, across it on the surface */
-    real span;             /* from the end */
+    real x[3], t[3], m[3]; /* point, direction from a to b, perpendicular to it on the surface */
+    real span;             /* length from the end */
     real by_t, by_m, turn; /* derivatives: of x along t and m, of t along m */
 } tangent_at;
 
@@ -61,7 +62,7 @@ typedef struct {
 
 /* ------------------------------------------------------------------------------ the ellipsoid and the ends */
 
-/* Whether the straight line clears it. */
+/* Compute the view. Return whether the straight line does not meet the ellipsoid. */
 static int view_egg(const wrap_surface *s, const real A[3], const real B[3], egg_view *v)
 {
     const real size[3] = {s->radius, s->half_axes[0], s->half_axes[1]};
@@ -95,7 +96,7 @@ static void shrink_egg(egg_view *v)
 
 /* ------------------------------------------------------------------------------ shooting */
 
-/* `sense`: 1 where the cable goes along the tangent, -1 where it comes against it. */
+/* `sense`: 1 if the cable runs along the tangent, -1 if it runs against it. */
 static void find_tangent(const egg_view *v, const tangent_cone *c, const real end[3], const real angle[2], int sense,
                          tangent_at *out)
 {
@@ -131,10 +132,10 @@ static void shoot(const egg_view *v, const tangent_cone cones[2], real last_term
     for (int k = 0; k < 3; k++) missed[k] = s->end.x[k] - s->b.x[k];
     s->gap[0] = dot3(missed, s->b.t), s->gap[1] = dot3(missed, s->b.m), s->gap[2] = dot3(s->end.v, s->b.m);
     s->square = dot3(s->gap, s->gap);
-    if (!(value_of(dot3(s->end.v, s->b.t)) > 0)) s->square += 4; /* it comes from the other side */
+    if (!(value_of(dot3(s->end.v, s->b.t)) > 0)) s->square += 4; /* it comes from the opposite direction */
 }
 
-/* By that angle, or nearly. */
+/* Turn a tangent by an angle, approximately. */
 static void turn_tangent(real angle[2], real by)
 {
     const real t = 0.5 * by, per = 1 / (1 + t * t), c = angle[0], s = angle[1];
@@ -149,7 +150,7 @@ static void move_way(way_over *way, const real step[3], real part)
     way->contact += part * step[2];
 }
 
-/* Newton's step of alpha, beta and s; its size. */
+/* Compute Newton's step of alpha, beta and s. Return its size. */
 static real aim(const shot *s, real step[3])
 {
     const real det = s->end.dj * s->b.by_m - s->end.j * s->b.turn;
@@ -160,7 +161,7 @@ static real aim(const shot *s, real step[3])
     return value_of(fabs(step[0])) + value_of(fabs(step[1])) + value_of(fabs(step[2]));
 }
 
-/* Whether it has been found; each step is shortened until it comes nearer. */
+/* Iterate. Each step is shortened until the residual decreases. Return whether it converges. */
 static int settle_way(const egg_view *v, const tangent_cone cones[2], shot *s)
 {
     int is_found = 0;
@@ -177,7 +178,7 @@ static int settle_way(const egg_view *v, const tangent_cone cones[2], shot *s)
         for (int halving = 0;; halving++, part *= 0.5) {
             next.way = s->way;
             move_way(&next.way, step, part);
-            if (is_last && (!HAS_TANGENT || is_found)) { /* only the tangents of the ends are asked for yet */
+            if (is_last && (!HAS_TANGENT || is_found)) { /* only the end tangents are needed */
                 find_tangent(v, cones, v->a, next.way.a, 1, &next.a);
                 find_tangent(v, cones + 1, v->b, next.way.b, -1, &next.b);
                 *s = next;
@@ -197,14 +198,14 @@ static real whole_length(const shot *s)
     return s->a.span + s->way.contact + s->b.span;
 }
 
-/* Whether the contact begins or ends in a half. */
+/* Return whether the contact begins or ends in a half. */
 static int is_on_side(const shot *s, int side)
 {
     const int k = (side < 0 ? -side : side) - 1, sign = side < 0 ? -1 : 1;
     return !side || value_of(sign * s->a.x[k]) >= 0 || value_of(sign * s->b.x[k]) >= 0;
 }
 
-/* The shortest of those found from that many planes; 0 if one of the starts leads nowhere. */
+/* Find the shortest solution from starts in a number of planes. Return 0 if a start does not converge. */
 static int search_ways(const egg_view *v, const tangent_cone cones[2], int planes, int side, shot *best, int *is_found)
 {
     way_over starts[MAX_STARTS];
@@ -217,7 +218,7 @@ static int search_ways(const egg_view *v, const tangent_cone cones[2], int plane
             is_complete = 0;
             continue;
         }
-        const int rank = is_on_side(&s, side) ? 2 : 1; /* those in the half come first */
+        const int rank = is_on_side(&s, side) ? 2 : 1; /* contacts in the half have priority */
         if (rank < *is_found) continue;
         if (rank > *is_found || value_of(whole_length(&s)) < value_of(whole_length(best))) *best = s;
         *is_found = rank;
@@ -225,7 +226,8 @@ static int search_ways(const egg_view *v, const tangent_cone cones[2], int plane
     return is_complete;
 }
 
-/* The way in the best plane, which is longer, for the few ends across a long ellipsoid where shooting fails. */
+/* Use the path in the best plane, which is longer, for the few cases across a long ellipsoid in which
+   shooting fails. */
 static int take_plane(const egg_view *v, const tangent_cone cones[2], shot *best)
 {
     way_over starts[MAX_STARTS];
@@ -236,7 +238,7 @@ static int take_plane(const egg_view *v, const tangent_cone cones[2], shot *best
     return 1;
 }
 
-/* Near a contact in the world, which need not be one of these ends; 0 if that leads nowhere. */
+/* Start from a contact in the world, possibly for other ends. Return 0 if this does not converge. */
 static int go_on_from(const wrap_surface *s, const egg_view *v, const tangent_cone cones[2], const contact *from,
                       shot *best)
 {
@@ -266,9 +268,9 @@ static int find_way(const wrap_surface *s, const egg_view *v, const wrap_way *wa
     return is_found || take_plane(v, cones, best);
 }
 
-/* ------------------------------------------------------------------------------ what it pulls */
+/* ------------------------------------------------------------------------------ pull */
 
-/* The directions, and what the scale adds to them, which is the distance of an end. */
+/* Compute the directions, and the contribution of the scale, which is the distance of an end. */
 static void direct_egg(const egg_view *v, const shot *s, pull *out)
 {
     real entering[3], leaving[3];
@@ -348,7 +350,7 @@ real ellipsoid_bend(const wrap_surface *s, const real touch[3], const real direc
     const real size = sqrt(dot3(n, n));
     for (int k = 0; k < 3; k++) {
         p.x[k] = v.a[k], p.v[k] = dot3(v.R[k], n) / size;
-        v.r[k] *= scale; /* an end within has it shrink */
+        v.r[k] *= scale; /* an end inside shrinks the ellipsoid */
     }
     geodesic_follow(v.r, way / v.unit, FINE_TERM, &p, &bend);
     return bend;

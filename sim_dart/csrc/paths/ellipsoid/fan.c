@@ -1,8 +1,8 @@
-/* A fan of planes through both ends of a cable: in each, the cable is taut over an ellipse.
+/* A fan of planes through both ends of a cable: in each plane the cable is taut over an ellipse.
 
-   Once scaled by its half axes, the ellipsoid is the unit sphere, planes stay planes and tangents stay
-   tangents, so that the ellipse is a circle there: tangents in closed form, the arc's length by chords. The
-   shortest of these plane ways is near the shortest way of all.                                          */
+   After scaling by its half axes, the ellipsoid is the unit sphere, and planes and tangents are preserved.
+   The ellipse becomes a circle: tangents are in closed form, the length of the arc is approximated by
+   chords. The shortest of these plane paths is close to the shortest path. */
 #include "fan.h"
 
 #include "../../math/elementary.h"
@@ -11,8 +11,8 @@
 #include <math.h>
 #include <string.h>
 
-#define CHORDS 8 /* a power of 2 */
-#define LONGER 1.2 /* than the shortest: what is not looked at */
+#define CHORDS 8 /* number of chords, a power of 2 */
+#define LONGER 1.2 /* relative length above which paths are ignored */
 
 /* cos(2 pi k / MANY_PLANES) */
 static const real PLANE_COSINE[MANY_PLANES / 4 + 1] = {
@@ -54,7 +54,7 @@ static real scaled_norm(const real r[3], const real v[3])
     return sqrt(dot3(w, w));
 }
 
-/* v, across the unit vector N, turned about it. */
+/* Turn v about the unit vector N, which is perpendicular to it. */
 static void turn_about(const real N[3], real cosine_, real sine_, const real v[3], real out[3])
 {
     real across[3];
@@ -62,10 +62,10 @@ static void turn_about(const real N[3], real cosine_, real sine_, const real v[3
     for (int k = 0; k < 3; k++) out[k] = cosine_ * v[k] + sine_ * across[k];
 }
 
-/* The arc from p, turned about N by an angle within 0 to 2 pi. */
+/* Return the length of the arc from p, turned about N by an angle from 0 to 2 pi. */
 static real arc_length(const real r[3], const real N[3], real cosine_, real sine_, const real p[3])
 {
-    int is_upper = value_of(sine_) < 0; /* beyond half a turn */
+    int is_upper = value_of(sine_) < 0; /* more than half a turn */
     for (int parts = CHORDS; parts > 1; parts /= 2) {
         sine_ = sqrt(larger(0.5 * (1 - cosine_), 0));
         cosine_ = (is_upper ? -1 : 1) * sqrt(larger(0.5 * (1 + cosine_), 0));
@@ -79,11 +79,12 @@ static real arc_length(const real r[3], const real N[3], real cosine_, real sine
         length += scaled_norm(r, chord);
         memcpy(from, to, sizeof from);
     }
-    const real half2 = 0.5 * (1 - cosine_); /* square of the sine of half a part: an arc over its chord */
+    const real half2 = 0.5 * (1 - cosine_); /* square of the sine of half a part: ratio of arc and chord */
     return length * (1 + half2 * (1.0 / 6 + half2 * (3.0 / 40)));
 }
 
-/* The way in the plane of the tangent of that cosine and sine from a; 0 if the plane has none. */
+/* Compute the path in the plane of the tangent from a with that cosine and sine. Return 0 if the plane does
+   not contain a path. */
 static int section(const real r[3], const tangent_cone cones[2], real cosine_, real sine_, plane_way *out)
 {
     const tangent_cone *A = cones, *B = cones + 1;
@@ -121,7 +122,7 @@ static int section(const real r[3], const tangent_cone cones[2], real cosine_, r
     return 1;
 }
 
-/* Of plane k of that many. */
+/* Compute the angle of plane k. */
 static void plane_angle(int k, int planes, real *cosine_, real *sine_)
 {
     const int quarter = MANY_PLANES / 4, at = k * (MANY_PLANES / planes), part = at % quarter;
@@ -131,20 +132,20 @@ static void plane_angle(int k, int planes, real *cosine_, real *sine_)
     *sine_ = turned == 0 ? s : turned == 1 ? c : turned == 2 ? -s : -c;
 }
 
-/* At the vertex of the parabola through the lengths in three planes, which are `step` apart. */
+/* Move to the vertex of the parabola through the lengths in three planes, which are `step` apart. */
 static void refine(const real r[3], const tangent_cone cones[2], real step, real before,
                    real after, plane_way *way)
 {
     const real bend = before + after - 2 * way->length;
     if (bend == 0) return;
-    const real t = 0.25 * step * (before - after) / bend; /* tangent of half the angle, nearly */
+    const real t = 0.25 * step * (before - after) / bend; /* tangent of half the angle, approximately */
     const real c = (1 - t * t) / (1 + t * t), s = 2 * t / (1 + t * t);
     const real ck = way->way.a[0], sk = way->way.a[1];
     plane_way refined;
     if (section(r, cones, c * ck - s * sk, c * sk + s * ck, &refined)) *way = refined;
 }
 
-/* Put a way into those found, in the order of their lengths; returns how many there are. */
+/* Insert a path into the found ones, sorted by length. Return their number. */
 static int insert(plane_way *found, int count, const plane_way *way)
 {
     int at = count < MAX_STARTS ? count : MAX_STARTS;

@@ -1,30 +1,29 @@
 /* Geodesics on an ellipsoid, by Taylor series.
 
-   On x'Ax = 1, A = diag(1/r^2), the acceleration is normal to the surface, along Ax, and as large as keeps x
-   on it. With g = |Ax|^2 the number D = (v'Av) g stays what it is along a geodesic (Joachimsthal), and the
-   curvature of the surface is K = det(A) / g^2. So the geodesic by its length s, and the distance j of one
-   next to it (Jacobi's equation, j'' = -K j), follow
+   On x'Ax = 1, A = diag(1/r^2), the acceleration is normal to the surface, along Ax, with the magnitude that
+   keeps x on it. With g = |Ax|^2 the number D = (v'Av) g is constant along a geodesic (Joachimsthal), and
+   the curvature of the surface is K = det(A) / g^2. So the geodesic, with its length s as parameter, and the
+   distance j of a neighbouring geodesic (Jacobi's equation, j'' = -K j) solve
 
-       x'' = -D w A x,     j'' = -det(A) w j,     w = g^-2.
+     x'' = -D w A x,     j'' = -det(A) w j,     w = g^-2.
 
-   The coefficients of their Taylor series follow from each other: those of g are sums of products of those of
-   x, and from g w' = -2 g' w
+   The coefficients of the Taylor series are computed recursively: those of g are sums of products of those
+   of x, and from g w' = -2 g' w
 
-       n g_0 w_n = - sum_{k=1..n} (n + k) g_k w_{n-k}.
+     n g_0 w_n = - sum_{k=1..n} (n + k) g_k w_{n-k}.
 
-   Its curvature is |x''| = D g^(-3/2), a power whose coefficients have n + k / 2 in the place of n + k.
-
-   Each step is as long as the last coefficients allow.                                                   */
+   The curvature of the geodesic is |x''| = D g^(-3/2), a power whose recursion has n + k / 2 instead of n +
+   k. The last coefficients determine the length of each step. */
 #include "geodesic.h"
 
 #include "../../math/elementary.h"
 
 #include <math.h>
 
-#define ORDER 16 /* a power of 2, whose root is found by square roots */
+#define ORDER 16 /* a power of 2, so that roots are square roots */
 #define MAX_STEPS 64
 
-/* Coefficients; those of x and of j side by side, so that processors take them together. */
+/* Coefficients; x and j are stored together, so that processors vectorise them. */
 typedef struct {
     real c[ORDER + 1][4], g[ORDER + 1], w[ORDER + 1];
 } taylor;
@@ -75,7 +74,7 @@ static real longest_step(const taylor *t, real last_term)
     return value_of(h);
 }
 
-/* Of all series at h, and their slopes. */
+/* Evaluate all series at h, and their derivatives. */
 static void sum_series(const taylor *t, real h, geodesic_point *p)
 {
     real sum[4] = {0, 0, 0, 0}, rise[4] = {0, 0, 0, 0};
@@ -85,7 +84,7 @@ static void sum_series(const taylor *t, real h, geodesic_point *p)
     p->j = sum[3], p->dj = rise[3];
 }
 
-/* The integral of the curvature over h. */
+/* Return the integral of the curvature over h. */
 static real bend_within(const real A[3], const taylor *t, real h)
 {
     real power[ORDER - 1], along = 0, sum = 0;

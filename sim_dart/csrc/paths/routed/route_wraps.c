@@ -1,9 +1,9 @@
-/* Where wraps by other programs' rules are on a path, and the way over them.
+/* Wraps with the rules of other programs: their segments, and the path over them.
 
-   OpenSim looks at one wrap after the other, each on the path over the others; of the segments in its range, and
-   of the straight parts between the others there, the first that meets its surface has it, else the one that
-   becomes longer by the least. This continues until nothing changes. The way over all that are found is then the
-   taut one, where OpenSim's own is an approximation.                                                      */
+   OpenSim processes one wrap after the other, each on the path over the others. Of the segments in its
+   range, and of the straight parts between other wraps, the wrap is on the first one that meets its surface,
+   otherwise on the one whose length increases least. This repeats until nothing changes. The path over all
+   wraps is then the taut one; OpenSim itself uses an approximation. */
 #include "route_wraps.h"
 
 #include "../../kinematics/tree.h"
@@ -24,14 +24,14 @@ static wrap_surface surface_of(const core *c, int32_t w)
     return placed_surface(c, c->blob.wrap_surface[w]);
 }
 
-/* By other programs' rules a cylinder's ends are not tapered. */
+/* Return the surface with infinite length: the rules of other programs do not taper the ends of a cylinder. */
 static wrap_surface without_ends(wrap_surface s)
 {
     s.half = 0;
     return s;
 }
 
-/* As wrap_rule, of a wrap between two points in the world. */
+/* Apply wrap_rule to a wrap between two points in the world. */
 static int judge(const core *c, int32_t w, const real A[3], const real B[3], wrap_way *way)
 {
     const wrap_surface s = surface_of(c, w);
@@ -56,9 +56,9 @@ static int32_t in_use_from(const core *c, int32_t k, int32_t end)
     return k;
 }
 
-/* ------------------------------------------------------------------------------ which part of the path */
+/* ------------------------------------------------------------------------------ segments of the path */
 
-/* The best place found for a wrap so far. */
+/* Best segment found for a wrap. */
 typedef struct {
     int32_t before;
     int rank, sense;
@@ -70,7 +70,7 @@ static real *touch_of(const core *c, int32_t w)
     return c->wrap_contact + CONTACT_NUMBERS * w + 12;
 }
 
-/* The wrap of a rank between point i and the next, but for one; -1 if there is none. */
+/* Return the wrap of a rank between point i and the next, skipping one; -1 if it does not exist. */
 static int32_t ranked(const core *c, const route *r, int32_t i, int rank, int32_t except)
 {
     for (int32_t w = r->wraps; w < r->wraps + r->wrap_count; w++)
@@ -78,7 +78,7 @@ static int32_t ranked(const core *c, const route *r, int32_t i, int rank, int32_
     return -1;
 }
 
-/* Try a straight part; 1 if its line meets the surface. */
+/* Evaluate a straight part. Return 1 if its line meets the surface. */
 static int try_part(const core *c, int32_t w, int32_t i, int rank, const real A[3], const real B[3], place_found *best)
 {
     wrap_way way;
@@ -112,14 +112,14 @@ static place_found find_place(const core *c, const route *r, int32_t w)
     return best;
 }
 
-/* Take a wrap off the path, or put it on it, with the ranks of those behind it. */
+/* Remove a wrap from the path, or insert it, and shift the ranks after it. */
 static void shift_ranks(core *c, const route *r, int32_t i, int rank, int by)
 {
     for (int32_t w = r->wraps; w < r->wraps + r->wrap_count; w++)
         if ((int32_t)value_of(c->wrap_before[w]) == i && (int)value_of(c->wrap_rank[w]) >= rank) c->wrap_rank[w] += by;
 }
 
-/* Whether it is elsewhere than before. */
+/* Place a wrap again. Return whether its segment has changed. */
 static int replace_wrap(core *c, const route *r, int32_t w)
 {
     const int32_t was = (int32_t)value_of(c->wrap_before[w]);
@@ -154,7 +154,7 @@ void route_wraps_choose(core *c, route *r)
     }
 }
 
-/* ------------------------------------------------------------------------------ the way over them */
+/* ------------------------------------------------------------------------------ path over the wraps */
 
 static void take(const core *c, const route *r, const real u[3], const real at[3], int32_t a, int32_t b, real *row)
 {
@@ -162,7 +162,7 @@ static void take(const core *c, const route *r, const real u[3], const real at[3
     span_add(c, scaled, at, a, at, b, row);
 }
 
-/* Over one surface. */
+/* Compute the path over one surface. */
 static int over_one(core *c, const route *r, int32_t w, int32_t i, int32_t j, way_between *way, real *row,
                     int is_traced)
 {
@@ -192,7 +192,8 @@ static int over_one(core *c, const route *r, int32_t w, int32_t i, int32_t j, wa
     return 1;
 }
 
-/* Over several, with the straight line between the points free if all go by our own rules. */
+/* Compute the path over several surfaces. If all wraps have our own rules, the cable may be the straight
+   line between the points. */
 static int over_several(core *c, const route *r, const int32_t *wraps, int count, int32_t i, int32_t j,
                         way_between *way, real *row, int is_traced)
 {

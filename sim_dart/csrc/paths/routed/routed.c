@@ -1,9 +1,9 @@
-/* Muscles whose path is more than fixed points and wraps by our own rules: points that are in use at times or
-   move on their links, branches, lengths in proportion to coordinates, wraps by the rules of MuJoCo and OpenSim.
+/* Muscles with more than fixed points and taut wraps: conditional points, points that move on their links,
+   branches, lengths proportional to coordinates, wraps with the rules of MuJoCo and OpenSim.
 
-   Point k is in use with a share s_k, 1 or 0, or between where a condition is smoothed. A straight way from
-   point i to j counts s_i s_j times the product of 1 - s_k between them, over the divisor of its branch. With
-   shares of 0 and 1 this is the path through the points in use.                                          */
+   Point k has an activity s_k: 1, 0, or a value between in a smoothed transition. A straight path from point
+   i to j is weighted by s_i s_j times the product of 1 - s_k over the points between, and divided by the
+   divisor of its branch. With activities of 0 and 1 this is the path through the active points. */
 #include "routed.h"
 
 #include "../../kinematics/tree.h"
@@ -15,9 +15,9 @@
 #include <math.h>
 #include <string.h>
 
-/* ------------------------------------------------------------------------------ points that move */
+/* ------------------------------------------------------------------------------ moving points */
 
-/* The cubic of a function that holds at x: f, and its slope. */
+/* Evaluate the cubic piece of a function at x: f, and its slope. */
 static real cubic_at(const blob_view *blob, int32_t first, int32_t count, real x, real *slope)
 {
     int32_t low = 0, high = count;
@@ -50,7 +50,7 @@ void routed_place(core *c)
     }
 }
 
-/* What a point's own motion adds where the path ends at it along u. */
+/* Add the contribution of the motion of a point on its link, if the path ends at it along u. */
 static void add_own_motion(const core *c, const route *r, int32_t point, const real u[3], real *row)
 {
     for (int32_t k = r->moves; k < c->blob.counts.moves && c->blob.move_point[k] <= point; k++) {
@@ -61,7 +61,7 @@ static void add_own_motion(const core *c, const route *r, int32_t point, const r
     }
 }
 
-/* ------------------------------------------------------------------------------ points in use */
+/* ------------------------------------------------------------------------------ active points */
 
 static real condition_share(const core *c, int32_t k, real *slope)
 {
@@ -85,9 +85,9 @@ static void find_shares(core *c, const route *r, progress *at)
             condition_share(c, at->condition, c->condition_slope + at->condition);
 }
 
-/* ------------------------------------------------------------------------------ ways between points */
+/* ------------------------------------------------------------------------------ paths between points */
 
-/* A way of a length that counts by a factor. */
+/* Add the derivatives of a path, weighted by a factor. */
 static void add_ends(const core *c, const route *r, int32_t i, int32_t j, const way_between *way, real *row)
 {
     real u[3];
@@ -109,7 +109,7 @@ static void add_straight(const core *c, const route *r, int32_t i, int32_t j, wa
     span_add(c, u, A, c->blob.point_frame[i], B, c->blob.point_frame[j], row);
 }
 
-/* How the share of a straight way changes with those of its points, times its length. */
+/* Add the derivative of the weight of a straight path, times its length. */
 static void add_shares(const core *c, const route *r, int32_t i, int32_t j, real length, real *row)
 {
     for (int32_t k = r->conditions; k < c->blob.counts.conditions && c->blob.condition_point[k] <= j; k++) {
@@ -125,7 +125,7 @@ static void add_shares(const core *c, const route *r, int32_t i, int32_t j, real
     }
 }
 
-/* All straight ways from point i on, up to the next point that is wholly in use. */
+/* Add all straight paths from point i on, up to the next fully active point. */
 static real add_shared(core *c, route *r, int32_t i, int32_t stop, real divisor, real *row)
 {
     real sum = 0, left = c->point_share[i];
@@ -142,7 +142,7 @@ static real add_shared(core *c, route *r, int32_t i, int32_t stop, real divisor,
     return sum / divisor;
 }
 
-/* From point i to the next in use, over what it wraps over. */
+/* Add the path from point i to the next active point, over its wraps. */
 static real add_wrapped(core *c, route *r, int32_t i, int32_t j, real divisor, real *row, int is_traced)
 {
     way_between way;
@@ -158,7 +158,7 @@ static int32_t next_in_use(const core *c, int32_t i, int32_t stop)
     return i;
 }
 
-/* One branch. */
+/* Add one branch. */
 static real add_branch(core *c, route *r, int32_t start, int32_t stop, real divisor, real *row, int is_traced)
 {
     real length = 0;
@@ -198,7 +198,7 @@ real routed_add(core *c, int32_t m, int32_t first, progress *at, real *row, int 
     return length;
 }
 
-/* ------------------------------------------------------------------------------ which muscles */
+/* ------------------------------------------------------------------------------ selection of muscles */
 
 void routed_prepare(core *c)
 {

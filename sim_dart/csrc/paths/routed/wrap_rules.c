@@ -1,7 +1,7 @@
-/* The rules of MuJoCo and of OpenSim, for cylinders across their axis, for spheres in the plane through both
-   ends and the centre. There are two ways round, a sense of turning each; on each the cable is shortest, in
-   closed form (wrap.c). As in these programs it is straight where an end is inside, and it jumps where it
-   comes to another way.                                                                                  */
+/* The rules of MuJoCo and of OpenSim: for cylinders in the plane perpendicular to the axis, for spheres in
+   the plane through both ends and the centre. There are two paths, one for each sense of turning. On each of
+   them the cable is shortest, in closed form (wrap.c). As in these programs, the cable is straight if an end
+   is inside, and its length jumps when the path changes. */
 #include "wrap_rules.h"
 
 #include "../../blob/layout.h"
@@ -15,12 +15,12 @@
 
 #define MIN_SQUARE 1e-15
 
-/* The ends across the axis, and their tangents. */
+/* The ends in the plane, and their tangents. */
 typedef struct {
-    real a[3], b[3], d[3], n[3]; /* ends from the centre, b - a, what the ways turn about */
+    real a[3], b[3], d[3], n[3]; /* ends relative to the centre, b - a, normal of the plane */
     real za, zb;                 /* along a cylinder's axis */
-    real aa, bb, dd, RR, R, t;   /* t: where on the whole line it is nearest */
-    real near[3];                /* there */
+    real aa, bb, dd, RR, R, t;   /* t: position on the infinite line nearest to the centre */
+    real near[3];                /* nearest point */
 } flat;
 
 static int flatten(const wrap_surface *s, const real A[3], const real B[3], flat *f)
@@ -46,7 +46,7 @@ static int flatten(const wrap_surface *s, const real A[3], const real B[3], flat
     return value_of(f->aa) >= value_of(f->RR) && value_of(f->bb) >= value_of(f->RR);
 }
 
-/* Where the cable touches and lifts off if it turns by that sense about n. */
+/* Compute the contact begin and end for a sense of turning about n. */
 static void tangents(const flat *f, int sense, real touch[3], real lift[3])
 {
     const real ta = sqrt(f->aa - f->RR), tb = sqrt(f->bb - f->RR);
@@ -57,7 +57,7 @@ static void tangents(const flat *f, int sense, real touch[3], real lift[3])
     for (int k = 0; k < 3; k++) lift[k] = (f->RR * f->b[k] - sense * f->R * tb * across[k]) / f->bb;
 }
 
-/* Of u and v about n. */
+/* Return the angle from u to v about n. */
 static real turned(const flat *f, const real u[3], const real v[3])
 {
     real x[3];
@@ -65,7 +65,7 @@ static real turned(const flat *f, const real u[3], const real v[3])
     return dot3(x, f->n);
 }
 
-/* Whether the two straight parts cross. */
+/* Return whether the two straight parts cross. */
 static int is_crossing(const flat *f, const real touch[3], const real lift[3])
 {
     real u[3], v[3], w[3];
@@ -76,7 +76,7 @@ static int is_crossing(const flat *f, const real touch[3], const real lift[3])
     return value_of(s) >= 0 && value_of(s) <= 1 && value_of(t) >= 0 && value_of(t) <= 1;
 }
 
-/* Whether MuJoCo takes the way with that sense rather than the other one without a side point: by the chord. */
+/* Return the criterion by which MuJoCo selects the sense without a side point: the chord. */
 static real chord_of(const flat *f, int sense)
 {
     real touch[3], lift[3], chord[3];
@@ -86,7 +86,7 @@ static real chord_of(const flat *f, int sense)
     return dot3(chord, chord);
 }
 
-/* Whether a direction lies between those opposite to the ends, so that the longer way passes there. */
+/* Return whether a direction lies between the directions opposite to the ends, where the longer path passes. */
 static int is_opposite(const flat *f, const real side[3])
 {
     const real from = -turned(f, f->a, side), to = -turned(f, side, f->b);
@@ -100,7 +100,7 @@ static int mujoco_rule(const wrap_surface *s, const flat *f, const real *guide, 
     real side[3];
     for (int k = 0; k < 3 && guide; k++) side[k] = guide[k] - s->centre[k];
     if (guide) {
-        if (value_of(dot3(side, side)) < value_of(f->RR)) { /* along a cylinder's axis, too */
+        if (value_of(dot3(side, side)) < value_of(f->RR)) { /* also along the axis of a cylinder */
             way->side = WRAP_INSIDE;
             return wrap_inside_is_clear(s, A, B) ? RULE_STRAIGHT : RULE_WRAPS;
         }
@@ -121,16 +121,16 @@ static int mujoco_rule(const wrap_surface *s, const flat *f, const real *guide, 
     return isfinite(chord_of(f, way->side)) ? RULE_WRAPS : RULE_STRAIGHT;
 }
 
-/* Whether a point at that height is in the quadrant. */
+/* Return whether a point at that height is in the quadrant. */
 static int is_on(const flat *f, const real *guide, const real p[3], real z)
 {
     return value_of(dot3(p, guide) + z * dot3(f->n, guide)) >= 0;
 }
 
-/* OpenSim's choice of two of the four tangent points, for a cylinder. */
+/* Apply OpenSim's choice of two of the four tangent points, for a cylinder. */
 static int sense_in_quadrant(const flat *f, const real *guide)
 {
-    real ra[3], sa[3], rb[3], sb[3]; /* touch and lift, each way */
+    real ra[3], sa[3], rb[3], sb[3]; /* contact begin and end, for each sense */
     tangents(f, 1, ra, sb);
     tangents(f, -1, rb, sa);
     const int is_ra = is_on(f, guide, ra, f->za), is_rb = is_on(f, guide, rb, f->za);
@@ -141,7 +141,7 @@ static int sense_in_quadrant(const flat *f, const real *guide)
     return value_of(dot3(ra, sb)) < value_of(dot3(rb, sa)) ? 1 : -1; /* by the larger angle */
 }
 
-/* Whether a cylinder is touched beyond its ends only. */
+/* Return whether a cylinder is touched only beyond its ends. */
 static int is_beyond(const wrap_surface *s, const flat *f, int sense)
 {
     if (!(value_of(s->half) > 0)) return 0;
@@ -174,7 +174,8 @@ static int opensim_rule(const wrap_surface *s, const flat *f, const real *guide,
     return is_met && (is_a || is_b) ? RULE_MEETS : RULE_WRAPS;
 }
 
-/* OpenSim's: where the straight line meets it, the way is the shortest of those that touch it in the quadrant. */
+/* Apply OpenSim's rule: if the straight line meets the ellipsoid, the path is the shortest of those that
+   touch it in the quadrant. */
 static int ellipsoid_rule(const wrap_surface *s, const real *guide, const real A[3], const real B[3], wrap_way *way)
 {
     if (ellipsoid_holds(s, A, B) || ellipsoid_is_clear(s, A, B)) return RULE_STRAIGHT;
