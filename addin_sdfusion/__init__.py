@@ -1,1 +1,1 @@
-"""SDFusion: the Fusion add-in, and the robot description that all else builds on."""
+"""SDFusion: the Fusion add-in, and the robot description that all other packages use."""

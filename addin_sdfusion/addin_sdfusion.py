@@ -1,4 +1,4 @@
-"""Entry points for Fusion: `run` adds the add-in's three commands, `stop` removes them."""
+"""Entry points for Fusion: `run` adds the three commands of the add-in, `stop` removes them."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ import adsk.core
 
 
 def run(context: Any) -> None:
-    """Adds the commands to the Add-Ins panel of the Utilities tab."""
-    _each("start", "could not be started")
+    """Add the commands to the Add-Ins panel of the Utilities tab."""
+    _call_commands("start", "could not be started")
 
 
 def stop(context: Any) -> None:
-    """Takes away everything that `run` has added."""
-    _each("stop", "could not be stopped cleanly")
+    """Remove everything that `run` has added."""
+    _call_commands("stop", "could not be stopped cleanly")
 
 
-def _each(what: str, failed: str) -> None:
-    """Starts or stops every command, also if one of them fails."""
+def _call_commands(function: str, failed: str) -> None:
+    """Call a function of every command, also if one of them fails."""
     try:
-        # Within the try: a failing import is reported as well.
+        # The import is inside the try block so that its failure is reported too.
         from .commands import COMMANDS, load
 
         for name in COMMANDS:
             try:
-                getattr(load(name), what)()
+                getattr(load(name), function)()
             except Exception as error:
                 _report(f"The command {name.replace('_', ' ')} {failed}: {error}")
     except Exception as error:
-        _report(f"The add-in {failed}: {error}. Install it anew: cardsflow addin install")
+        _report(f"The add-in {failed}: {error}. Install it again: cardsflow addin install")
 
 
 def _report(text: str) -> None:
     trace = traceback.format_exc()
-    with contextlib.suppress(Exception):  # the message must come all the same
+    with contextlib.suppress(Exception):  # the message box must appear even if this fails
         adsk.core.Application.get().log(f"CARDSFlow: {trace}")
-    with contextlib.suppress(Exception):  # Fusion itself does not answer
+    with contextlib.suppress(Exception):  # Fusion itself does not respond
         adsk.core.Application.get().userInterface.messageBox(text, "CARDSFlow")

@@ -1,4 +1,4 @@
-"""Progress and cancelling of long work."""
+"""Progress and cancellation of long operations."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from collections.abc import Callable
 from .robot.errors import CardsflowError
 
 Progress = Callable[[int, int, str], None]
-"""Called with what is done, the whole, which is at least 1, and what comes next.
+"""Function called with the number of steps done, the total (at least 1), and the next step.
 
-To stop the work it raises `Cancelled`; nothing is left half done then.
+It raises `Cancelled` to stop the operation, which is then undone completely.
 """
 
 
-class Cancelled(CardsflowError):  # noqa: N818 - what happened, not what is wrong
-    """The user has stopped the work; what was there before is as it was."""
+class Cancelled(CardsflowError):  # noqa: N818 - an event, not an error
+    """The user stopped the operation; all files and designs are unchanged."""
 
     def __init__(self) -> None:
         super().__init__("cancelled; nothing was changed")
 
 
 def no_progress(done: int, whole: int, what: str) -> None:
-    """A `Progress` without effect."""
+    """Ignore the progress."""

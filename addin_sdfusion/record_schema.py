@@ -1,4 +1,4 @@
-"""JSON Schema of records, as `records` writes them; descriptions are those of docstrings."""
+"""JSON Schema of records as `records` writes them; the descriptions come from docstrings."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _ITEM = re.compile(r"^    (?P<names>\w+(?:, \w+)*): (?P<text>.*)$")
 
 
 def record_schema(cls: type) -> dict[str, Any]:
-    """Return the schema of a record, with those of the records inside it in place."""
+    """Return the schema of a record, including the schemas of nested records."""
     if hasattr(cls, "_fields"):  # a NamedTuple
         return _tuple(tuple(typing.get_type_hints(cls, include_extras=True).values()))
     hints, texts = typing.get_type_hints(cls, include_extras=True), _texts(cls)
@@ -53,7 +53,7 @@ def _described(text: str | None) -> dict[str, str]:
 
 
 def _texts(cls: type) -> dict[str, str]:
-    """What the docstring says of every attribute."""
+    """Return the description of every attribute from the docstring of a class."""
     _, _, section = (cls.__doc__ or "").partition("Attributes:\n")
     texts: dict[str, str] = {}
     names: list[str] = []

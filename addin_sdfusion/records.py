@@ -1,4 +1,4 @@
-"""Frozen dataclasses to and from plain data, as JSON holds it; every value is checked."""
+"""Conversion of frozen dataclasses to and from JSON data; every value is checked."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
     Samples = array[Any]
 else:  # Python 3.11 has no array[...]
     Samples = array
-"""Many numbers in a row; a field says `Annotated[Samples, "d"]` for floats, "i" for indices."""
+"""Sequence of numbers; a field has the type `Annotated[Samples, "d"]` (floats) or "i" (indices)."""
 
 
 @dataclass(frozen=True)
 class Form:
-    """What a text looks like; a field says `Annotated[str, Form("#rrggbb", "#[0-9a-f]{6}")]`.
+    """Format of a text, used as `Annotated[str, Form("#rrggbb", "#[0-9a-f]{6}")]`.
 
     Attributes:
-        text: For people.
-        pattern: The regular expression that all of it matches.
+        text: Name of the format in messages.
+        pattern: Regular expression that the whole text must match.
     """
 
     text: str
@@ -47,10 +47,10 @@ _PART = limits.MIB
 
 
 def to_plain(value: Any) -> Any:
-    """Return a record as plain data; fields at their defaults are left out.
+    """Return a record as plain data without the fields that have their default value.
 
     Args:
-        value: A dataclass, or the value of a field of one.
+        value: A dataclass, or the value of one of its fields.
     """
     if isinstance(value, array):
         return _pack(value)
@@ -75,18 +75,18 @@ def from_plain(cls: type[Record], plain: Any, where: str) -> Record:
 
     Args:
         cls: The record's class.
-        plain: What `to_plain` gave, or what a file claims it gave.
-        where: The key of the data, for messages.
+        plain: Data returned by `to_plain`, or read from an untrusted file.
+        where: Key of the data, used in messages.
 
     Raises:
-        InputError: A key is unknown or missing, or a value of the wrong kind.
+        InputError: A key is unknown or missing, or a value has the wrong type.
     """
     return _record(cls, plain, where, _Budget(limits.SNAPSHOT_UNPACKED))
 
 
 @dataclass
 class _Budget:
-    """How many bytes a record may still unpack to."""
+    """Number of bytes that the packed numbers of a record may still expand to."""
 
     left: int
 
@@ -117,7 +117,7 @@ def _hints(cls: type) -> dict[str, Any]:
 
 
 def _value(hint: Any, plain: Any, where: str, budget: _Budget) -> Any:
-    """Return the value of a field of that type."""
+    """Return the value of a field with this type hint."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is typing.Annotated and isinstance(arguments[1], Form):
         return _formed(arguments[1], plain, where)
@@ -186,7 +186,10 @@ def _scalar(hint: Any, plain: Any, where: str) -> Any:
 
 
 def _pack(samples: array[Any]) -> dict[str, str]:
-    """Little-endian bytes, compressed, as text: a mesh as digits would be five times as long."""
+    """Return numbers as compressed little-endian bytes in base64.
+
+    A mesh written as decimal digits would be five times as long.
+    """
     if sys.byteorder == "big":
         samples = array(samples.typecode, samples)
         samples.byteswap()
@@ -195,14 +198,14 @@ def _pack(samples: array[Any]) -> dict[str, str]:
 
 
 def _inflate(packed: bytes, samples: array[Any], budget: _Budget) -> None:
-    """Append what is packed, a part after another."""
+    """Decompress packed numbers in parts and append them to the samples."""
     stream = zlib.decompressobj()
     while not stream.eof:
         data = stream.decompress(packed, _PART)
         packed = stream.unconsumed_tail
         budget.left -= len(data)
         if budget.left < 0 or not (data or packed or stream.eof):
-            raise ValueError("truncated, or too many")
+            raise ValueError("truncated, or too many numbers")
         samples.frombytes(data)
 
 

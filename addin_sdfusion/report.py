@@ -1,4 +1,4 @@
-"""The report of an export: its findings, for people and for programs."""
+"""Report of an export: its findings as text and as JSON."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from .robot.finding_builders import listed
 from .robot.json_text import json_text
 
 MAX_ALIKE = 3
-"""So many warnings of a kind about a file format are listed one by one."""
+"""Maximum number of warnings of one kind about a file format that are listed separately."""
 
 
 def report_text(findings: Sequence[Finding]) -> str:
-    """Return the findings for people, as `cardsflow check` shows them."""
+    """Return the findings as text, as `cardsflow check` prints them."""
     errors = sum(finding.is_error for finding in findings)
     counts = f"{errors} errors, {len(findings) - errors} warnings"
     return "\n".join([*map(str, findings), counts]) + "\n"
 
 
 def report_json(findings: Iterable[Finding]) -> str:
-    """Return the findings for programs, as `cardsflow check --json` has them."""
+    """Return the findings as JSON, as `cardsflow check --json` prints them."""
     rows = [finding.as_dict() for finding in findings]
     return json_text(rows, indent=1, ensure_ascii=False) + "\n"
 
@@ -32,7 +32,7 @@ def in_order(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 
 def condensed(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings with many of a kind in one: 200 links are no reason for 200 lines about a format."""
+    """Return the findings with similar warnings about a file format merged into one."""
     kinds: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         kinds.setdefault((finding.severity, finding.code), []).append(finding)

@@ -1,4 +1,4 @@
-"""User's settings of an export, kept in the design."""
+"""Settings of an export, stored in the design."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ MeshQuality = Literal["low", "normal", "high", "very_high"]
 
 @dataclass(frozen=True, slots=True)
 class LinkSettings:
-    """What is chosen for one link.
+    """Settings of one link.
 
     Attributes:
-        link: Its name.
-        collision: What it collides with; None for what all do.
-        mass: Its mass in place of the design's, in [kg], its inertia in proportion; None for that.
+        link: Name of the link.
+        collision: Its collision geometry; None for the geometry that all links use.
+        mass: Its mass in [kg], which scales its inertia; None for the mass in the design.
     """
 
     link: str
@@ -28,11 +28,11 @@ class LinkSettings:
 
 @dataclass(frozen=True, slots=True)
 class JointSettings:
-    """What is chosen for one joint, in place of the design's; None for that.
+    """Settings of one joint; None keeps the value of the design.
 
     Attributes:
-        joint: Its name; of one that has several motions, of its coordinate: `shoulder_pitch`.
-        effort: Largest torque or force of its motor, in [N·m] or [N].
+        joint: Name of the joint, or of its coordinate if it has several, such as `shoulder_pitch`.
+        effort: Maximum torque or force of its motor, in [N·m] or [N].
         damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
         friction: Coulomb friction, in [N·m] or [N].
     """
@@ -45,28 +45,28 @@ class JointSettings:
 
 @dataclass(frozen=True, slots=True)
 class ExportSettings:
-    """How a design becomes a robot folder.
+    """Settings for writing the robot folder of a design.
 
     Attributes:
-        name: The robot's name; the design's if empty.
-        links: What becomes a link: rigid groups called `EXPORT_<link>`; components; or `auto`, the
-            rigid groups where the design has any, else components.
-        components: Full paths of the occurrences that become links, where components do; the
-            top-level ones if empty.
-        base: Name of the link that the tree starts from; found if empty.
-        fixed_base: Whether the base is fixed to the world; else it floats.
-        cut_joints: Names of joints to leave out, so that closed loops become trees.
-        up_axis: The design's axis that points up; gravity is its opposite.
-        visual: Whether to write meshes of what links look like.
-        collision: What links collide with.
+        name: Name of the robot; if empty, the name of the design.
+        links: The source of links: rigid groups called `EXPORT_<link>`; components; or `auto`,
+            which uses rigid groups if the design has any, otherwise components.
+        components: Full paths of the occurrences that become links, if components are links; if
+            empty, the top-level occurrences.
+        base: Name of the link at the root of the tree; if empty, it is found automatically.
+        fixed_base: Whether the base is fixed to the world; otherwise it floats.
+        cut_joints: Names of joints that are not exported, so that closed loops become trees.
+        up_axis: Axis of the design that points up; gravity acts in the opposite direction.
+        visual: Whether to write visual meshes.
+        collision: Collision geometry of the links.
         quality: How fine the meshes are.
         caspr: Whether to write CASPR's files.
         osim: Whether to write OpenSim's file.
         urdf: Whether to write a URDF.
         mjcf: Whether to write MuJoCo's MJCF.
-        folder: The folder exported to last; empty if there was none.
-        of_links: What is chosen for single links.
-        of_joints: What is chosen for single joints.
+        folder: Folder of the last export; empty before the first one.
+        of_links: Settings of single links.
+        of_joints: Settings of single joints.
     """
 
     name: str = ""
@@ -88,12 +88,12 @@ class ExportSettings:
     of_joints: tuple[JointSettings, ...] = ()
 
     def collision_of(self, link: str) -> Collision:
-        """What a link collides with."""
+        """Return the collision geometry of a link."""
         own = [chosen.collision for chosen in self.of_links if chosen.link == link]
         return next((collision for collision in own if collision is not None), self.collision)
 
     @property
     def needs_meshes(self) -> bool:
-        """Whether anything is made of the bodies' meshes."""
+        """Whether the export requires the meshes of the bodies."""
         collisions = {self.collision, *(chosen.collision for chosen in self.of_links)}
         return self.visual or bool(collisions - {None, "none"})

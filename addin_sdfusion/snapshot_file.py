@@ -1,4 +1,4 @@
-"""Files of snapshots: JSON of one format, which earlier formats are brought to."""
+"""Snapshot files: JSON in one format; files in earlier formats are converted to it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .robot.json_text import json_text
 from .snapshot import DesignSnapshot
 
 FORMAT = 2
-"""Version of the file format. A change that a reader of before would misread gives it a new one."""
+"""Version of the file format. It increases if older readers would misread a new file."""
 
 
 def file_schema() -> dict[str, Any]:
@@ -57,7 +57,7 @@ def read_snapshot(file: str | Path) -> DesignSnapshot:
     """Read a snapshot from JSON, of this format or an earlier one.
 
     Raises:
-        InputError: It cannot be read or is no snapshot; the message names the key.
+        InputError: The file cannot be read or is not a snapshot; the message names the key.
     """
     file = Path(file)
     try:
@@ -83,9 +83,9 @@ def read_snapshot(file: str | Path) -> DesignSnapshot:
 
 
 def _from_1(design: Any) -> Any:
-    """Return a design of format 1, which held muscles, points' and faces' uses as texts.
+    """Return a design converted from format 1, which stored muscles and uses of points as texts.
 
-    What is not as it was in format 1 is left, to be rejected by its key.
+    Values that are invalid in format 1 are unchanged; the reader rejects them by their key.
     """
     if not isinstance(design, dict):
         return design

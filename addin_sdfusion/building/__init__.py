@@ -1,1 +1,1 @@
-"""Building of a robot from the snapshot of a design, step by step; see `build_robot`."""
+"""Conversion of a design snapshot to a robot; see `build_robot`."""

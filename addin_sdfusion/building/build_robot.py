@@ -1,4 +1,4 @@
-"""Building of a robot from the snapshot of a design, with all findings on the way."""
+"""Conversion of a design snapshot to a robot, with all findings."""
 
 from __future__ import annotations
 
@@ -40,17 +40,17 @@ from .upright import upright
 class BuiltRobot:
     """A robot that was built from a design.
 
-    Poses and bodies are in the world frame: the design's root frame, turned by a quarter about x
-    where its y axis points up.
+    Poses and bodies are in the world frame. It is the root frame of the design, rotated by 90°
+    about x if the y axis of the design points up.
 
     Attributes:
-        robot: Without meshes; None if a finding is an error.
-        findings: All that is wrong with the design and the robot, errors first.
-        T_world_link: The pose of every link that has a place in the tree, at the design's pose.
+        robot: The robot without meshes; None if a finding is an error.
+        findings: Findings on the design and the robot, errors first.
+        T_world_link: Pose of every link of the tree, at the pose of the design.
         bodies_of_link: The bodies of every link.
-        link_of_occurrence: As `link_of`.
-        base: The link that the tree starts from; empty if it does not exist.
-        loops: For every closed loop the names of the joints one of which may be cut.
+        link_of_occurrence: Link of each occurrence, as returned by `link_of`.
+        base: Link at the root of the tree; empty if it does not exist.
+        loops: Joint names of every closed loop; cutting one of them opens the loop.
     """
 
     robot: Robot | None
@@ -77,21 +77,24 @@ def build_robot(snapshot: DesignSnapshot) -> BuiltRobot:
 
 
 def check_design(snapshot: DesignSnapshot) -> list[Finding]:
-    """Everything that is wrong with a design and the robot in it, errors first."""
+    """Return the findings on a design and its robot, errors first."""
     return list(build_robot(snapshot).findings)
 
 
 def link_of(snapshot: DesignSnapshot) -> Mapping[str, str]:
-    """The link of each occurrence's path that belongs to one; the empty path is the root's bodies.
+    """Return the link of each occurrence that belongs to a link, by the path of the occurrence.
+
+    The empty path refers to the bodies of the root component.
 
     Args:
-        snapshot: The design; where components are links, the root is one if it has bodies.
+        snapshot: The design. If components are links, the root component is a link if it has
+            bodies.
     """
     return find_links(snapshot).of_occurrence
 
 
 class _Building:
-    """The work on one robot, from a design with z up."""
+    """Builder of one robot from a design with z up."""
 
     def __init__(self, snapshot: DesignSnapshot) -> None:
         self._snapshot = snapshot
@@ -110,11 +113,11 @@ class _Building:
 
     @property
     def has_links(self) -> bool:
-        """Whether there is anything to build."""
+        """Whether the design has links."""
         return bool(self._links.names)
 
     def built(self) -> BuiltRobot:
-        """Put everything together."""
+        """Return the robot with all findings."""
         snapshot, links, masses = self._snapshot, self._links, self._masses
         table, findings = read_table(snapshot, links.of_occurrence)
         muscles = self._muscles(table)
@@ -148,7 +151,7 @@ class _Building:
         )
 
     def _not_empty(self, links: Links, edges: Edges) -> Links:
-        """Return the links without components that hold nothing and are held by nothing."""
+        """Return the links that have bodies, joints or mass; report the others."""
         if links.from_groups or self._snapshot.settings.components:
             return links
         of = links.of_occurrence
@@ -157,7 +160,7 @@ class _Building:
         used |= {of[o.path] for o in self._snapshot.occurrences if o.mass and o.path in of}
         empty = [name for name in links.names if name not in used]
         for name in empty:
-            problem = "has no bodies and no joints, so it is not exported; add some or delete it"
+            problem = "has no bodies and no joints and is not exported; add some or delete it"
             self.findings.append(warning(Subject("link", name), "empty-component", problem))
         if empty and len(empty) == len(links.names):
             problem = "nothing to export: no component has a body"

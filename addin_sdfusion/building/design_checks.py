@@ -14,23 +14,23 @@ from ..snapshot import LINK_PREFIX, ROOT, DesignSnapshot, PointSnapshot, Surface
 from .links.links import Links, in_name_order
 from .links.mass_properties import Part
 
-_HIGHER = 2.0  # so much farther do the links reach along y than along z where y may be up
+_HIGHER = 2.0  # minimum ratio of the extents of the links along y and z that suggests y is up
 
 
 def snapshot_findings(snapshot: DesignSnapshot) -> list[Finding]:
-    """Why a snapshot is none of a design: its occurrences are not below one another."""
+    """Return an error for every occurrence whose path or parent is invalid."""
     known = {o.path for o in snapshot.occurrences}
     counts = Counter(o.path for o in snapshot.occurrences)
     bad = {path for path, count in counts.items() if count > 1 or path == ROOT}
     for o in snapshot.occurrences:
         if o.parent != ROOT and not (o.parent in known and o.path.startswith(f"{o.parent}+")):
             bad.add(o.path)
-    problem = "its path is not one below that of its parent, or there twice; read the design again"
+    problem = "its path is a duplicate or not below its parent; read the design again"
     return [error(Subject("occurrence", path), "bad-occurrence", problem) for path in sorted(bad)]
 
 
 def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
-    """Bodies in no link, hidden ones, and those whose opacity is none."""
+    """Yield findings on bodies outside links, hidden bodies and invalid opacities."""
     for body in snapshot.bodies:
         if not 0.0 <= body.opacity <= 1.0:
             name = f"{body.occurrence}/{body.name}" if body.occurrence else body.name
@@ -45,7 +45,7 @@ def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
             if links.from_groups
             else "a component that is a link"
         )
-        problem = f"bodies {listed(names)} of {where} are not exported; put them into {what}"
+        problem = f"bodies {listed(names)} of {where} are not exported; move them into {what}"
         subject = Subject("occurrence", path) if path else Subject("design", snapshot.name)
         yield warning(subject, "body-in-no-link", problem)
     hidden: dict[str, list[str]] = {}
@@ -54,17 +54,15 @@ def body_findings(snapshot: DesignSnapshot, links: Links) -> Iterator[Finding]:
             hidden.setdefault(links.of_occurrence[body.occurrence], []).append(body.name)
     for link in in_name_order(hidden):
         problem = (
-            f"hidden bodies count in its mass, but are not seen: {listed(sorted(hidden[link]))}; "
-            "show or delete them"
+            "has hidden bodies, which are included in its mass but not in its meshes: "
+            f"{listed(sorted(hidden[link]))}; show or delete them"
         )
         yield warning(Subject("link", link), "hidden-body", problem)
 
 
 def massless_links(names: Iterable[str], parts: Mapping[str, Part]) -> list[Finding]:
-    """Return links that weigh nothing."""
-    problem = (
-        "weighs nothing: it has no solid body with a material; add one to its component or group"
-    )
+    """Return a warning for every link without mass."""
+    problem = "has no mass: it has no solid body with a material; add one to its component or group"
     return [
         warning(Subject("link", name), "link-without-mass", problem)
         for name in names
@@ -73,16 +71,16 @@ def massless_links(names: Iterable[str], parts: Mapping[str, Part]) -> list[Find
 
 
 def point_findings(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> Iterator[Finding]:
-    """Points that are broken, have no effect, or could be in several places."""
+    """Yield findings on points that are broken, ignored or ambiguous."""
     used = {row.entity for row in (*table.points, *table.others)}
     for name in in_name_order({p.name for p in snapshot.points if p.problem and p.entity in used}):
         first = min(p.problem for p in snapshot.points if p.name == name and p.problem)
-        problem = f"Fusion says: {first.strip()}; edit it so that it is where it was"
+        problem = f"Fusion reports: {first.strip()}; edit it so that it has its former position"
         yield warning(Subject("point", name), "broken-point", problem)
     names = in_name_order({p.name for p in snapshot.points if _is_com(p)})
     if names:
         problem = (
-            "points that say where a centre of mass is have no effect, Fusion computes it; delete "
+            "centre-of-mass points are ignored, since Fusion computes centres of mass; delete "
             f"{listed(names)}"
         )
         yield warning(Subject("point", names[0]), "com-point-ignored", problem)
@@ -95,22 +93,25 @@ def _is_com(point: PointSnapshot) -> bool:
 
 
 def _ambiguous(snapshot: DesignSnapshot, table: MuscleTable, links: Links) -> Iterator[Finding]:
-    """A component in several places has each of its points in all of them."""
-    link_said = {row.entity: row.link for row in (*table.points, *table.others) if row.entity}
-    link_said |= {row.face.entity: row.link for row in table.wraps if row.face.entity}
+    """Yield errors for points and faces whose component has several occurrences.
+
+    Such a point exists in every occurrence; its link or its use must select one of them.
+    """
+    stored_link = {row.entity: row.link for row in (*table.points, *table.others) if row.entity}
+    stored_link |= {row.face.entity: row.link for row in table.wraps if row.face.entity}
     by_entity: dict[str, list[PointSnapshot | SurfaceSnapshot]] = {}
     everything: list[PointSnapshot | SurfaceSnapshot] = [*snapshot.points, *snapshot.surfaces]
     for item in everything:
-        if item.entity in link_said:
+        if item.entity in stored_link:
             by_entity.setdefault(item.entity, []).append(item)
     for entity, group in sorted(by_entity.items()):
-        fitting = [p for p in group if links.of_occurrence.get(p.occurrence) == link_said[entity]]
-        if len(group) == 1 or len(fitting) == 1 or _said_occurrence(group[0]) in _paths(group):
+        fitting = [p for p in group if links.of_occurrence.get(p.occurrence) == stored_link[entity]]
+        if len(group) == 1 or len(fitting) == 1 or _stored_occurrence(group[0]) in _paths(group):
             continue
         where = listed(_paths(group))
         problem = (
-            f"its component is in several places, {where}, and nothing says which is meant on link "
-            f"{link_said[entity]!r}; pick the point again in Define muscles"
+            f"its component has several occurrences, {where}, and it is unclear which one belongs "
+            f"to link {stored_link[entity]!r}; pick the point again in Define muscles"
         )
         yield error(_subject(group[0]), "ambiguous-point", problem)
 
@@ -119,8 +120,8 @@ def _paths(group: Sequence[PointSnapshot | SurfaceSnapshot]) -> list[str]:
     return sorted(item.occurrence for item in group)
 
 
-def _said_occurrence(item: PointSnapshot | SurfaceSnapshot) -> str | None:
-    """Return the occurrence that is said to be meant; None if none is."""
+def _stored_occurrence(item: PointSnapshot | SurfaceSnapshot) -> str | None:
+    """Return the occurrence that is stored with a point or face, or None."""
     return (item.use.occurrence if item.use else "") or None
 
 
@@ -131,13 +132,13 @@ def _subject(item: PointSnapshot | SurfaceSnapshot) -> Subject:
 
 
 def name_findings(robot: Robot) -> Iterator[Finding]:
-    """Names that a file, or a file system, would take for one another."""
+    """Yield findings on a missing robot name and on names that clash in files."""
     links = {link.name for link in robot.links}
     if not robot.name:
-        problem = "has no name; type one in Export"
+        problem = "has no name; enter one in Export"
         yield error(Subject("robot", ""), "missing-name", problem)
     for name in in_name_order(links & {joint.name for joint in robot.joints}):
-        problem = f"link {name!r} has the same name, which no SDF file may have; rename one of them"
+        problem = f"link {name!r} has the same name, which SDF does not allow; rename one of them"
         yield error(Subject("joint", name), "name-clash", problem)
     for kind, names in (
         ("link", links),
@@ -149,26 +150,26 @@ def name_findings(robot: Robot) -> Iterator[Finding]:
             alike.setdefault(name.casefold(), []).append(name)
         for same in alike.values():
             if len(same) > 1:
-                problem = f"differs from {listed(same[1:])} in upper and lower case only; rename it"
+                problem = f"differs from {listed(same[1:])} only in upper and lower case; rename it"
                 yield warning(Subject(kind, same[0]), "names-differ-by-case", problem)
 
 
 def design_notes(snapshot: DesignSnapshot, robot: Robot | None) -> Iterator[Finding]:
-    """Findings on the kind of the design."""
+    """Yield findings on the type of the design: part or assembly."""
     subject = Subject("design", snapshot.name)
     if snapshot.intent == "part" and robot is not None and not robot.coordinates:
-        problem = "is a part, so that nothing moves; make a hybrid or assembly design of its parts"
+        problem = "is a part design, so nothing moves; create a hybrid or assembly design"
         yield warning(subject, "part-design", problem)
     if snapshot.intent == "assembly" and robot is not None and not robot.muscles:
         problem = (
-            "is an assembly, which has no points of its own; open the component that a muscle "
-            "passes, and make its via points there"
+            "is an assembly design, which cannot contain points; open the component that a muscle "
+            "passes and create its via points there"
         )
         yield warning(subject, "assembly-design", problem)
 
 
 def up_hint(snapshot: DesignSnapshot, parts: Mapping[str, Part], base: str) -> Iterator[Finding]:
-    """Whether the y axis may be up: all links lie above the base along y, and reach far."""
+    """Yield a warning if the links suggest that the y axis points up."""
     if snapshot.settings.up_axis != "z" or base not in parts:
         return
     weighing = [part.com for part in parts.values() if part.mass > 0.0]
@@ -178,7 +179,7 @@ def up_hint(snapshot: DesignSnapshot, parts: Mapping[str, Part], base: str) -> I
     is_lowest = parts[base].com[1] <= min(com[1] for com in weighing)
     if is_lowest and across[0] > _HIGHER * across[1]:
         problem = (
-            "the z axis is taken as up, but all links lie above the base along y; if y is up in "
-            "this design, say so in Export"
+            "the z axis is used as the up axis, but all links are above the base along y; if y "
+            "points up in this design, choose it in Export"
         )
         yield warning(Subject("design", snapshot.name), "up-axis", problem)

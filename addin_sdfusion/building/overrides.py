@@ -1,4 +1,4 @@
-"""The user's choices for single links and joints, in place of the design's."""
+"""User settings of single links and joints, which override the values of the design."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from .links.mass_properties import Part
 def with_masses(
     parts: Mapping[str, Part], settings: ExportSettings
 ) -> tuple[dict[str, Part], list[Finding]]:
-    """Return the links with the masses that are chosen, their inertias in proportion."""
-    made, findings = dict(parts), list(_unfit("link", settings.of_links, parts))
+    """Return the links with the chosen masses and proportionally scaled inertias."""
+    made, findings = dict(parts), list(_invalid_settings("link", settings.of_links, parts))
     for chosen in settings.of_links:
         part = parts.get(chosen.link)
         if part is None or chosen.mass is None or not 0.0 < chosen.mass < math.inf:
@@ -27,8 +27,8 @@ def with_masses(
             made[chosen.link] = _scaled(part, chosen.mass)
         else:
             problem = (
-                f"weighs nothing in the design, so that its mass cannot be made {chosen.mass:g} kg:"
-                " nothing says where it is; give its bodies a material"
+                f"has no mass in the design, so its mass cannot be set to {chosen.mass:g} kg: its "
+                "centre of mass is unknown; give its bodies a material"
             )
             findings.append(warning(Subject("link", chosen.link), "mass-not-set", problem))
     return made, findings
@@ -37,16 +37,14 @@ def with_masses(
 def with_joint_settings(
     joints: Sequence[Joint], settings: ExportSettings
 ) -> tuple[tuple[Joint, ...], list[Finding]]:
-    """Return the joints with the effort, damping and friction that are chosen."""
+    """Return the joints with the chosen effort, damping and friction."""
     chosen = {each.joint: each for each in settings.of_joints}
     names = [c.name for joint in joints for c in joint.coordinates]
     made = tuple(
-        replace(
-            joint, coordinates=tuple(_changed(c, chosen.get(c.name)) for c in joint.coordinates)
-        )
+        replace(joint, coordinates=tuple(_apply(c, chosen.get(c.name)) for c in joint.coordinates))
         for joint in joints
     )
-    return made, list(_unfit("joint", settings.of_joints, names))
+    return made, list(_invalid_settings("joint", settings.of_joints, names))
 
 
 def _scaled(part: Part, mass: float) -> Part:
@@ -57,7 +55,7 @@ def _scaled(part: Part, mass: float) -> Part:
     return Part(mass, part.com, (x, y, z))
 
 
-def _changed(c: Coordinate, chosen: JointSettings | None) -> Coordinate:
+def _apply(c: Coordinate, chosen: JointSettings | None) -> Coordinate:
     if chosen is None:
         return c
     changes: dict[str, Any] = {}
@@ -70,14 +68,14 @@ def _changed(c: Coordinate, chosen: JointSettings | None) -> Coordinate:
     return replace(c, **changes)
 
 
-def _unfit(
+def _invalid_settings(
     kind: str, chosen: Sequence[LinkSettings | JointSettings], names: Collection[str]
 ) -> Iterator[Finding]:
-    """Choices for what there is not, and numbers that none can have."""
+    """Yield findings on settings of unknown links or joints and on invalid values."""
     for each in chosen:
         name = each.link if isinstance(each, LinkSettings) else each.joint
         if name not in names:
-            problem = f"{unknown(kind, name, sorted(names))}; what is chosen for it counts for none"
+            problem = f"{unknown(kind, name, sorted(names))}; its settings are ignored"
             yield warning(Subject(kind, name), "setting-of-none", problem)
         if isinstance(each, LinkSettings):
             if each.mass is not None and not 0.0 < each.mass < math.inf:

@@ -1,4 +1,4 @@
-"""Findings of `check` and SDF errors beside those of the design, without repetition."""
+"""Findings of `check` and the SDF writer, merged with the findings of the design."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..robot.formats.sdf.capabilities import sdf_losses
 from ..robot.model.robot import Robot
 from ..snapshot import bare_name
 
-_FOLLOWS = {
+_CONSEQUENCES = {
     "unknown-link": ("too-few-via-points", "no-moment-arm"),
     "duplicate-wrap": ("duplicate-wrap-surface",),
     "missing-name": ("bad-name",),
@@ -23,7 +23,7 @@ _FOLLOWS = {
         "zero-inertia-about-axis",
     ),
 }
-"""Findings that follow from a defect that has a finding already."""
+"""Findings that are not reported because another finding of the same defect exists."""
 _OF_JOINTS = ("duplicate-joint", "bad-name")
 _OF_COORDINATES = ("duplicate-coordinate", "bad-name")
 _CANNOT_MOVE = ("no-mass-along-axis", "no-inertia-about-axis")
@@ -32,11 +32,12 @@ _CANNOT_MOVE = ("no-mass-along-axis", "no-inertia-about-axis")
 def with_check(
     findings: Sequence[Finding], massless: Iterable[Finding], robot: Robot
 ) -> list[Finding]:
-    """Return all findings of a design and its robot.
+    """Return all findings on a design and its robot.
 
     Args:
-        findings: Those of the design.
-        massless: Warnings for links without mass; errors where the robot cannot move because of it.
+        findings: Findings on the design.
+        massless: Warnings on links without mass. They become errors if the robot cannot move
+            because of the missing mass.
         robot: The robot, as far as it could be built.
     """
     if not robot.links:
@@ -47,9 +48,9 @@ def with_check(
     for finding in massless:
         found.append(replace(finding, severity="error") if finding.subject in stuck else finding)
     if not any(finding.is_error for finding in (*found, *checked)):
-        # What has errors already may not be fit to be asked for those of a file format.
+        # The check for file formats requires a robot without errors.
         checked += [finding for finding in sdf_losses(robot) if finding.is_error]
-    follows = {(code, _bare(f.subject)) for f in found for code in _FOLLOWS.get(f.code, ())}
+    follows = {(code, _bare(f.subject)) for f in found for code in _CONSEQUENCES.get(f.code, ())}
     found = [finding for finding in found if (finding.code, finding.subject) not in follows]
     known = {(finding.code, finding.subject) for finding in found} | follows
     misnamed = [
@@ -63,12 +64,12 @@ def with_check(
 
 
 def _bare(subject: Subject) -> Subject:
-    """Return the object as the robot calls it: the reader says what Fusion calls it."""
+    """Return the subject with its name in the robot instead of its name in Fusion."""
     return Subject(subject.kind, bare_name(subject.name))
 
 
 def _of_a_joint(finding: Finding, misnamed: Sequence[str]) -> bool:
-    """Return whether a coordinate's name is wrong because its joint's is."""
+    """Return whether a coordinate has an invalid name because its joint has one."""
     kind, name = finding.subject
     if kind != "coordinate" or finding.code not in _OF_COORDINATES:
         return False

@@ -1,4 +1,4 @@
-"""Muscles of a design in the frames of the robot's links."""
+"""Conversion of the muscles of a design to the link frames of the robot."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _COINCIDENT = 1e-9  # in [m]
 
 
 class RobotMuscles(NamedTuple):
-    """What the user has defined on top of bodies and joints, as the robot has it.
+    """Muscles, task points, markers and wrap surfaces in the frames of the links.
 
     Attributes:
-        cable_sets: One, or none if there are no muscles.
-        task_sets: The task points, the markers, or neither.
-        surfaces: What muscles wrap over.
-        findings: What is wrong.
+        cable_sets: One set with all muscles; empty if there are no muscles.
+        task_sets: Sets of the task points and the markers, if any.
+        surfaces: Wrap surfaces.
+        findings: Findings on the muscles.
     """
 
     cable_sets: tuple[CableSet, ...]
@@ -42,10 +42,10 @@ class RobotMuscles(NamedTuple):
 def robot_muscles(
     table: MuscleTable, T_world_link: Mapping[str, Transform], suppressed: Collection[str] = ()
 ) -> RobotMuscles:
-    """Move a table into the frames of links.
+    """Transform a muscle table to the frames of the links.
 
     Args:
-        table: In the world frame, at the design's pose.
+        table: Muscle table in the world frame, at the pose of the design.
         T_world_link: Poses of the links at that pose.
         suppressed: Links whose rigid group is suppressed, for messages.
     """
@@ -106,8 +106,8 @@ class _Muscles:
             if before.link != after.link and apart < _COINCIDENT:
                 problem = (
                     f"its points {before.number} and {after.number}, on {before.link!r} and "
-                    f"{after.link!r}, are in one place, so that the cable between them has no "
-                    "direction; move one of them in Define muscles"
+                    f"{after.link!r}, coincide, so the cable between them has no direction; move "
+                    "one of them in Define muscles"
                 )
                 self._findings.append(warning(subject, "coincident-points", problem))
         return [self._via_point(p) for p in points if p.link in self._T_link_world]
@@ -123,7 +123,7 @@ class _Muscles:
         if link in self._suppressed:
             why = f"the rigid group of link {link!r} is suppressed; unsuppress it."
         elif alike:
-            why = f"no link {link!r}; upper and lower case count, did you mean {alike[0]!r}?"
+            why = f"no link {link!r}; names are case-sensitive, did you mean {alike[0]!r}?"
         else:
             why = f"{unknown('link', link, [*self._links, WORLD])}."
         problem = f"{what} cannot be exported: {why} Choose its link in Define muscles"
@@ -132,7 +132,7 @@ class _Muscles:
     def _segments(
         self, points: Sequence[PointRow], uses: Iterable[tuple[WrapRow, WrapUse]]
     ) -> tuple[Wrap, ...]:
-        """The wraps of a muscle; the table's own findings name those that are after no point."""
+        """Return the wraps of a muscle without invalid ones, which `table_findings` reports."""
         index = {point.number: i for i, point in reversed(list(enumerate(points)))}
         return tuple(
             Wrap(row.name, index[use.after], use.side, use.turns, use.inside)
@@ -158,7 +158,7 @@ class _Muscles:
             subject = Subject("task_frame", row.name)
             if row.link == WORLD:
                 problem = (
-                    "is on no link, so that nothing moves it; choose its link in Define muscles"
+                    "is fixed to the world, so it cannot move; choose its link in Define muscles"
                 )
                 self._findings.append(error(subject, "task-point-on-world", problem))
             elif row.link not in self._T_link_world:
@@ -171,6 +171,6 @@ class _Muscles:
 
 
 def _along(axis: Vector3) -> Vector3:
-    """Roll, pitch and yaw of a frame whose z axis is along a vector."""
+    """Return roll, pitch and yaw of a frame whose z axis is along a vector."""
     x, y, z = axis
     return 0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x) if x or y else 0.0

@@ -1,4 +1,4 @@
-"""Designs whose y axis points up, turned so that z does, without rounding."""
+"""Rotation of designs whose y axis points up to z up, without rounding."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..snapshot import DesignSnapshot, JointSnapshot, MassSnapshot, MeshSnapshot
 
 
 def upright(snapshot: DesignSnapshot) -> DesignSnapshot:
-    """Return the design with z up, as the world of a robot has it: itself if z is up already."""
+    """Return the design with z up; a design with z up is returned unchanged."""
     if snapshot.settings.up_axis == "z":
         return snapshot
     return replace(
@@ -18,15 +18,15 @@ def upright(snapshot: DesignSnapshot) -> DesignSnapshot:
         occurrences=tuple(replace(o, mass=_mass(o.mass)) for o in snapshot.occurrences),
         bodies=tuple(replace(b, mass=_mass(b.mass), mesh=_mesh(b.mesh)) for b in snapshot.bodies),
         joints=tuple(map(_joint, snapshot.joints)),
-        points=tuple(replace(p, position=_turned(p.position)) for p in snapshot.points),
+        points=tuple(replace(p, position=_rotate(p.position)) for p in snapshot.points),
         surfaces=tuple(
-            replace(s, centre=_turned(s.centre), axis=_turned(s.axis)) for s in snapshot.surfaces
+            replace(s, centre=_rotate(s.centre), axis=_rotate(s.axis)) for s in snapshot.surfaces
         ),
     )
 
 
-def _turned(v: Vector3) -> Vector3:
-    """Return the quarter turn about x that moves y to z."""
+def _rotate(v: Vector3) -> Vector3:
+    """Return a vector rotated by 90° about x, which moves y to z."""
     x, y, z = v
     return x, 0.0 - z, y
 
@@ -36,7 +36,7 @@ def _mass(mass: MassSnapshot | None) -> MassSnapshot | None:
         return None
     xx, yy, zz, xy, yz, xz = mass.moments
     moments = (xx, zz, yy, 0.0 - xz, 0.0 - yz, xy)
-    return replace(mass, com=_turned(mass.com), moments=moments)
+    return replace(mass, com=_rotate(mass.com), moments=moments)
 
 
 def _mesh(mesh: MeshSnapshot | None) -> MeshSnapshot | None:
@@ -51,7 +51,7 @@ def _mesh(mesh: MeshSnapshot | None) -> MeshSnapshot | None:
 def _joint(joint: JointSnapshot) -> JointSnapshot:
     return replace(
         joint,
-        origin_one=None if joint.origin_one is None else _turned(joint.origin_one),
-        origin_two=None if joint.origin_two is None else _turned(joint.origin_two),
-        motions=tuple(replace(m, axis=_turned(m.axis)) for m in joint.motions),
+        origin_one=None if joint.origin_one is None else _rotate(joint.origin_one),
+        origin_two=None if joint.origin_two is None else _rotate(joint.origin_two),
+        motions=tuple(replace(m, axis=_rotate(m.axis)) for m in joint.motions),
     )

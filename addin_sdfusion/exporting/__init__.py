@@ -1,1 +1,1 @@
-"""Files of a robot folder, and their atomic replacement."""
+"""Writers for the files of a robot folder, and their atomic replacement."""

@@ -1,4 +1,4 @@
-"""Differences between a robot and the one that was exported before."""
+"""Differences between a robot and the previously exported robot."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from ..robot.model.robot import Robot
 from .manifest import digest
 
 Contents = Mapping[str, tuple[str, str]]
-"""For each `link arm`, `joint elbow` and so on what it is in words, and a fingerprint of all."""
+"""A description and a fingerprint of each part, by its kind and name, such as `link arm`."""
 
-_NUMBERS = "other numbers than before"
+_NUMBERS = "values changed"
 
 
 def contents(robot: Robot) -> Contents:
-    """Return the parts of a robot that people know by name."""
+    """Return descriptions and fingerprints of the named parts of a robot."""
     parts: dict[str, tuple[str, Any]] = {}
     for link in robot.links:
         parts[f"link {link.name}"] = f"{link.inertia.mass:.4g} kg", link
@@ -36,12 +36,12 @@ def contents(robot: Robot) -> Contents:
 
 
 def changes(before: Contents, after: Contents) -> Iterator[str]:
-    """What is new, gone, or otherwise, a line each."""
+    """Yield a line for every new, removed or changed part."""
     for name in sorted({*before, *after}):
         if name not in before:
             yield f"{name} is new: {after[name][0]}"
         elif name not in after:
-            yield f"{name} is gone"
+            yield f"{name} is removed"
         elif before[name] != after[name]:
             old, new = before[name][0], after[name][0]
             yield f"{name}: {_NUMBERS}" if old == new else f"{name}: {new}; before: {old}"
@@ -57,5 +57,5 @@ def _joint(joint: Joint) -> str:
 
 
 def _value(value: float, unit: str) -> str:
-    """In degrees or millimetres, as people read them."""
+    """Return a value in degrees or millimetres as text."""
     return f"{math.degrees(value):.4g}°" if unit == "rad" else f"{1000 * value:.4g} mm"

@@ -1,9 +1,9 @@
-"""Convex hull of points: quickhull with exact decisions.
+"""Convex hull of points by the quickhull algorithm with exact predicates.
 
-Points are first put on a grid 2⁵⁰ times finer than they reach. Whether a point sees a facet is then
-decided without rounding: by floats where these are certain, else by whole numbers. So the hull is a
-closed surface however many points lie in a plane, on a line or on top of one another. A point that
-stands out by no more than rounding is not worth a corner: a flat face stays one.
+Points are rounded to a grid that is 2⁵⁰ times finer than their extent. The test whether a facet is
+visible from a point is exact: it uses floats if their sign is certain, otherwise integers.
+Therefore the hull is a closed surface even for coplanar, collinear or duplicate points. Points
+within the tolerance of the hull are skipped, so that flat faces remain flat.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from typing import NamedTuple
 from ..robot.model.pose import Vector3
 
 TOLERANCE = 1e-11
-"""How far a point may stand out of the hull, over the reach of all points from their middle."""
+"""Maximum distance of a point outside the hull, relative to half the extent of all points."""
 FLAT = 1e-9
-"""What is thinner than this, over its length, has no volume."""
+"""Minimum ratio of thickness to length of a body with volume."""
 
 _GRID = 2.0**49
 _ROUNDING = 2.0**-46
-"""More than what the float value of a facet's plane is rounded by, over its largest terms."""
+"""Upper bound of the rounding error of a plane equation, relative to its largest terms."""
 
 _MIN_REACH = 1e-200
-"""In [m]; a power of two that brings less than this up to the grid may be too large for a float."""
+"""Minimum extent, in [m]; the scale of smaller extents could exceed the range of floats."""
 
 _Triple = tuple[int, int, int]
 
@@ -34,8 +34,8 @@ class Hull(NamedTuple):
     """A closed convex surface.
 
     Attributes:
-        corners: Points that were given, in the order in which they were.
-        triangles: Three indices of corners for every triangle, counter-clockwise seen from outside.
+        corners: Input points that are corners, in their original order.
+        triangles: Three indices of corners per triangle, counter-clockwise seen from outside.
     """
 
     corners: tuple[Vector3, ...]
@@ -46,10 +46,10 @@ def convex_hull(points: Iterable[Vector3]) -> Hull | None:
     """Return the convex hull of points.
 
     Args:
-        points: In any order, in [m]; finite.
+        points: Finite points in any order, in [m].
 
     Returns:
-        The hull; None if the points have no volume: too few, on a line, or in a plane.
+        The hull; None for fewer than four points, or collinear or coplanar points.
     """
     given = list(dict.fromkeys(points))
     wholes = _on_grid(given)
@@ -71,7 +71,7 @@ def _rotated(a: int, b: int, c: int) -> _Triple:
 
 
 def _on_grid(points: Sequence[Vector3]) -> list[_Triple]:
-    """Return points as whole numbers of at most ±2⁴⁹ about the middle."""
+    """Return points as integers of at most ±2⁴⁹ relative to the centre."""
     if not points:
         return []
     lows = [min(axis) for axis in zip(*points, strict=True)]
@@ -88,7 +88,10 @@ def _on_grid(points: Sequence[Vector3]) -> list[_Triple]:
 
 
 def _tetrahedron(points: Sequence[_Triple]) -> tuple[int, int, int, int] | None:
-    """Four points far from one another, the first three counter-clockwise seen from outside."""
+    """Return four distant points, the first three counter-clockwise seen from outside.
+
+    Returns None if the points have no volume.
+    """
     if len(points) < 4:
         return None
     among = range(len(points))
@@ -122,14 +125,14 @@ class _Facet:
 
     Attributes:
         corners: Indices of points, counter-clockwise seen from outside.
-        neighbours: The facet over the edge from corner k to the next.
-        above: Points that see it and are to be added; each is in the list of one facet only.
-        height: How far the farthest of them is from the plane, times the length of the normal.
-        farthest: That point.
-        plane: Normal and offset: `n · p - offset` is above 0 for a point that sees the facet.
-        doubt: No larger values have a certain sign.
-        exact: Normal and offset as whole numbers, once they were needed.
-        gone: Whether it is no longer on the hull.
+        neighbours: Adjacent facet at the edge from corner k to the next corner.
+        above: Remaining points from which the facet is visible; each point is in one list only.
+        height: Largest distance of these points from the plane, times the length of the normal.
+        farthest: Index of the point with the largest distance.
+        plane: Normal and offset; `n · p - offset` is positive if the facet is visible from p.
+        doubt: Bound of the values whose sign is uncertain because of rounding.
+        exact: Normal and offset as integers, computed on demand.
+        gone: Whether the facet is removed from the hull.
     """
 
     __slots__ = (
@@ -161,17 +164,17 @@ class _Facet:
         self.doubt = _ROUNDING * longest * _GRID
 
     def stands_out(self, height: float) -> bool:
-        """Return whether a point of that height is far enough above it to be worth a corner."""
+        """Return whether a point of this height exceeds the tolerance and becomes a corner."""
         x, y, z, _ = self.plane
         return height > TOLERANCE * _GRID * math.sqrt(x * x + y * y + z * z)
 
 
 class _Quickhull:
-    """The work on one hull.
+    """Computation of one hull.
 
     Args:
-        points: On the grid, all different.
-        start: The corners of a first hull, the first three counter-clockwise seen from outside.
+        points: Unique points on the grid.
+        start: Corners of the initial hull, the first three counter-clockwise seen from outside.
     """
 
     def __init__(self, points: Sequence[_Triple], start: tuple[int, int, int, int]) -> None:
@@ -185,13 +188,13 @@ class _Quickhull:
         bc.neighbours = [ab, ca, first]
         ca.neighbours = [bc, ab, first]
         self._start = [first, ab, bc, ca]
-        self._share((i for i in range(len(points)) if i not in start), self._start)
+        self._assign((i for i in range(len(points)) if i not in start), self._start)
 
     def facets(self) -> list[_Triple]:
         """Return the triangles of the hull."""
         live = dict.fromkeys(self._start)
         waiting = deque(self._start)
-        while waiting:  # the oldest first: one side of a body is not done long before another
+        while waiting:  # the oldest first, so that all sides of the hull grow evenly
             facet = waiting.popleft()
             point = None if facet.gone else self._next(facet)
             if point is not None:
@@ -203,40 +206,40 @@ class _Quickhull:
         return [facet.corners for facet in live]
 
     def _next(self, facet: _Facet) -> int | None:
-        """The point above a facet to add first; points that stand out too little are let go."""
+        """Return the next point to add above a facet; discard points within the tolerance."""
         if facet.stands_out(facet.height):
             return facet.farthest
-        while facet.above:  # they may still stand out far from this facet
+        while facet.above:  # they may exceed the tolerance of other facets
             point = facet.above.pop()
-            seen = self._seen(facet, point)
+            seen = self._visible_facets(facet, point)
             if any(other.stands_out(self._height(other, point)) for other in seen):
                 return point
         return None
 
     def _add(self, facet: _Facet, point: int) -> tuple[list[_Facet], list[_Facet]]:
-        """Make a point that sees a facet a corner; returns the facets that go and the new ones."""
-        seen = self._seen(facet, point)
+        """Add a point as a corner; return the removed facets and the new facets."""
+        seen = self._visible_facets(facet, point)
         for other in seen:
             other.gone = True
         new = self._cone(seen, point)
-        self._share((i for other in seen for i in other.above if i != point), new)
+        self._assign((i for other in seen for i in other.above if i != point), new)
         for other in seen:
-            other.above, other.neighbours = [], []  # no circles for the garbage collector
+            other.above, other.neighbours = [], []  # break reference cycles
         return seen, new
 
-    def _seen(self, facet: _Facet, point: int) -> list[_Facet]:
-        """Return the facets that a point sees, from one of them; they are connected."""
-        seen, met = [facet], {facet}
+    def _visible_facets(self, facet: _Facet, point: int) -> list[_Facet]:
+        """Return the connected facets that are visible from a point, starting from one of them."""
+        seen, visited = [facet], {facet}
         for other in seen:
             for neighbour in other.neighbours:
-                if neighbour not in met:
-                    met.add(neighbour)
+                if neighbour not in visited:
+                    visited.add(neighbour)
                     if self._height(neighbour, point) > 0.0:
                         seen.append(neighbour)
         return seen
 
     def _cone(self, seen: Sequence[_Facet], point: int) -> list[_Facet]:
-        """Facets from the rim of those that are gone to a point, joined with one another."""
+        """Return new facets from a point to the boundary of the removed facets."""
         starts: dict[int, _Facet] = {}
         for old in seen:
             for k, outer in enumerate(old.neighbours):
@@ -251,8 +254,8 @@ class _Quickhull:
             facet.neighbours[1].neighbours.append(facet)
         return list(starts.values())
 
-    def _share(self, points: Iterable[int], facets: Sequence[_Facet]) -> None:
-        """Put each point into the list of a facet that it sees; without one it is inside."""
+    def _assign(self, points: Iterable[int], facets: Sequence[_Facet]) -> None:
+        """Add each point to the list of one visible facet; drop points inside the hull."""
         where = self._points
         planes = [(*facet.plane, facet.doubt, facet) for facet in facets]
         for i in points:
@@ -266,7 +269,7 @@ class _Quickhull:
                     break
 
     def _height(self, facet: _Facet, point: int) -> float:
-        """A point's distance above a facet's plane times the normal's length; its sign is right."""
+        """Return the height of a point above a facet, times the normal's length, exact in sign."""
         x, y, z, offset = facet.plane
         px, py, pz = self._points[point]
         height = x * px + y * py + z * pz - offset

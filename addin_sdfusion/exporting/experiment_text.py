@@ -1,4 +1,4 @@
-"""Experiment of an export: a gentle motion, with which `cardsflow run` simulates the robot."""
+"""Experiment file of an export: a small motion that `cardsflow run` simulates."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from ..robot.model.robot import Robot
 from ..robot.model.trajectory import Trajectory, TrajectoryPoint
 
 DURATION = 4.0
-"""In [s]: half of it there, half of it back."""
+"""Duration of the motion to the target and back, in [s]."""
 STEP = 0.001
-"""In [s]."""
+"""Step of the simulation, in [s]."""
 REACH = {"rad": 0.1, "m": 0.01}
-"""How far a coordinate goes where its limits leave room."""
+"""Maximum motion of a coordinate, by its unit."""
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def gentle_motion(robot: Robot) -> Trajectory:
-    """Return a quintic motion from the initial pose to one nearby and back, at rest in every point.
+    """Return a quintic motion to a pose near the initial pose and back, at rest at every point.
 
-    A coordinate uses at most half of the room that its limits leave on the wider side; without
-    room it stays. An initial value outside its limits is moved to the nearer one.
+    A coordinate moves in the direction of the more distant limit, by at most half the distance. An
+    initial value outside its limits is moved to the nearest limit.
     """
     starts = [min(max(c.initial, c.lower), c.upper) for c in robot.coordinates]
     ends = [_nearby(c, q) for c, q in zip(robot.coordinates, starts, strict=True)]
@@ -41,16 +41,16 @@ def gentle_motion(robot: Robot) -> Trajectory:
 
 
 def can_run(robot: Robot) -> bool:
-    """Return whether there is something to simulate: a joint that moves, and a muscle."""
+    """Return whether the robot can be simulated: it has a movable joint and a muscle."""
     return bool(robot.coordinates and robot.muscles)
 
 
 def experiment_findings(robot: Robot) -> Iterator[Finding]:
-    """Why there is no experiment, or why a run will reject it."""
+    """Yield warnings if no experiment is written or if a run will reject it."""
     subject = Subject("robot", robot.name)
     if not can_run(robot):
-        lack = "no muscles" if robot.coordinates else "no joints that move"
-        problem = f"it has {lack}, so there is nothing to simulate: no experiment.toml is written"
+        missing = "no muscles" if robot.coordinates else "no movable joints"
+        problem = f"it has {missing}, so no experiment.toml is written"
         yield warning(subject, "no-experiment", problem)
         return
     for kind, names in (
@@ -62,28 +62,28 @@ def experiment_findings(robot: Robot) -> Iterator[Finding]:
         for name in names:
             other = first.setdefault(identifier(name), name)
             if other != name:
-                problem = f"as a variable of the simulation it is the same as {other!r}; rename one"
+                problem = f"has the same variable name in the simulation as {other!r}; rename one"
                 yield warning(Subject(kind, name), "experiment-names", problem)
 
 
 def experiment_text(robot: Robot, trajectory: Trajectory) -> str:
-    """The text of an experiment.toml next to model.sdf, for a robot with a muscle at least."""
+    """Return the text of an experiment.toml next to model.sdf, for a robot with muscles."""
     muscle = robot.muscles[0]
     lines = [
-        "# `cardsflow run .` in this folder simulates the robot. Change it as you like: a later",
-        "# export keeps your version, and writes its own next to it as experiment.new.toml.",
+        "# `cardsflow run .` in this folder simulates the robot. You may edit this file: a later",
+        "# export keeps your version and writes the new version to experiment.new.toml.",
         "",
         "[robot]",
         'path = "model.sdf"          # relative to this file',
         "",
-        "# Force bounds of a muscle, where they are to differ from the robot's:",
+        "# Force limits of a muscle, if they differ from the limits in the robot:",
         f"# [muscles.{toml_key(muscle.name)}]",
         f"# f_min = {muscle.f_min!r}   # [N]",
         f"# f_max = {100.0 if muscle.f_max == math.inf else muscle.f_max!r}   # [N]",
         "",
-        "# The motion to follow: from the pose of the design to one nearby and back. A coordinate",
-        "# that has no room between its limits stays. Put in points as you need them, in the order",
-        "# of their times; with `qd` and `qdd` tables like `q` the robot need not stop in a point.",
+        "# The reference: a motion from the pose of the design to a nearby pose and back. Add",
+        "# points as needed, in the order of their times. With tables `qd` and `qdd` like `q`, the",
+        "# robot does not have to stop at a point.",
         "[reference]",
         f'spline = "{trajectory.spline}"          # or "linear", "cubic"',
         *point_lines(robot.coordinates, trajectory.points),
@@ -110,12 +110,12 @@ def point_lines(
     points: Iterable[TrajectoryPoint],
     without: Collection[str] = (),
 ) -> Iterator[str]:
-    """The points of a reference, a table each, with units and limits behind the first.
+    """Yield the lines of one TOML table per point, with units, and with limits at the first one.
 
     Args:
-        coordinates: All that the points have values of.
-        points: The points.
-        without: Names of coordinates to leave out.
+        coordinates: Coordinates of the points, in order.
+        points: Points of the reference.
+        without: Names of coordinates that are not written.
     """
     keys = [toml_key(c.name) for c in coordinates]
     for i, point in enumerate(points):

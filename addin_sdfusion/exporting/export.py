@@ -1,13 +1,13 @@
-"""Export of a design snapshot to a robot folder that simulates.
+"""Export of a design snapshot to a robot folder that can be simulated.
 
     model.sdf, model.config, cardsflow.xml   the robot with its muscles
     meshes/visual, meshes/collision          STL, in metres, in the frames of the links
-    experiment.toml                          with which `cardsflow run` simulates it
+    experiment.toml                          experiment for `cardsflow run`
     caspr/, <name>.osim                      for CASPR and OpenSim
     urdf/, mjcf/                             the same robot with its meshes for ROS and MuJoCo
-    findings.txt, findings.json              what is doubtful, and what a format cannot hold
+    findings.txt, findings.json              warnings, and data that a format does not support
 
-Nothing in them depends on the day or the machine: the same design gives the same bytes.
+The files do not depend on the date or the machine: the same design results in identical files.
 """
 
 from __future__ import annotations
@@ -45,18 +45,17 @@ from .robot_folder import EXPERIMENT, Replacement, replacing
 from .safe_names import safe_name, safe_names
 
 CASPR = "caspr"
-"""The folder of CASPR's files."""
+"""Name of the folder of CASPR's files."""
 
 
 class Exported(NamedTuple):
-    """What an export gave.
+    """Result of an export.
 
     Attributes:
-        files: The export's files, in order.
-        findings: What is doubtful, what a format cannot hold, and which of the user's files were
+        files: The exported files, in order.
+        findings: Warnings, data that a format does not support, and files of the user that were
             kept.
-        changed: What is otherwise in the robot than in that of the export before; None if there
-            was none.
+        changed: Differences from the previous export; None for the first export.
     """
 
     files: tuple[Path, ...]
@@ -67,17 +66,19 @@ class Exported(NamedTuple):
 def export_robot(
     snapshot: DesignSnapshot, folder: str | Path, *, progress: Progress | None = None
 ) -> Exported:
-    """Write a design as a robot folder, in place of what an earlier export wrote there.
+    """Write the robot folder of a design and replace the files of an earlier export.
+
+    If an error is raised, the folder is unchanged.
 
     Args:
         snapshot: The design, with the settings of the export.
-        folder: Where to; made if it does not exist. Its name is that of the model in Gazebo.
-        progress: Called with how far it is; may raise `Cancelled`.
+        folder: Target folder; created if it does not exist. Gazebo uses its name as model name.
+        progress: Called with the progress; may raise `Cancelled`.
 
     Raises:
-        RobotError: The design has errors; the exception carries all findings.
+        RobotError: The design has errors; the exception contains all findings.
         InputError: The folder cannot be written.
-        Cancelled: The user has stopped it. With every error the folder is as it was.
+        Cancelled: The user cancelled the export.
     """
     return export_built(build_robot(snapshot), snapshot.settings, folder, progress=progress)
 
@@ -89,7 +90,7 @@ def export_built(
     *,
     progress: Progress | None = None,
 ) -> Exported:
-    """As `export_robot`, with a robot that has been built already."""
+    """Write the robot folder like `export_robot`, for a robot that is already built."""
     after = contents(built.robot) if built.robot is not None else {}
     with replacing(folder) as replacement:
         findings = _Export(built, settings, replacement, progress or no_progress).write()
@@ -100,7 +101,7 @@ def export_built(
 
 
 class _Export:
-    """The work on one export."""
+    """Writer for one export."""
 
     def __init__(
         self,
@@ -117,7 +118,7 @@ class _Export:
         self._findings: list[Finding] = list(built.findings)
 
     def write(self) -> tuple[Finding, ...]:
-        """Write everything; returns all findings."""
+        """Write all files and return all findings."""
         robot = self._with_meshes(self._valid())
         links = len(robot.links)
         self._progress(links, links + 3, "robot files")
@@ -139,11 +140,11 @@ class _Export:
         findings = in_order(self._findings)
         reports = {"findings.txt": report_text(findings), "findings.json": report_json(findings)}
         write_files(self._folder, reports)
-        self._progress(links + 2, links + 3, "files into their places")
+        self._progress(links + 2, links + 3, "moving files to the folder")
         return findings
 
     def _valid(self) -> Robot:
-        """Return the robot, if it can be written."""
+        """Return the robot, or raise its errors."""
         robot = self._built.robot
         if robot is not None:
             self._findings += check(robot)
@@ -154,7 +155,7 @@ class _Export:
         return robot
 
     def _with_meshes(self, robot: Robot) -> Robot:
-        """Write the meshes; returns the robot with them."""
+        """Write the meshes and return the robot with references to them."""
         stems = safe_names(link.name for link in robot.links)
         links = []
         for i, link in enumerate(robot.links):
@@ -183,7 +184,7 @@ class _Export:
 
     def _write_caspr(self, robot: Robot, name: str) -> None:
         if not robot.coordinates:
-            problem = "no files for CASPR are written: no joint moves"
+            problem = "no files for CASPR are written: the robot has no movable joints"
             self._findings.append(warning(Subject("robot", robot.name), "caspr-no-joints", problem))
             return
         trajectories = [gentle_motion(robot)]
@@ -199,7 +200,7 @@ class _Export:
         self._write_as("OpenSim", osim, robot, "")
 
     def _write_with_meshes(self, program: str, format_: str, robot: Robot) -> None:
-        """Write a robot and its meshes into a folder of its own, which can be taken elsewhere."""
+        """Write a robot with its meshes into a separate, self-contained folder."""
         links = []
         for link in robot.links:
             meshes = (replace(m, uri=self._below(m.uri)) for m in link.meshes)
@@ -209,11 +210,11 @@ class _Export:
         self._write_as(program, format_of(format_, meshes=carried), robot, format_)
 
     def _below(self, uri: str) -> str:
-        """Return the file of a mesh below the robot's folder."""
+        """Return the path of a mesh relative to the robot folder."""
         return uri.removeprefix(f"model://{self._model}/")
 
     def _write_as(self, program: str, format_: Format, robot: Robot, folder: str) -> None:
-        """Write the files of another program, or say why there are none."""
+        """Write the files for another program, or report why they cannot be written."""
         try:
             written = convert_to(format_, robot, self._folder / folder)
         except RobotError as error:
@@ -223,7 +224,7 @@ class _Export:
 
 
 def _downgraded(program: str, error: RobotError) -> list[Finding]:
-    """What keeps a robot from being written for one program does not keep it from the others."""
+    """Return warnings instead of errors, since the files for other programs can be written."""
     errors = [finding for finding in error.findings if finding.is_error]
     return [
         Finding("warning", f.code, f"no files for {program} are written: {f.message}", f.subject)

@@ -15,23 +15,24 @@ from ..robot.model.rotations import rotation
 from ..settings import ExportSettings
 from ..snapshot import BodySnapshot, MeshSnapshot
 from .convex_hull import convex_hull
-from .primitives import fitted
+from .primitives import fit_shape
 from .stl import stl_bytes
 
 MAX_HULLS = 16
-"""With more bodies a link gets one hull about them all: simulators pay for every shape."""
+"""Maximum number of hulls of a link. Links with more bodies get one hull around all bodies, since
+each collision shape slows down simulators."""
 
 Role = Literal["visual", "collision"]
 
 
 class LinkMeshes(NamedTuple):
-    """The meshes of one link.
+    """Meshes of one link.
 
     Attributes:
-        meshes: Their role, path as uri, and name.
-        shapes: What it collides with in place of a mesh.
-        files: The content of each file by its path below the robot's folder.
-        findings: What is left out.
+        meshes: Role, path as URI, and name of each mesh.
+        shapes: Collision shapes that replace collision meshes.
+        files: Content of each file, by path relative to the robot folder.
+        findings: Warnings on bodies without meshes.
     """
 
     meshes: tuple[Mesh, ...]
@@ -57,29 +58,29 @@ def link_meshes(
     """Return the meshes of a link.
 
     Args:
-        link: Its name.
-        stem: How its files begin.
-        bodies: Its bodies; those that are hidden are left out.
-        T_link_world: Pose of the frame that the bodies' meshes are given in.
-        settings: Which meshes to make.
+        link: Name of the link.
+        stem: Prefix of the names of its files.
+        bodies: Bodies of the link; hidden bodies are not exported.
+        T_link_world: Pose of the world frame, which is the frame of the body meshes.
+        settings: Settings of the export.
     """
     collision = settings.collision_of(link)
     if not settings.visual and collision == "none":
         return LinkMeshes((), (), {}, ())
-    findings = list(_left_out(link, bodies))
+    findings = list(_unexported_bodies(link, bodies))
     looks: dict[Rgba | None, list[_Triangles]] = {}
     for b in bodies:
-        if b.visible and b.mesh and _sound(b.mesh):
-            looks.setdefault(_rgba(b), []).append(_placed(b.mesh, T_link_world))
+        if b.visible and b.mesh and _is_valid(b.mesh):
+            looks.setdefault(_rgba(b), []).append(_in_link_frame(b.mesh, T_link_world))
     shown = [shape for shapes in looks.values() for shape in shapes]
     named: list[tuple[Role, str, _Triangles]] = []
     colors: dict[str, Rgba | None] = {}
     if shown and settings.visual:
         for name, (color, shapes) in zip(_names("visual", len(looks)), looks.items(), strict=True):
-            named.append(("visual", name, _joined(shapes)))
+            named.append(("visual", name, _merge(shapes)))
             colors[name] = color
     if shown and collision == "mesh":
-        named.append(("collision", "collision", _joined(shown)))
+        named.append(("collision", "collision", _merge(shown)))
     simple: list[Shape] = []
     if shown and collision != "none" and collision != "mesh":
         hulls = [hull for group in _groups(shown) if (hull := _hull(group)) is not None]
@@ -87,9 +88,9 @@ def link_meshes(
             names = _names("collision", len(hulls))
             named += [("collision", name, hull) for name, hull in zip(names, hulls, strict=True)]
         else:
-            simple = [fitted(collision, *hull) for hull in hulls]
+            simple = [fit_shape(collision, *hull) for hull in hulls]
         if len(hulls) < len(_groups(shown)):
-            problem = "bodies without thickness have no convex hull; nothing collides with them"
+            problem = "bodies without thickness have no convex hull and do not collide"
             findings.append(warning(Subject("link", link), "flat-collision", problem))
     paths = [f"meshes/{role}/{_file(stem, name)}.stl" for role, name, _ in named]
     return LinkMeshes(
@@ -111,30 +112,29 @@ def _rgba(body: BodySnapshot) -> Rgba | None:
     return red, green, blue, body.opacity
 
 
-def _left_out(link: str, bodies: Sequence[BodySnapshot]) -> Iterator[Finding]:
+def _unexported_bodies(link: str, bodies: Sequence[BodySnapshot]) -> Iterator[Finding]:
     subject = Subject("link", link)
     hidden = [body.name for body in bodies if not body.visible]
     if hidden:
         problem = (
-            f"hidden bodies are not in its meshes: {listed(hidden, 5)}; show them to put them in"
+            f"hidden bodies are not exported in its meshes: {listed(hidden, 5)}; show them to "
+            "export them"
         )
         yield warning(subject, "hidden-bodies", problem)
     without = [body.name for body in bodies if body.visible and body.mesh is None]
     if without:
         problem = (
-            f"bodies without a mesh: {listed(without, 5)}; they are not seen and do not collide"
+            f"bodies without a mesh: {listed(without, 5)}; they are invisible and do not collide"
         )
         yield warning(subject, "bodies-without-mesh", problem)
-    broken = [b.name for b in bodies if b.visible and b.mesh is not None and not _sound(b.mesh)]
+    broken = [b.name for b in bodies if b.visible and b.mesh is not None and not _is_valid(b.mesh)]
     if broken:
-        problem = (
-            f"bodies whose mesh is empty or damaged are left out of its meshes: {listed(broken, 5)}"
-        )
+        problem = f"bodies whose mesh is empty or damaged are not exported: {listed(broken, 5)}"
         yield warning(subject, "damaged-mesh", problem)
 
 
-def _sound(mesh: MeshSnapshot) -> bool:
-    """Return whether a mesh has triangles, all of them between nodes that are there."""
+def _is_valid(mesh: MeshSnapshot) -> bool:
+    """Return whether a mesh has triangles, and all of them refer to existing finite nodes."""
     nodes, triangles = mesh.nodes, mesh.triangles
     if not triangles or len(nodes) % 3 or len(triangles) % 3:
         return False
@@ -142,7 +142,7 @@ def _sound(mesh: MeshSnapshot) -> bool:
     return inside and all(map(math.isfinite, nodes))
 
 
-def _placed(mesh: MeshSnapshot, T_link_world: Pose) -> _Triangles:
+def _in_link_frame(mesh: MeshSnapshot, T_link_world: Pose) -> _Triangles:
     (a, b, c), (d, e, f), (g, h, i) = rotation(T_link_world.rpy)
     px, py, pz = T_link_world.position
     nodes = array("d")
@@ -158,7 +158,7 @@ def _placed(mesh: MeshSnapshot, T_link_world: Pose) -> _Triangles:
     return _Triangles(nodes, mesh.triangles)
 
 
-def _joined(shapes: Sequence[_Triangles]) -> _Triangles:
+def _merge(shapes: Sequence[_Triangles]) -> _Triangles:
     if len(shapes) == 1:
         return shapes[0]
     nodes, triangles = array("d"), array("l")
@@ -170,8 +170,11 @@ def _joined(shapes: Sequence[_Triangles]) -> _Triangles:
 
 
 def _groups(shapes: Sequence[_Triangles]) -> list[_Triangles]:
-    """What gets a hull of its own: every body, as a hull about several fills what is between."""
-    return list(shapes) if len(shapes) <= MAX_HULLS else [_joined(shapes)]
+    """Return the groups of bodies that get one hull each.
+
+    Each body gets a separate hull, because a common hull would fill the gaps between bodies.
+    """
+    return list(shapes) if len(shapes) <= MAX_HULLS else [_merge(shapes)]
 
 
 def _hull(shape: _Triangles) -> _Triangles | None:
@@ -190,6 +193,6 @@ def _names(role: str, count: int) -> list[str]:
 
 
 def _file(stem: str, name: str) -> str:
-    """Return the file of a mesh; no stem has a point, so no link's file is another link's."""
+    """Return the file name of a mesh; it is unique because a stem does not contain a dot."""
     _, _, number = name.partition("_")
     return f"{stem}.{number}" if number else stem

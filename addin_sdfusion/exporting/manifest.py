@@ -1,4 +1,4 @@
-"""Manifest of an export: the list of the files that it wrote, kept next to them."""
+"""Manifest of an export: a list of the exported files in the robot folder."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from ..robot.json_text import json_text
 
 MANIFEST = ".cardsflow-export.json"
 FORMAT = 1
-"""Version of the list; of another one nothing is replaced."""
+"""Version of the manifest; files of other versions are not replaced."""
 
 
 def digest(content: bytes) -> str:
-    """The fingerprint of a file; line ends do not count, as version control may turn them."""
+    """Return the fingerprint of a file, ignoring line endings, which version control may change."""
     return hashlib.sha256(content.replace(b"\r\n", b"\n")).hexdigest()
 
 
 def manifest_text(
     files: Mapping[str, str], contents: Mapping[str, tuple[str, str]] | None = None
 ) -> str:
-    """Return the text of a list.
+    """Return the text of a manifest.
 
     Args:
-        files: The fingerprint of each file by its path below the folder.
-        contents: What the robot holds, for what is otherwise in the next one.
+        files: Fingerprint of each file, by path relative to the folder.
+        contents: Description of the robot, for the list of changes of the next export.
     """
     robot = {"robot": dict(sorted(contents.items()))} if contents else {}
     plain = {"format": FORMAT, "files": dict(sorted(files.items())), **robot}
@@ -38,10 +38,10 @@ def manifest_text(
 
 
 def read_manifest(folder: Path) -> dict[str, str]:
-    """What an earlier export wrote into a folder: fingerprints by path; empty if there was none.
+    """Return the fingerprints of the files of an earlier export, by path; empty if there is none.
 
     Raises:
-        InputError: The list is damaged, or names a file outside the folder.
+        InputError: The manifest is damaged, or contains a file outside the folder.
     """
     file = folder / MANIFEST
     if not file.exists():
@@ -56,7 +56,7 @@ def read_manifest(folder: Path) -> dict[str, str]:
 
 
 def read_contents(folder: Path) -> dict[str, tuple[str, str]] | None:
-    """What the robot held that was exported into a folder before; None if that is not known."""
+    """Return the description of the robot of an earlier export; None if unknown."""
     try:
         plain = read_json(folder / MANIFEST)
     except InputError:
@@ -69,10 +69,10 @@ def read_contents(folder: Path) -> dict[str, tuple[str, str]] | None:
 
 
 def read_json(file: Path) -> Any:
-    """Return the content of one of the export's own files.
+    """Return the content of a JSON file of the exporter.
 
     Raises:
-        InputError: It cannot be read or is not JSON.
+        InputError: The file cannot be read or is not JSON.
     """
     try:
         return json.loads(read_file(file, limits.JSON).decode())
@@ -81,10 +81,10 @@ def read_json(file: Path) -> Any:
 
 
 def require_inside(path: Any, file: Path) -> str:
-    """Return a path of a list, if it stays below the folder: a list may come from anywhere.
+    """Return a path of a manifest if it is inside the folder, since manifests are untrusted.
 
     Raises:
-        InputError: It does not.
+        InputError: The path is outside the folder.
     """
     if not isinstance(path, str) or not path or any(sign in path for sign in "\\:\0"):
         raise damaged(file)
@@ -95,6 +95,6 @@ def require_inside(path: Any, file: Path) -> str:
 
 
 def damaged(file: Path) -> InputError:
-    """Return the error for one of the export's own files that is not as it was written."""
-    what = "is damaged, so it is not known what an earlier export wrote; export into a new folder"
+    """Return the error for a damaged file of the exporter."""
+    what = "is damaged, so the files of the earlier export are unknown; export into a new folder"
     return InputError(what, file=file)

@@ -1,4 +1,4 @@
-"""Boxes, spheres and cylinders about convex hulls."""
+"""Boxes, spheres and cylinders that enclose convex hulls."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from ..robot.model.rotations import (
 
 _DIRECTIONS = 5
 _PARALLEL = 1e-6
-_DIGITS = 6  # normals that agree in so many digits are of one face
+_DIGITS = 6  # number of equal digits of normals of one face
 
 
-def fitted(kind: ShapeKind, nodes: Sequence[float], triangles: Sequence[int]) -> Shape:
-    """Return the smallest shape about a hull that lies along its largest faces.
+def fit_shape(kind: ShapeKind, nodes: Sequence[float], triangles: Sequence[int]) -> Shape:
+    """Return the smallest enclosing shape of a hull that is aligned with its largest faces.
 
-    A sphere is about the middle of the smallest such box; a box, a cylinder and a ball are so met
-    as exactly as their triangles do.
+    The centre of a sphere is the centre of the smallest such box. For hulls of boxes, cylinders and
+    spheres, the shape is as exact as the triangles.
 
     Args:
-        kind: The shape.
+        kind: Type of the shape.
         nodes: x, y, z of every corner, in [m].
-        triangles: Three indices of corners for every triangle.
+        triangles: Three indices of corners per triangle.
     """
     points = [(nodes[i], nodes[i + 1], nodes[i + 2]) for i in range(0, len(nodes), 3)]
-    frames = [_in(R, points) for R in _frames(points, triangles)]
+    frames = [_to_frame(R, points) for R in _frames(points, triangles)]
     if kind == "cylinder":
         every = [cylinder for frame in frames for cylinder in _cylinders(*frame)]
         return min(every, key=lambda c: c.sizes[0] ** 2 * c.sizes[1])
@@ -49,10 +49,10 @@ def fitted(kind: ShapeKind, nodes: Sequence[float], triangles: Sequence[int]) ->
 
 
 _Frame = tuple[Matrix3, Vector3, Vector3, list[Vector3]]
-"""A frame, the corners of the box along it, and the points as it has them."""
+"""Rotation of a frame, minimum and maximum corner of the points in it, points in it."""
 
 
-def _in(R: Matrix3, points: Sequence[Vector3]) -> _Frame:
+def _to_frame(R: Matrix3, points: Sequence[Vector3]) -> _Frame:
     back = transpose(R)
     own = [rotate(back, p) for p in points]
     xs, ys, zs = zip(*own, strict=True)
@@ -60,7 +60,7 @@ def _in(R: Matrix3, points: Sequence[Vector3]) -> _Frame:
 
 
 def _cylinders(R: Matrix3, low: Vector3, high: Vector3, points: list[Vector3]) -> Iterator[Shape]:
-    """Along each of the frame's axes, about the middle."""
+    """Yield the enclosing cylinder along each axis of a frame."""
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
         middle = _scaled(0.5, add(low, high))
@@ -73,7 +73,7 @@ def _cylinders(R: Matrix3, low: Vector3, high: Vector3, points: list[Vector3]) -
 
 
 def _frames(points: Sequence[Vector3], triangles: Sequence[int]) -> Iterator[Matrix3]:
-    """The link's own, and those of each two of the directions that most of the surface has."""
+    """Yield the link frame, and the frames of each pair of normals of the largest faces."""
     yield (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
     for z, other in combinations(_directions(points, triangles), 2):
         along = subtract(other, _scaled(dot(other, z), z))
@@ -83,7 +83,10 @@ def _frames(points: Sequence[Vector3], triangles: Sequence[int]) -> Iterator[Mat
 
 
 def _directions(points: Sequence[Vector3], triangles: Sequence[int]) -> list[Vector3]:
-    """The normals of the largest faces, which may be of many triangles; opposite ones are one."""
+    """Return the normals of the largest faces; opposite normals are treated as equal.
+
+    A face may consist of many triangles.
+    """
     areas: dict[Vector3, float] = {}
     normals: dict[Vector3, Vector3] = {}
     for t in range(0, len(triangles), 3):

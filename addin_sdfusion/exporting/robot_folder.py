@@ -1,8 +1,8 @@
-"""Replacement of an export in its folder: exactly the files of the earlier export.
+"""Replacement of the files of an earlier export in its folder.
 
-All other files stay. A file of an earlier export that someone has changed since is kept
-as `<file>.bak` next to the new one; `experiment.toml` is the user's to change: theirs stays, and a
-new one that differs from what theirs was made of is put next to it as `experiment.new.toml`.
+All other files are unchanged. If the user has changed an exported file, it is kept as `<file>.bak`
+next to the new file. A changed `experiment.toml` is not replaced. If the new experiment differs
+from the earlier exported version, it is written to `experiment.new.toml`.
 """
 
 from __future__ import annotations
@@ -18,43 +18,43 @@ from ..robot.files import file_error
 from ..robot.finding import Finding, Subject
 from ..robot.finding_builders import warning
 from .manifest import MANIFEST, digest, manifest_text, read_manifest
-from .safe_names import refused_name
+from .safe_names import is_unsafe_name
 from .transaction import JOURNAL, Move, move_all, recover, remove_empty
 
 EXPERIMENT = "experiment.toml"
 NEW_EXPERIMENT = "experiment.new.toml"
 PART = ".cardsflow-export.part"
-"""The folder in the folder that new files are written to before they take their places."""
+"""Subfolder in which new files are written before they replace the old files."""
 
 
 def require_folder(folder: str | Path) -> Path:
     """Return the folder to export to.
 
     Raises:
-        InputError: It is not a folder, a link, or has a name that some system rejects.
+        InputError: The path is not a folder, is a link, or has a name that a system rejects.
     """
-    folder = Path(os.path.abspath(folder))  # noqa: PTH100 - a link is to be seen, not followed
+    folder = Path(os.path.abspath(folder))  # noqa: PTH100 - a link must be detected, not resolved
     if not folder.name:
-        raise InputError("is a whole drive; give a folder on it", file=folder)
-    if refused_name(folder.name):
-        what = "has a name that not every system takes for a folder; give another one"
+        raise InputError("is a drive; specify a folder on it", file=folder)
+    if is_unsafe_name(folder.name):
+        what = "has a name that some operating systems reject; choose another name"
         raise InputError(what, file=folder)
     if folder.is_symlink():
-        raise InputError("is a link; give the folder that it leads to", file=folder)
+        raise InputError("is a link; specify its target folder", file=folder)
     if folder.exists() and not folder.is_dir():
-        raise InputError("is a file; give a folder", file=folder)
+        raise InputError("is a file; specify a folder", file=folder)
     return folder
 
 
 @contextmanager
 def replacing(folder: str | Path) -> Iterator[Replacement]:
-    """New files for a folder, written aside; they take their places with `commit`.
+    """Write new files for a folder to a subfolder; `commit` moves them to the folder.
 
-    Whatever happens without it, the folder is as it was.
+    Without a successful `commit` the folder is unchanged.
 
     Raises:
-        InputError: The folder cannot be written, or holds files that would be overwritten.
-        MachineError: There is no room.
+        InputError: The folder cannot be written, or contains files that would be overwritten.
+        MachineError: The disk is full.
     """
     folder = require_folder(folder)
     made = [path for path in (folder, *folder.parents) if not path.exists()]  # innermost first
@@ -76,7 +76,7 @@ def replacing(folder: str | Path) -> Iterator[Replacement]:
 
 def _prepare(folder: Path, part: Path) -> None:
     if part.is_symlink() or part.is_file():
-        raise InputError("is in the way; remove it", file=part)
+        raise InputError("blocks the export; remove it", file=part)
     folder.mkdir(parents=True, exist_ok=True)
     recover(folder, part)
     if part.exists():
@@ -86,9 +86,9 @@ def _prepare(folder: Path, part: Path) -> None:
 
 
 def _tidy(part: Path, made: list[Path]) -> None:
-    """Remove what was written aside, and folders that were made for nothing."""
+    """Remove the subfolder, and the created folders if they are empty."""
     if (part / JOURNAL).exists():
-        return  # neither done nor undone: the next export tries again
+        return  # neither completed nor undone; the next export recovers
     shutil.rmtree(part, ignore_errors=True)
     with suppress(OSError):
         for path in made:
@@ -96,11 +96,11 @@ def _tidy(part: Path, made: list[Path]) -> None:
 
 
 class Replacement:
-    """New files, and the folder that they are for.
+    """Replacement of the files of a folder.
 
     Attributes:
-        folder: What they are for.
-        new: Where to write them.
+        folder: Target folder.
+        new: Folder in which the new files are written.
     """
 
     def __init__(self, folder: Path, part: Path) -> None:
@@ -112,25 +112,25 @@ class Replacement:
     def commit(
         self, contents: Mapping[str, tuple[str, str]] | None = None
     ) -> tuple[tuple[Path, ...], list[Finding]]:
-        """Put the new files in place of the old ones.
+        """Replace the old files with the new files.
 
         Args:
-            contents: What the robot holds, to be remembered.
+            contents: Description of the robot, which is stored in the manifest.
 
         Returns:
-            The export's files, also those that have not changed, and which files of the user were
-            kept.
+            All files of the export, including unchanged ones, and findings on files of the user
+            that were kept.
 
         Raises:
-            InputError: A file that no export wrote is in the way.
-            OSError: A file could not be moved; everything is as it was.
+            InputError: The export would overwrite a file that no export wrote.
+            OSError: A file could not be moved; all files are unchanged.
         """
         own = read_manifest(self.folder)
         marks = {path: digest((self.new / path).read_bytes()) for path in _files(self.new)}
         theirs = self._keep_experiment(own, marks)
         stale = [path for path in own if path not in marks and (self.folder / path).exists()]
         old = [*stale, *self._to_replace(own, marks, stale)]
-        moves = [move for path in old for move in self._out(path, own[path])]
+        moves = [move for path in old for move in self._moves_to_remove(path, own[path])]
         if (self.folder / MANIFEST).exists():
             moves.append((MANIFEST, f"{PART}/old/{MANIFEST}"))
         moves += [(f"{PART}/new/{path}", path) for path in _files(self.new)]
@@ -143,15 +143,15 @@ class Replacement:
         return tuple(self.folder / path for path in marks), self._findings
 
     def _keep_experiment(self, own: dict[str, str], marks: dict[str, str]) -> dict[str, str]:
-        """Take an experiment that the user has changed out of the lists.
+        """Remove an experiment that the user has changed from both lists.
 
         Args:
-            own: What the earlier export wrote.
-            marks: What this one writes.
+            own: Fingerprints of the earlier export; modified.
+            marks: Fingerprints of the new export; modified.
 
         Returns:
-            What the earlier export's experiment was, to be remembered: as long as a new one is the
-            same, the user needs no message.
+            Fingerprint of the experiment of the earlier export, for the manifest. The next export
+            reports its experiment only if it differs from this one.
         """
         theirs = self.folder / EXPERIMENT
         if not theirs.is_file():
@@ -168,15 +168,15 @@ class Replacement:
         else:
             (self.new / EXPERIMENT).replace(self.new / NEW_EXPERIMENT)
             marks[NEW_EXPERIMENT] = new
-            problem = f"you have changed it, so it stays; this export's own is {NEW_EXPERIMENT}"
+            problem = f"you changed it, so it is kept; the new version is in {NEW_EXPERIMENT}"
             self._warn(EXPERIMENT, "experiment-kept", problem)
         return {} if base is None else {EXPERIMENT: base}
 
     def _to_replace(
         self, own: dict[str, str], marks: dict[str, str], stale: list[str]
     ) -> list[str]:
-        """Files to move out of the way; those that stay as they are need not be moved at all."""
-        replaced, foreign = [], []
+        """Return the changed files to replace; discard new files that are unchanged."""
+        replaced, unknown = [], []
         for path in (*stale, *marks):
             self._require_free(self.folder / path)
         for path in marks:
@@ -188,35 +188,35 @@ class Replacement:
             elif path in own:
                 replaced.append(path)
             else:
-                foreign.append(path)
-        if foreign:
+                unknown.append(path)
+        if unknown:
             what = (
-                f"holds files that no export wrote: {', '.join(foreign[:5])}"
-                f"{', ...' if len(foreign) > 5 else ''}; move them, or export into another folder"
+                f"contains files that no export wrote: {', '.join(unknown[:5])}"
+                f"{', ...' if len(unknown) > 5 else ''}; move them, or export into another folder"
             )
             raise InputError(what, file=self.folder)
         return replaced
 
     def _is_stale(self, path: str, stale: list[str]) -> bool:
-        """Return whether the file there is one that goes: `Arm.stl` where case does not count."""
+        """Return whether a path is an obsolete file on a case-insensitive file system."""
         alike = [old for old in stale if old.casefold() == path.casefold()]
         return any((self.folder / old).samefile(self.folder / path) for old in alike)
 
     def _require_free(self, target: Path) -> None:
-        """Reject links, which lead out of the folder, and things of another kind in the way."""
+        """Reject links, files instead of folders, and folders instead of files."""
         below = target.relative_to(self.folder).parents
         for folder in (self.folder / parent for parent in below):
             if folder.is_symlink() and folder != self.folder:
                 raise InputError("is a link; remove it, or export elsewhere", file=folder)
             if folder.exists() and not folder.is_dir():
-                raise InputError("is a file where a folder is to be; move it", file=folder)
+                raise InputError("is a file, but a folder is required; move it", file=folder)
         if target.is_symlink():
             raise InputError("is a link; remove it, or export elsewhere", file=target)
         if target.is_dir():
-            raise InputError("is a folder where a file is to be; move it", file=target)
+            raise InputError("is a folder, but a file is required; move it", file=target)
 
-    def _out(self, path: str, mark: str) -> list[Move]:
-        """Return the moves that take away a file of the earlier export."""
+    def _moves_to_remove(self, path: str, mark: str) -> list[Move]:
+        """Return the moves that remove a file of the earlier export."""
         old = f"{PART}/old/{path}"
         if digest((self.folder / path).read_bytes()) == mark:
             return [(path, old)]
@@ -225,7 +225,7 @@ class Replacement:
         while os.path.lexists(self.folder / kept):
             kept = f"{path}.bak{number}"
             number += 1
-        problem = f"it was changed after the export before; what it was is now {kept}"
+        problem = f"it was changed after the previous export; the changed file is now {kept}"
         self._warn(path, "changed-file-kept", problem)
         return [(path, old), (old, kept)]
 
@@ -234,5 +234,5 @@ class Replacement:
 
 
 def _files(folder: Path) -> list[str]:
-    """Return the files below a folder, by their paths, in order."""
+    """Return the relative paths of the files below a folder, in order."""
     return sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())

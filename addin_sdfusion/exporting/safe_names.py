@@ -1,4 +1,4 @@
-"""File names that every system accepts, and that stay different where case does not count."""
+"""File names that all systems accept, unique also on case-insensitive file systems."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import unicodedata
 from collections.abc import Iterable
 
 MAX_NAME = 50
-"""So many characters are kept of a name: with four bytes each, and with what is put around them,
-they stay below the 255 bytes that file systems take."""
+"""Maximum number of characters of a name. With four bytes per character and a prefix and suffix,
+names are shorter than the limit of file systems, 255 bytes."""
 
 _DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
-_WINDOWS_REFUSES = frozenset('<>:"/\\|?*')
+_WINDOWS_INVALID = frozenset('<>:"/\\|?*')
 
 
 def safe_name(name: str) -> str:
-    """A name as part of a file's name: letters, digits, `_` and `-`; other signs become `_`."""
-    name = unicodedata.normalize("NFC", name)  # macOS and Linux spell accents differently
+    """Return a name for use in a file name; all but letters, digits, `_` and `-` become `_`."""
+    name = unicodedata.normalize("NFC", name)  # macOS and Linux encode accents differently
     kept = (sign if sign.isalnum() or sign in "_-" else "_" for sign in name)
     safe = "".join(kept)[:MAX_NAME]
     if not safe or _DEVICES.fullmatch(safe):
@@ -25,10 +25,10 @@ def safe_name(name: str) -> str:
 
 
 def safe_names(names: Iterable[str]) -> dict[str, str]:
-    """Return a safe name for each, all different even where upper and lower case are the same.
+    """Return safe names that are unique also on case-insensitive file systems.
 
     Args:
-        names: All different; their order decides who keeps a name that two would have.
+        names: Unique names. If two safe names are equal, the first name keeps it.
     """
     taken: set[str] = set()
     given = {}
@@ -43,7 +43,7 @@ def safe_names(names: Iterable[str]) -> dict[str, str]:
     return given
 
 
-def refused_name(name: str) -> bool:
-    """Return whether a system rejects the name for a folder: Windows rejects the most."""
-    wrong = any(sign in _WINDOWS_REFUSES or not sign.isprintable() for sign in name)
+def is_unsafe_name(name: str) -> bool:
+    """Return whether an operating system, such as Windows, rejects a folder name."""
+    wrong = any(sign in _WINDOWS_INVALID or not sign.isprintable() for sign in name)
     return wrong or name != name.rstrip(". ") or bool(_DEVICES.fullmatch(name))

@@ -1,7 +1,7 @@
-"""Transaction of file moves: all are done or none, however the work ends.
+"""Transaction of file moves: either all moves are done or none.
 
-The moves are written to a journal first. An error undoes those that were done; after a crash
-`recover` does, when the folder is next written to.
+The moves are first written to a journal. If a move fails, the completed moves are undone. After a
+crash, the next export calls `recover` to undo them.
 """
 
 from __future__ import annotations
@@ -16,28 +16,28 @@ from .manifest import damaged, read_json, require_inside
 JOURNAL = "moves.json"
 
 Move = tuple[str, str]
-"""From where to where, below the folder; the target does not exist yet."""
+"""Source and target relative to the folder; the target must not exist."""
 
 
 def move_all(folder: Path, part: Path, moves: Sequence[Move]) -> None:
-    """Do moves below a folder one after another; if one fails, all are undone.
+    """Move files inside a folder; if a move fails, undo all moves.
 
     Args:
-        folder: What the moves are below.
-        part: The folder, on the same drive, that holds the journal meanwhile.
-        moves: In order.
+        folder: Folder that contains all sources and targets.
+        part: Folder on the same drive in which the journal is written.
+        moves: Moves, in order.
 
     Raises:
-        OSError: A file could not be moved; everything is as it was.
+        OSError: A file could not be moved; all files are unchanged.
     """
     journal = part / JOURNAL
-    aside = part / f"{JOURNAL}.tmp"  # half a journal would be worse than none
+    aside = part / f"{JOURNAL}.tmp"  # the journal must be either complete or missing
     aside.write_text(json_text(moves), encoding="utf-8")
     aside.replace(journal)
     try:
         for source, target in moves:
             _move(folder / source, folder / target)
-        journal.unlink()  # from here on the new files count
+        journal.unlink()  # the transaction is complete
     except BaseException:
         _undo(folder, moves)
         with contextlib.suppress(OSError):
@@ -46,7 +46,7 @@ def move_all(folder: Path, part: Path, moves: Sequence[Move]) -> None:
 
 
 def recover(folder: Path, part: Path) -> None:
-    """Undo the moves that a crash has cut short, if the part folder holds their journal.
+    """Undo the moves of a transaction that was interrupted by a crash, if a journal exists.
 
     Raises:
         InputError: The journal is damaged.
@@ -63,7 +63,7 @@ def recover(folder: Path, part: Path) -> None:
 
 
 def _undo(folder: Path, moves: Sequence[Move]) -> None:
-    """Undo the moves that were done: their target is there and their source is not."""
+    """Undo the completed moves, whose target exists and whose source does not."""
     for source, target in reversed(moves):
         if (folder / target).exists() and not (folder / source).exists():
             _move(folder / target, folder / source)
@@ -71,7 +71,7 @@ def _undo(folder: Path, moves: Sequence[Move]) -> None:
 
 
 def remove_empty(folder: Path, path: str) -> None:
-    """Remove the folders of a file that is gone, below a folder, if nothing else is in them."""
+    """Remove the parent folders of a removed file, up to a folder, if they are empty."""
     with contextlib.suppress(OSError):
         for parent in Path(path).parents[:-1]:
             (folder / parent).rmdir()

@@ -1,1 +1,1 @@
-"""Reader of the open Fusion design: `design.read_design` gives its snapshot."""
+"""Reader for the open Fusion design: `design.read_design` returns its snapshot."""

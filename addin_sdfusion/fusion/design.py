@@ -1,8 +1,8 @@
-"""Reader of the open Fusion design, on which everything in the add-in builds.
+"""Reader for the open Fusion design.
 
-Only this file and those in `fusion/` read the whole of it, in Fusion's units; the commands look at
-what the user clicks, and write. Nothing is edited here. What cannot be read becomes a finding; the
-rest is read all the same.
+The modules of `fusion/` read a complete design and convert it from Fusion's units to SI units. They
+do not edit the design; the commands do. Objects that cannot be read are reported as findings and
+skipped.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from .surfaces import read_surfaces
 
 Item = TypeVar("Item")
 
-_VERSION = r" v\d+$"  # the root component is named after the document's version
+_VERSION = r" v\d+$"  # the name of the root component contains the version of the document
 
 
 def read_design(
@@ -57,21 +57,21 @@ def read_design(
     progress: Progress | None = None,
     log: Log | None = None,
 ) -> DesignSnapshot:
-    """Return all that the export needs of a design.
+    """Return the snapshot of a design.
 
     Args:
-        design: The design, or Fusion's application for the one that is open.
-        meshes: Whether to calculate the triangles of bodies.
-        masses: How well to calculate mass properties, which takes Fusion a while; None: not.
+        design: The design, or Fusion's application, whose open design is read.
+        meshes: Whether to calculate the triangle meshes of bodies.
+        masses: Accuracy of the mass properties, which are slow to calculate; None to omit them.
         progress: Called for every body and occurrence; may raise `Cancelled`.
-        log: Takes the traces of what cannot be read; Fusion's log if not given.
+        log: Function that logs the tracebacks of reading errors (default: Fusion's log).
 
     Returns:
-        The design; what could not be read is among its findings.
+        The snapshot; its findings report objects that could not be read.
 
     Raises:
-        InputError: There is no design.
-        Cancelled: The user has stopped it.
+        InputError: No design is open.
+        Cancelled: The user cancelled the operation.
     """
     application = adsk.core.Application.cast(design)
     product = design if application is None else application.activeProduct
@@ -86,7 +86,7 @@ def _log(text: str) -> None:
 
 
 class _Reading:
-    """One reading of a design."""
+    """Reader for one design."""
 
     def __init__(self, design: Any, masses: Accuracy | None, progress: Progress, log: Log) -> None:
         self._design = design
@@ -97,7 +97,7 @@ class _Reading:
         self._done, self._whole = 0, 1
 
     def read(self, meshes: bool) -> DesignSnapshot:
-        """Return the design."""
+        """Return the snapshot of the design."""
         notes, design = self._notes, self._design
         attributes = notes.attempt(self._subject, "attributes", own_attributes, design) or {}
         settings = self._settings(attributes)
@@ -141,7 +141,7 @@ class _Reading:
     def _parts(
         self, occurrences: Occurrences, mesher: Mesher | None
     ) -> tuple[list[OccurrenceSnapshot], list[BodySnapshot]]:
-        """Occurrences and bodies, which take the time."""
+        """Return the occurrences and bodies, and report the progress."""
         parts: list[OccurrenceSnapshot] = []
         bodies: list[BodySnapshot] = []
         for occurrence in occurrences.values():
@@ -180,7 +180,7 @@ class _Reading:
         read: Callable[[Occurrence, Occurrences, Notes], Iterator[Named]],
         occurrences: Occurrences,
     ) -> list[tuple[str, Named, Named]]:
-        """Return joints or groups, each by where it is, with its own name and with a unique one."""
+        """Return joints or groups: path of the occurrence, original item, uniquely named item."""
         found: list[tuple[str, Named]] = []
         for occurrence in occurrences.values():
             items = self._all(f"{kind}s", occurrence, read(occurrence, occurrences, self._notes))
@@ -199,7 +199,7 @@ class _Reading:
         return tuple(sorted(read, key=lambda s: (natural_key(s.occurrence), natural_key(s.entity))))
 
     def _all(self, what: str, occurrence: Occurrence, found: Iterator[Item]) -> list[Item]:
-        """Return all that is found in an occurrence, up to an unforeseen failure."""
+        """Return all items found in an occurrence before an unexpected error, if any."""
         read: list[Item] = []
         self._notes.attempt(occurrence.subject, what, read.extend, found)
         return read
@@ -213,8 +213,8 @@ class _Reading:
         except InputError as error:
             self._notes.trace("settings")
             message = (
-                f"the settings that the design remembers cannot be read ({error}); the defaults "
-                "are used. Set them again in Export"
+                f"the settings stored in the design cannot be read ({error}); the defaults are "
+                "used. Set them again in Export"
             )
             self._notes.warn(Subject("design", "settings"), "bad-settings", message)
             return ExportSettings()

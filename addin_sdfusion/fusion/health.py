@@ -1,4 +1,4 @@
-"""Fusion's own errors and warnings on joints, rigid groups and construction points."""
+"""Errors and warnings of Fusion on joints, rigid groups and construction points."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from .notes import Notes, optional
 
 
 def _with_health(entity: Any) -> Any:
-    """Return the object with an entity's health: its own, else that in the timeline.
+    """Return the object with the health state: the entity or its timeline object.
 
-    As-built joints and rigid groups have none of their own.
+    As-built joints and rigid groups do not have a health state themselves.
     """
     own = optional(lambda: entity.healthState)
     timeline = None if own is not None else optional(lambda: entity.timelineObject)
@@ -21,12 +21,15 @@ def _with_health(entity: Any) -> Any:
 
 
 def problem_of(entity: Any, subject: Subject, notes: Notes) -> str:
-    """What makes an entity unusable; empty if nothing. What is doubtful becomes a finding."""
+    """Return the error that makes an entity unusable, or an empty string.
+
+    A warning of Fusion is added to the findings.
+    """
     source = _with_health(entity)
     state = optional(lambda: source.healthState)
     states = adsk.fusion.FeatureHealthStates
     if state == states.RolledBackFeatureHealthState:
-        return "it is rolled back: move the timeline's marker to the end"
+        return "it is rolled back: move the marker of the timeline to the end"
     if state not in (states.ErrorFeatureHealthState, states.WarningFeatureHealthState):
         return ""
     text = " ".join(str(source.errorOrWarningMessage or "").split())

@@ -1,7 +1,7 @@
-"""Data that designs keep next to their construction points, those of inserted designs included.
+"""Attributes of the open design and of the designs inserted into it.
 
-A design that is inserted into another brings its muscles; points on components of other documents
-are kept in the design that these are put into, each in the frame of its occurrence.
+The attributes of an inserted design define its muscles. Points on components of other documents
+are stored in the design that contains these components, in the frame of the occurrence.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from .occurrences import Occurrence, Occurrences
 from .points import own_attributes
 
 KEPT = "kept:"
-"""How the entities of kept points begin."""
+"""Prefix of the entities of points that are stored in a design."""
 
 Held = list[tuple[str, Mapping[str, str]]]
-"""Attributes of designs, by the path that they are inserted at; the first is the open one."""
+"""Path of the occurrence and attributes of each design; the first is the open design."""
 
 
 def attributes_of_designs(own: Mapping[str, str], occurrences: Occurrences) -> Held:
-    """What the open design and those inserted into it store."""
+    """Return the attributes of the open design and of all inserted designs."""
     held: Held = [("", own)]
     for occurrence in occurrences.values():
         if occurrence.native is not None and _is_inserted(occurrence, occurrences):
@@ -35,7 +35,7 @@ def attributes_of_designs(own: Mapping[str, str], occurrences: Occurrences) -> H
 
 
 def _is_inserted(occurrence: Occurrence, occurrences: Occurrences) -> bool:
-    """Return whether a document begins here: the component is of another one than what holds it."""
+    """Return whether the component of an occurrence belongs to another document than its parent."""
     above = occurrences.get(occurrence.parent)
     designs = (
         optional(lambda: occurrence.component.parentDesign),
@@ -47,7 +47,7 @@ def _is_inserted(occurrence: Occurrence, occurrences: Occurrences) -> bool:
 def read_kept(
     held: Held, occurrences: Occurrences, notes: Notes
 ) -> Iterator[tuple[str, PointSnapshot]]:
-    """The points that designs keep, each with the path that its design is inserted at."""
+    """Yield the points that are stored in designs, with the path of the inserted design."""
     for path, attributes in held:
         for number, kept in enumerate(_kept(path, attributes, notes)):
             at = "+".join(part for part in (path, kept.occurrence) if part)
@@ -55,8 +55,8 @@ def read_kept(
             occurrence = occurrences.get(at)
             if occurrence is None:
                 message = (
-                    f"{kept.use.role} point {name!r} is kept relative to {at!r}, which is not in "
-                    "the design; pick it again in Define muscles"
+                    f"{kept.use.role} point {name!r} is stored relative to {at!r}, which is not "
+                    "in the design; pick it again in Define muscles"
                 )
                 notes.warn(Subject("point", name), "lost-point", message)
                 continue
@@ -70,6 +70,6 @@ def _kept(path: str, attributes: Mapping[str, str], notes: Notes) -> tuple[KeptP
         return read_kept_points(attributes.get(POINTS, "[]"))
     except InputError as error:
         subject = Subject("design", path or "root")
-        message = f"the points that the design keeps cannot be read ({error}); pick them again"
+        message = f"the points stored in the design cannot be read ({error}); pick them again"
         notes.add("error", subject, "bad-attribute", message)
         return ()

@@ -1,8 +1,8 @@
-"""Muscles of inserted designs, in every place that a design is inserted at.
+"""Muscles of inserted designs, for every occurrence of an inserted design.
 
-A design names its muscles, points, links and occurrences for itself. In the design that it is
-inserted into, muscles of a name that is there already get a number, points are on the links of
-their own occurrences, and paths begin at the root.
+Names and paths in an inserted design are relative to that design. In the open design, muscles with
+a duplicate name get a numeric suffix, points belong to the links of their occurrences, and paths
+start at the root.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from .notes import Notes
 
 
 class Instances:
-    """The muscles of all designs, and what their points and surfaces are in the open one.
+    """Muscles, points and wrap surfaces of all designs, converted to the open design.
 
     Attributes:
-        muscles: Of the open design, then of those inserted into it.
+        muscles: Muscles of the open design, then of the inserted designs.
     """
 
     def __init__(self, held: Held, design: str, notes: Notes) -> None:
-        """Muscles as designs list them.
+        """Read the lists of muscles of all designs.
 
         Args:
-            held: What the designs store.
+            held: Attributes of the designs.
             design: Name of the open design.
-            notes: Takes what is wrong, and which muscles are called otherwise.
+            notes: Collector of findings, including renamed muscles.
         """
         own, *inserted = (
             (path, stored_muscles(attributes, path or design, notes.findings))
@@ -53,11 +53,11 @@ class Instances:
         self.muscles = (*own[1], *(m for name, m in found.items() if name not in known))
 
     def point(self, point: PointSnapshot, design: str | None = None) -> PointSnapshot:
-        """Return a point as the open design has it.
+        """Return a point with names and paths of the open design.
 
         Args:
-            point: As its design has it.
-            design: Path that this design is inserted at; that of the nearest one if None.
+            point: Point with names and paths of its own design.
+            design: Path of the inserted design; None for the nearest one.
         """
         path = self._inserted_at(point.occurrence) if design is None else design
         use = point.use
@@ -72,7 +72,7 @@ class Instances:
         return replace(point, use=placed, entity=_entity(point.entity, path, name != own))
 
     def surface(self, surface: SurfaceSnapshot) -> SurfaceSnapshot:
-        """Return a wrap surface as the open design has it."""
+        """Return a wrap surface with names and paths of the open design."""
         path, use = self._inserted_at(surface.occurrence), surface.use
         if path is None or use is None:
             return surface
@@ -88,11 +88,11 @@ class Instances:
         return replace(surface, use=use, entity=entity)
 
     def _inserted_at(self, occurrence: str) -> str | None:
-        """Path of the nearest design with muscles around an occurrence; None for the open one."""
+        """Return the path of the nearest inserted design with muscles, or None."""
         return next((path for path in _above(occurrence) if path in self._listed), None)
 
     def _name(self, kind: str, name: str, path: str) -> str:
-        """What a muscle, point or surface of a design is called here: the first keeps its name."""
+        """Return the unique name of a muscle, point or surface; the first one keeps its name."""
         key = kind, name, path
         if key not in self._given:
             taken = self._taken.setdefault(kind, set())
@@ -104,20 +104,23 @@ class Instances:
 
 def _renamed(path: str, name: str, new: str) -> str:
     return (
-        f"muscle {name!r} of the design inserted as {path!r} is called {new!r} in the robot: there "
-        "is one of that name already"
+        f"muscle {name!r} of the design inserted as {path!r} is called {new!r} in the robot, since "
+        "this name exists already"
     )
 
 
 def _above(occurrence: str) -> Iterator[str]:
-    """A path and those above it, the longest first."""
+    """Yield a path and the paths of its ancestors, the longest first."""
     while occurrence:
         yield occurrence
         occurrence = occurrence.rpartition("+")[0]
 
 
 def _link(own: str) -> str:
-    """Return links have other names in the open design: that of the occurrence counts."""
+    """Return the link of a point in the open design; empty for the link of the occurrence.
+
+    Links of an inserted design have other names in the open design.
+    """
     return own if own == WORLD else ""
 
 

@@ -1,8 +1,8 @@
-"""Names and keys of a design's entities.
+"""Names and keys of the entities of a design.
 
-Names of joints and groups are unique in their component only, and a robot needs unique ones. Tokens
-of entities differ at every call, and ids of components are the same in copies of a document; keys
-stay the same from one reading to the next.
+Names of joints and groups are unique only within their component, but a robot requires unique
+names. Entity tokens differ at every call, and component ids are equal in copies of a document. The
+keys of this module are the same each time a design is read.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Named = TypeVar("Named", JointSnapshot, GroupSnapshot)
 
 
 def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Notes) -> list[Named]:
-    """Return the same with unique names: the first of a name keeps it, the others are numbered."""
+    """Return the items with unique names: the first keeps its name, the others are numbered."""
     pairs = list(found)
     count = Counter(item.name for _, item in pairs)
     taken = set(count)
@@ -34,12 +34,12 @@ def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Note
             taken.add(name)
             message = (
                 f"{kind} {item.name!r} of {path or 'the root component'} is called {name!r} in the "
-                f"robot: there are {count[item.name]} of that name, because they are in different "
-                "components or their component is in several places. Rename them if you mind"
+                f"robot: {count[item.name]} have this name, because they are in different "
+                "components or their component has several occurrences. Rename them if needed"
             )
             if kind == "joint" or item.name.startswith(
                 LINK_PREFIX
-            ):  # others' names are not exported
+            ):  # the names of other items are not exported
                 notes.warn(Subject(kind, item.name), "same-name", message)
         seen.add(item.name)
         made.append(replace(item, name=name))
@@ -47,7 +47,7 @@ def with_unique_names(found: Iterable[tuple[str, Named]], kind: str, notes: Note
 
 
 def free_name(name: str, taken: Collection[str]) -> str:
-    """Return a name with the smallest number behind it that makes it free."""
+    """Return a name with the smallest numeric suffix that makes it unique."""
     number = 2
     while f"{name}_{number}" in taken:
         number += 1
@@ -55,10 +55,11 @@ def free_name(name: str, taken: Collection[str]) -> str:
 
 
 class Keys:
-    """Names of components and of what is in them.
+    """Unique keys of components and their entities.
 
     Args:
-        occurrences: All of the design; the first of a component decides where names are the same.
+        occurrences: All occurrences of the design. If components have equal names, the component
+            that occurs first keeps its name.
     """
 
     def __init__(self, occurrences: Iterable[Occurrence]) -> None:
@@ -72,6 +73,6 @@ class Keys:
                 self._components[component] = name if taken[name] == 1 else f"{name}#{taken[name]}"
 
     def key(self, occurrence: Occurrence, name: str, number: int = 0) -> str:
-        """Return the name of an entity of the occurrence's component."""
+        """Return the key of an entity of the component of an occurrence."""
         suffix = f"#{number + 1}" if number else ""
         return f"{self._components[identity(occurrence)]}/{name}{suffix}"

@@ -1,4 +1,4 @@
-"""Findings on unreadable parts of a design, with traces for the log."""
+"""Findings on parts of a design that cannot be read, with tracebacks for the log."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ Log = Callable[[str], None]
 Result = TypeVar("Result")
 
 REPAIR = "Repair it in Fusion (Modify > Compute All shows what is broken) or delete it"
-"""Advice for most things that cannot be read."""
+"""Default advice for objects that cannot be read."""
 
 
 class Notes:
-    """Collects findings while a design is read.
+    """Collector of findings while a design is read.
 
     Attributes:
-        findings: What was found so far.
+        findings: Findings so far.
     """
 
     def __init__(self, log: Log) -> None:
@@ -28,15 +28,15 @@ class Notes:
         self._log = log
 
     def add(self, severity: Severity, subject: Subject, code: str, message: str) -> None:
-        """Note a finding."""
+        """Add a finding."""
         self.findings.append(Finding(severity, code, message, subject))
 
     def warn(self, subject: Subject, code: str, message: str) -> None:
-        """Note something doubtful."""
+        """Add a warning."""
         self.add("warning", subject, code, message)
 
     def trace(self, doing: str) -> None:
-        """Log the exception that is being handled."""
+        """Log the traceback of the current exception."""
         self._log(f"CARDSFlow: {doing}\n{traceback.format_exc()}")
 
     def attempt(
@@ -48,18 +48,18 @@ class Notes:
         severity: Severity = "error",
         todo: str = REPAIR,
     ) -> Result | None:
-        """Do work that may fail; a failure becomes a finding.
+        """Call a function that may fail; an exception becomes a finding.
 
         Args:
             subject: The object that is read.
-            what: What of it is read, such as `mass`.
-            work: Reads it.
-            arguments: Of the work.
-            severity: How bad it is if it cannot be read.
-            todo: What the user can do then.
+            what: Name of the property that is read, such as `mass`.
+            work: Function that reads the property.
+            arguments: Arguments of the function.
+            severity: Severity of the finding.
+            todo: Advice to the user.
 
         Returns:
-            What the work gives; None if it failed.
+            Result of the function; None if it failed.
         """
         try:
             return work(*arguments)
@@ -72,16 +72,16 @@ class Notes:
             return None
 
     def sorted(self) -> tuple[Finding, ...]:
-        """The findings, each once, in an order that does not depend on the design's making."""
+        """Return each finding once, in an order that does not depend on the reading order."""
         unique = dict.fromkeys(self.findings)
         return tuple(sorted(unique, key=lambda f: (f.subject, f.code, f.message)))
 
 
 def optional(read: Callable[[], Result]) -> Result | None:
-    """Return a value that Fusion may not have; None if reading it fails, as in older versions.
+    """Return an optional value; None if reading it fails, as in older versions of Fusion.
 
     Args:
-        read: Reads it. What must be there is read by `Notes.attempt`.
+        read: Function that reads the value. Use `Notes.attempt` for required values.
     """
     try:
         return read()
@@ -94,13 +94,13 @@ def optional(read: Callable[[], Result]) -> Result | None:
 def items(
     collection: Callable[[], Any], notes: Notes, subject: Subject, what: str
 ) -> Iterator[Any]:
-    """The items of a collection of the API; one that cannot be had does not hide the others.
+    """Yield the items of a collection of the API; items that cannot be read are skipped.
 
     Args:
-        collection: Gives it; called once.
-        notes: Takes what fails.
-        subject: What the collection belongs to.
-        what: What it holds, such as `joints`.
+        collection: Function that returns the collection; called once.
+        notes: Collector of findings.
+        subject: Owner of the collection.
+        what: Name of the items, such as `joints`.
     """
     held = notes.attempt(subject, what, collection)
     if held is None:
@@ -109,7 +109,7 @@ def items(
         found = list(held)
     except Cancelled:
         raise
-    except Exception:  # one of them fails: read them one by one
+    except Exception:  # an item fails: read the items one by one
         count = notes.attempt(subject, what, lambda: int(held.count)) or 0
         tried = (notes.attempt(subject, what, held.item, i) for i in range(count))
         found = [item for item in tried if item is not None]

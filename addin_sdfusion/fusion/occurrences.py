@@ -1,9 +1,10 @@
-"""Occurrences of a design's components, with their poses in the root frame.
+"""Occurrences of the components of a design, with their poses in the root frame.
 
 An entity of a component is read through its proxy in the occurrence, `occurrence.proxy(entity)`,
-which Fusion gives in the root frame. Occurrences are found from the top down: `assemblyContext` is
-not the occurrence above, and names may contain the `+` that full paths are joined by. The pose of
-one that is reached from the root is in the root frame. (`transform` is retired.)
+whose coordinates are in the root frame. Occurrences are searched from the root downwards, because
+`assemblyContext` is not the parent occurrence and names may contain the separator `+` of full
+paths. The pose of an occurrence that is reached from the root is in the root frame. (`transform` is
+deprecated.)
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ class Occurrence:
     """An occurrence of a component, or the root component itself.
 
     Attributes:
-        path: Its full path; empty for the root component.
-        parent: Full path of the occurrence that holds it.
-        native: Fusion's occurrence in the root's context; None for the root component.
+        path: Full path; empty for the root component.
+        parent: Full path of the parent occurrence.
+        native: Fusion's occurrence in the context of the root; None for the root component.
         component: The component.
-        T: Its pose in the root frame.
+        T: Pose in the root frame.
         T_first: Pose of the first occurrence of the same component.
     """
 
@@ -43,42 +44,42 @@ class Occurrence:
 
     @property
     def subject(self) -> Subject:
-        """The subject of findings about it."""
+        """Subject of findings on the occurrence."""
         return Subject("occurrence", self.path) if self.path else Subject("design", "root")
 
     def children(self) -> Any:
-        """Fusion's occurrences right below it."""
+        """Fusion's child occurrences."""
         return self.component.occurrences if self.native is None else self.native.childOccurrences
 
     def named(self, name: str) -> str:
-        """Return the name of something in it, for findings."""
+        """Return the full name of an object in the occurrence, for findings."""
         return f"{self.path}/{name}" if self.path else name
 
     def proxy(self, native: Any) -> Any:
-        """Return the proxy of an entity of the component in this occurrence; itself in the root.
+        """Return the proxy of an entity of the component; in the root, the entity itself.
 
         Raises:
-            ValueError: Fusion gives none.
+            ValueError: Fusion does not provide a proxy.
         """
         if self.native is None:
             return native
         proxy = native.createForAssemblyContext(self.native)
         if proxy is None:
-            raise ValueError("Fusion does not say where it is in the assembly")
+            raise ValueError("Fusion does not report its position in the assembly")
         return proxy
 
     def in_root(self, read: Vector3, native: Vector3) -> Vector3:
-        """Return a proxy's position in the root frame, in [m].
+        """Return the position of a proxy in the root frame, in [m].
 
-        It should be given in the root frame already. If it is the same as that of the native entity
-        though the occurrence is elsewhere, it was given in the component's frame.
+        Fusion should report it in the root frame. If it equals the position of the native entity
+        although the occurrence is moved, Fusion reported it in the frame of the component.
         """
         moved = self.T.apply(native)
         return moved if near(read, native) and not near(read, moved) else read
 
 
 Occurrences = dict[str, Occurrence]
-"""All of a design, by path."""
+"""All occurrences of a design, by path."""
 
 
 def find_occurrences(root: Any, notes: Notes) -> Occurrences:
@@ -104,22 +105,22 @@ def find_occurrences(root: Any, notes: Notes) -> Occurrences:
 
 
 def _below(above: Occurrence, notes: Notes) -> list[Any]:
-    """Fusion's occurrences right below one, the last first."""
+    """Return Fusion's child occurrences in reverse order."""
     return list(items(above.children, notes, above.subject, "occurrences"))[::-1]
 
 
 def identity(occurrence: Occurrence) -> tuple[str, str]:
-    """Id and name of an occurrence's component: copies of a document have the same ids."""
+    """Return id and name of a component, since copies of a document have the same ids."""
     component = occurrence.component
     found = optional(lambda: (str(component.id), str(component.name)))
     return found or ("", occurrence.path)
 
 
 def every_occurrence(root: Any) -> list[Any]:
-    """Fusion's occurrences in the root's context, those above others first.
+    """Return Fusion's occurrences in the context of the root, parents first.
 
-    The root's own list of all fails where one reference to another document is not resolved; this
-    one goes without that.
+    Occurrences with an unresolved reference to another document are skipped. Fusion's list of all
+    occurrences fails if one of them is unresolved.
     """
     found: list[Any] = []
     waiting = optional(lambda: list(root.occurrences)) or []
@@ -132,17 +133,17 @@ def every_occurrence(root: Any) -> list[Any]:
 
 
 def _occurrence(native: Any, above: Occurrence, notes: Notes) -> Occurrence | None:
-    todo = "If its component is in another document, open that and update the reference"
-    left_out = (
-        "It is left out of the robot, with all that is in it. If its component is in another "
-        "document, open that and update the reference; else delete it"
+    todo = "If its component is in another document, open it and update the reference"
+    not_exported = (
+        "It is not exported, including its contents. If its component is in another document, "
+        "open that document and update the reference; otherwise delete it"
     )
     path = notes.attempt(above.subject, "occurrences' paths", path_of, native)
     if path is None:
         return None
     subject = Subject("occurrence", path)
     component = notes.attempt(
-        subject, "component", lambda: native.component, severity="warning", todo=left_out
+        subject, "component", lambda: native.component, severity="warning", todo=not_exported
     )
     if component is None:
         return None
@@ -150,7 +151,7 @@ def _occurrence(native: Any, above: Occurrence, notes: Notes) -> Occurrence | No
     if T is None:
         return None
     if not is_rigid(T):
-        message = f"occurrence {path!r} is mirrored or scaled: make its component anew"
+        message = f"occurrence {path!r} is mirrored or scaled: create its component again"
         notes.add("error", subject, "not-rigid", message)
     return Occurrence(path, above.path, native, component, T, T)
 
@@ -158,7 +159,7 @@ def _occurrence(native: Any, above: Occurrence, notes: Notes) -> Occurrence | No
 def each_in(
     occurrence: Occurrence, collection: Callable[[], Any], notes: Notes, kind: str
 ) -> Iterator[tuple[Any, str, Any]]:
-    """Native entity, name and proxy of every item of one of the component's collections."""
+    """Yield native entity, name and proxy of every item of a collection of the component."""
     what = "bodies" if kind == "body" else f"{kind}s"
     for native in items(collection, notes, occurrence.subject, what):
         name = notes.attempt(occurrence.subject, f"{what}' names", name_of, native)
@@ -171,7 +172,7 @@ def each_in(
 
 
 def name_of(entity: Any) -> str:
-    """Return the name of anything that has one."""
+    """Return the name of an entity."""
     return str(entity.name)
 
 
@@ -181,5 +182,5 @@ def path_of(occurrence: Any) -> str:
 
 
 def subject_in(occurrence: Occurrence, kind: str, name: str) -> Subject:
-    """The subject of findings about something in an occurrence; a body's name includes the path."""
+    """Return the subject of findings on an object; the name of a body includes the path."""
     return Subject(kind, occurrence.named(name) if kind == "body" else name)

@@ -1,4 +1,4 @@
-"""Construction points known to the add-in by name or attributes, in every occurrence."""
+"""Construction points of the add-in, identified by name or attributes, in every occurrence."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .units import position
 
 
 def read_points(occurrence: Occurrence, keys: Keys, notes: Notes) -> Iterator[PointSnapshot]:
-    """The points in an occurrence."""
+    """Yield the points in an occurrence."""
     component = occurrence.component
     found = []
     for native, name, proxy in each_in(
@@ -33,7 +33,7 @@ def read_points(occurrence: Occurrence, keys: Keys, notes: Notes) -> Iterator[Po
             use = stored_point(held or {}, name, notes.findings)
             found.append((name, read, use, problem or ""))
     count: dict[str, int] = {}
-    # By where they are in their component: the same order in every occurrence.
+    # Sorted by position in the component, which is the same in every occurrence.
     for name, (_, there), use, problem in sorted(found, key=lambda point: (point[0], point[1][0])):
         number = count[name] = count.get(name, -1) + 1
         yield PointSnapshot(
@@ -42,12 +42,12 @@ def read_points(occurrence: Occurrence, keys: Keys, notes: Notes) -> Iterator[Po
 
 
 def _positions(occurrence: Occurrence, native: Any, proxy: Any) -> tuple[Vector3, Vector3]:
-    """Where a point is in its component, and in the root frame."""
+    """Return the positions of a point in the frame of its component and in the root frame."""
     own = position(native.geometry)
     return own, occurrence.in_root(position(proxy.geometry), own)
 
 
 def own_attributes(entity: Any) -> dict[str, str]:
-    """Return the add-in's attributes of an entity, by name."""
+    """Return the attributes of an entity in the group of the add-in, by name."""
     attributes = entity.attributes.itemsByGroup(GROUP)
     return dict(sorted((str(attribute.name), str(attribute.value)) for attribute in attributes))

@@ -1,4 +1,4 @@
-"""Wrap faces, in every occurrence."""
+"""Wrap surfaces in every occurrence."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from .points import own_attributes
 from .units import direction, length, position
 
 _AGAIN = "Pick the face again in Define muscles"
-_STROKE = 0.001  # [cm], how far the pieces of a curved edge may be from it
+_STROKE = 0.001  # [cm], tolerance of the polyline of a curved edge
 
 
 @dataclass(frozen=True)
 class _Body:
-    """A native body, its component, and its wrap faces with their attributes."""
+    """A native body with its component and its wrap faces with attributes."""
 
     native: Any
     name: str
@@ -37,7 +37,7 @@ class _Body:
 
 
 class _Extent(NamedTuple):
-    """From where to where an edge goes along an axis, in [m]."""
+    """Minimum and maximum coordinate of an edge along an axis, in [m]."""
 
     low: float
     high: float
@@ -46,7 +46,7 @@ class _Extent(NamedTuple):
 def read_surfaces(
     design: Any, occurrences: Sequence[Occurrence], keys: Keys, notes: Notes
 ) -> Iterator[SurfaceSnapshot]:
-    """The wrap surfaces of a design, each in every occurrence of its component."""
+    """Yield the wrap surfaces of a design in every occurrence."""
     subject = Subject("design", "wrap surfaces")
     read = notes.attempt(subject, "attributes", lambda: list(design.findAttributes(GROUP, WRAP)))
     faces = [face for attribute in read or () for face in _faces(attribute, notes)]
@@ -57,26 +57,26 @@ def read_surfaces(
 
 
 def _faces(attribute: Any, notes: Notes) -> Iterator[Any]:
-    """The native face that holds an attribute, if there still is one."""
+    """Yield the native face with an attribute, if it still exists."""
     subject = Subject("wrap_surface", "?")
     read = notes.attempt(
         subject, "face", lambda: (attribute.parent, attribute.otherParents), todo=_AGAIN
     )
     parent, others = read or (None, None)
     if read is not None and parent is None:
-        message = f"the face of a wrap surface is gone from the design: {_AGAIN}"
+        message = f"the face of a wrap surface does not exist any more: {_AGAIN}"
         notes.warn(subject, "lost-face", message)
     face = adsk.fusion.BRepFace.cast(parent)
     if face is None:
         return
     if others is not None and len(others) > 0:
-        message = f"the face of a wrap surface has been split; one part of it counts. {_AGAIN}"
+        message = f"the face of a wrap surface was split; only one part of it is used. {_AGAIN}"
         notes.warn(subject, "split-face", message)
     yield face.nativeObject or face
 
 
 def _by_body(faces: Iterable[Any], subject: Subject, notes: Notes) -> list[_Body]:
-    """Faces by native body; API objects cannot be hashed."""
+    """Return faces grouped by native body, in lists because API objects are not hashable."""
     found: list[_Body] = []
     for face in faces:
         body = notes.attempt(subject, "body", _body_of, face)
@@ -98,7 +98,7 @@ def _body_of(face: Any) -> _Body:
 def _in_occurrence(
     occurrence: Occurrence, body: _Body, keys: Keys, notes: Notes
 ) -> Iterator[SurfaceSnapshot]:
-    """The wrap surfaces of one body in one occurrence."""
+    """Yield the wrap surfaces of one body in one occurrence."""
     read = []
     for face, held in body.faces:
         subject = Subject("wrap_surface", occurrence.named(body.name))
@@ -114,10 +114,10 @@ def _in_occurrence(
 
 
 def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapshot]:
-    """Return a face in an occurrence; first where it is in its component.
+    """Return the position of a face in its component, and the face in an occurrence.
 
     Raises:
-        ValueError: It is neither cylinder nor sphere.
+        ValueError: The face is not a cylinder or sphere.
     """
     proxy = occurrence.proxy(face)
     sphere, placed = (adsk.core.Sphere.cast(f.geometry) for f in (face, proxy))
@@ -142,10 +142,10 @@ def _surface(occurrence: Occurrence, face: Any) -> tuple[Vector3, SurfaceSnapsho
 
 
 def _extent(face: Any, origin: Vector3, axis: Vector3) -> tuple[Vector3, float]:
-    """Return the middle of a cylinder face on its axis, and its length, in the face's own frame."""
+    """Return the centre of a cylinder on its axis, and its length, in the frame of the face."""
     extents = [_edge_extent(edge, origin, axis) for edge in list(face.edges)]
     if not extents:
-        raise ValueError("it has no edges, so no length")
+        raise ValueError("it has no edges and therefore no length")
     low, high = min(e.low for e in extents), max(e.high for e in extents)
     if not high > low:
         raise ValueError("it has no length")
@@ -170,10 +170,10 @@ def _edge_extent(edge: Any, origin: Vector3, axis: Vector3) -> _Extent:
 
 
 def _strokes(evaluator: Any) -> list[Vector3]:
-    """Points along an edge that is no circle: where a cylinder is cut at an angle or by a face."""
+    """Return points along an edge that is not a circle."""
     done, start, end = evaluator.getParameterExtents()
     if done:
         done, points = evaluator.getStrokes(start, end, _STROKE)
     if not done or not points:
-        raise ValueError("an edge of it cannot be followed")
+        raise ValueError("one of its edges cannot be evaluated")
     return [position(point) for point in points]

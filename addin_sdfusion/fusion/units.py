@@ -1,6 +1,6 @@
-"""Fusion's points, vectors and matrices as plain tuples in SI units: cm become m here.
+"""Conversion of Fusion's points, vectors and matrices to plain tuples in SI units.
 
-Fusion counts lengths in cm, angles in rad, masses in kg, moments of inertia in kg·cm².
+Fusion uses cm for lengths, rad for angles, kg for masses and kg·cm² for moments of inertia.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ KG_CM2 = 1e-4
 """One kg·cm², in [kg·m²]."""
 
 NEAR = 1e-5
-"""Positions that differ by less count as one, in [m]; Fusion's own tolerance is 1e-8 m."""
+"""Tolerance of equal positions, in [m]; Fusion's tolerance is 1e-8 m."""
 
 PARALLEL = 1e-6
-"""Unit vectors that differ by less count as one."""
+"""Tolerance of equal unit vectors."""
 
 
 def finite(value: float) -> float:
-    """Return a finite number.
+    """Return a value if it is finite.
 
     Raises:
-        ValueError: It is infinite or no number.
+        ValueError: The value is infinite or NaN.
     """
     number = float(value)
     if not math.isfinite(number):
@@ -38,12 +38,12 @@ def finite(value: float) -> float:
 
 
 def length(cm: float) -> float:
-    """Return a length, in [m]."""
+    """Return a length given in cm, in [m]."""
     return finite(cm) * CM
 
 
 def position(point: Any) -> Vector3:
-    """Return a Point3D, or a Vector3D that leads to a point, in [m]."""
+    """Return the coordinates of a Point3D or Vector3D, in [m]."""
     return length(point.x), length(point.y), length(point.z)
 
 
@@ -51,25 +51,25 @@ def direction(vector: Any) -> Vector3:
     """Return the unit vector along a Vector3D.
 
     Raises:
-        ValueError: There is none, or it has no direction.
+        ValueError: The vector is missing or zero.
     """
     if vector is None:
-        raise ValueError("Fusion gives no direction")
+        raise ValueError("Fusion returned no direction")
     found = normalized((finite(vector.x), finite(vector.y), finite(vector.z)))
     if not any(found):
-        raise ValueError("the direction has no length")
+        raise ValueError("the direction is a zero vector")
     return found
 
 
 def frame(matrix: Any) -> Transform:
-    """Return a Matrix3D, whose sixteen numbers go row by row."""
+    """Return the transform of a Matrix3D, which has sixteen numbers in row-major order."""
     m = [finite(value) for value in matrix.asArray()]
     R = ((m[0], m[1], m[2]), (m[4], m[5], m[6]), (m[8], m[9], m[10]))
     return Transform(R, (m[3] * CM, m[7] * CM, m[11] * CM))
 
 
 def axes_frame(origin: Vector3, x: Any, y: Any, z: Any) -> Transform:
-    """Return the frame of an origin, in [m], and three Vector3D along its axes."""
+    """Return the frame with an origin, in [m], and three Vector3D as axes."""
     return Transform(transpose((direction(x), direction(y), direction(z))), origin)
 
 
@@ -82,15 +82,15 @@ def is_rigid(T: Transform) -> bool:
 
 
 def distance(a: Vector3, b: Vector3) -> float:
-    """How far two points are apart, in [m]."""
+    """Return the distance of two points, in [m]."""
     return math.hypot(*subtract(a, b))
 
 
 def near(a: Vector3, b: Vector3) -> bool:
-    """Return whether two points are one."""
+    """Return whether two points coincide."""
     return distance(a, b) <= NEAR
 
 
 def parallel(a: Vector3, b: Vector3) -> bool:
-    """Return whether two unit vectors lie along one line, whichever way they point."""
+    """Return whether two unit vectors are parallel or antiparallel."""
     return min(distance(a, b), distance(a, (-b[0], -b[1], -b[2]))) <= PARALLEL

@@ -1,1 +1,1 @@
-"""Table of muscles: rows, edits, and its forms in designs and CSV files."""
+"""Muscle table: rows, edits, and storage in designs and CSV files."""

@@ -1,7 +1,8 @@
 """Attributes of points, faces and the design, as JSON text.
 
-All are in the group `CARDSFlow`: `point` on a construction point, `wrap` on a face; `muscles`,
-`settings`, and `points`, those that no construction point can hold, on the design.
+All attributes are in the group `CARDSFlow`. A construction point has the attribute `point` and a
+face the attribute `wrap`. The design has the attributes `muscles`, `settings`, and `points` for
+points that cannot be stored on a construction point.
 """
 
 from __future__ import annotations
@@ -32,12 +33,12 @@ Record = TypeVar("Record")
 
 @dataclass(frozen=True, slots=True)
 class KeptPoint:
-    """A point on a component of another document, kept in the design that it is put into.
+    """A point on a component of another document, stored in the design that contains it.
 
     Attributes:
         occurrence: Path of the occurrence.
-        position: In the occurrence's frame, in [m].
-        use: What it is.
+        position: In the frame of the occurrence, in [m].
+        use: Use of the point.
     """
 
     occurrence: str
@@ -46,7 +47,7 @@ class KeptPoint:
 
 
 def kept_points_text(points: Sequence[KeptPoint]) -> str:
-    """Return the text of the design's attribute that keeps points."""
+    """Return the text of the attribute of a design that stores points."""
     return json_text([to_plain(p) for p in points], ensure_ascii=False, sort_keys=True)
 
 
@@ -65,43 +66,44 @@ def wrap_text(wrap: SurfaceUse) -> str:
 
 
 def muscles_text(muscles: Sequence[MuscleSnapshot]) -> str:
-    """Return the text of the design's attribute that lists the muscles, in order."""
+    """Return the text of the attribute of a design that lists the muscles, in order."""
     plain = [{f.name: to_plain(getattr(m, f.name)) for f in fields(m)} for m in muscles]
     return json_text(plain, ensure_ascii=False)
 
 
 def settings_text(settings: ExportSettings) -> str:
-    """Return the text of the design's attribute that keeps the settings of the export."""
+    """Return the text of the attribute of a design that stores the settings of the export."""
     return json_text(to_plain(settings), ensure_ascii=False, sort_keys=True)
 
 
 def read_kept_points(text: str) -> tuple[KeptPoint, ...]:
-    """Return the points that the design's attribute keeps.
+    """Return the points that are stored in the attribute of a design.
 
     Raises:
-        InputError: It cannot be read; the message names the key. So do the readers below.
+        InputError: The attribute cannot be read; the message names the key. The functions below
+            raise the same error.
     """
     return _list(KeptPoint, text, POINTS)
 
 
 def read_point(text: str) -> PointUse:
-    """Return the attribute of a point."""
+    """Return the use of a point from its attribute."""
     return from_plain(PointUse, _json(text, POINT), POINT)
 
 
 def read_wrap(text: str) -> SurfaceUse:
-    """Return the attribute of a face."""
+    """Return the use of a face from its attribute."""
     return from_plain(SurfaceUse, _json(text, WRAP), WRAP)
 
 
 def read_muscles(text: str) -> tuple[MuscleSnapshot, ...]:
-    """Return the muscles that the design's attribute lists."""
+    """Return the muscles that are listed in the attribute of a design."""
     muscles = _list(MuscleSnapshot, text, MUSCLES)
     return tuple(replace(muscle, color=muscle.color.lower()) for muscle in muscles)
 
 
 def read_settings(text: str) -> ExportSettings:
-    """Return the settings of the export that the design remembers."""
+    """Return the settings of the export that are stored in the design."""
     return from_plain(ExportSettings, _json(text, SETTINGS), SETTINGS)
 
 
@@ -122,14 +124,14 @@ def _json(text: str, where: str) -> Any:
 def stored_point(
     attributes: Mapping[str, str], name: str, findings: list[Finding]
 ) -> PointUse | None:
-    """What a construction point is; None if nothing is stored, or it cannot be read.
+    """Return the stored use of a construction point; None if it is missing or cannot be read.
 
     Args:
-        attributes: The point's in the add-in's group.
-        name: The point's.
-        findings: Takes what is wrong.
+        attributes: Attributes of the point in the group of the add-in.
+        name: Name of the point.
+        findings: List to which findings are appended.
     """
-    what = f"what is stored on the construction point {name!r}"
+    what = f"the attribute of construction point {name!r}"
     todo = "pick it again in Define muscles"
     return _stored(read_point, attributes, POINT, (what, todo), ("point", name), findings)
 
@@ -137,14 +139,14 @@ def stored_point(
 def stored_surface(
     attributes: Mapping[str, str], where: str, findings: list[Finding]
 ) -> SurfaceUse | None:
-    """What a face is; None if nothing is stored, or it cannot be read.
+    """Return the stored use of a face; None if it is missing or cannot be read.
 
     Args:
-        attributes: The face's in the add-in's group.
-        where: The occurrence, or the design.
-        findings: Takes what is wrong.
+        attributes: Attributes of the face in the group of the add-in.
+        where: Name of the occurrence or design.
+        findings: List to which findings are appended.
     """
-    what = f"what is stored on a wrap face of {where!r}"
+    what = f"the attribute of a wrap face of {where!r}"
     todo = "pick the face again in Define muscles"
     return _stored(read_wrap, attributes, WRAP, (what, todo), ("occurrence", where), findings)
 
@@ -152,12 +154,12 @@ def stored_surface(
 def stored_muscles(
     attributes: Mapping[str, str], design: str, findings: list[Finding]
 ) -> tuple[MuscleSnapshot, ...]:
-    """Return the muscles that a design lists; none if that cannot be read.
+    """Return the muscles that are listed in a design; empty if the list cannot be read.
 
     Args:
-        attributes: The design's in the add-in's group.
-        design: Its name.
-        findings: Takes what is wrong.
+        attributes: Attributes of the design in the group of the add-in.
+        design: Name of the design.
+        findings: List to which findings are appended.
     """
     what = "the design's list of muscles"
     todo = "open Define muscles, set the force limits and press OK"
@@ -174,15 +176,15 @@ def _stored(
     subject: tuple[str, str],
     findings: list[Finding],
 ) -> Record | None:
-    """What an attribute holds, with a finding if it cannot be read.
+    """Return the value of an attribute; None with a finding if it cannot be read.
 
     Args:
-        read: Reads the attribute's text.
-        attributes: Those of the add-in's group.
+        read: Function that parses the text of the attribute.
+        attributes: Attributes in the group of the add-in.
         key: Name of the attribute.
-        text: What cannot be read, and what to do.
-        subject: Kind and name of the finding's subject.
-        findings: Takes the finding.
+        text: Description of the attribute, and advice to the user, for the message.
+        subject: Kind and name of the subject of the finding.
+        findings: List to which the finding is appended.
     """
     if key not in attributes:
         return None
@@ -192,6 +194,6 @@ def _stored(
         what, todo = text
         message = f"{what} cannot be read ({error}); {todo}"
         new = finding("error", "bad-attribute", message, *subject)
-        if new not in findings:  # the same point in several places
+        if new not in findings:  # all occurrences of a component have the same points
             findings.append(new)
     return None

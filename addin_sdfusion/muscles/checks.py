@@ -1,4 +1,4 @@
-"""Findings on a table of muscles by itself."""
+"""Findings on a muscle table."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def finding(severity: Severity, code: str, message: str, kind: str, name: str) -
 
 
 def table_findings(table: MuscleTable) -> list[Finding]:
-    """Numbers that are used twice or missing, and wrap surfaces that no muscle can wrap over."""
+    """Return findings on duplicate or missing point numbers and on invalid wrap surfaces."""
     return [*_numbers(table), *_wrap_uses(table)]
 
 
 def _numbers(table: MuscleTable) -> list[Finding]:
-    """Two points of one number, and numbers that are missing between two points."""
+    """Return findings on duplicate and missing point numbers."""
     findings = []
     for row in table.rows:
         counts = Counter(point.number for point in table.points_of(row.name))
@@ -31,14 +31,14 @@ def _numbers(table: MuscleTable) -> list[Finding]:
         if twice:
             message = (
                 f"muscle {row.name!r} has several points with number {_listed(twice)}, so their "
-                "order is not known; put them in order in Define muscles"
+                "order is unknown; order them in Define muscles"
             )
             findings.append(finding("error", "duplicate-number", message, "muscle", row.name))
         missing = list(islice(_gaps(sorted(counts)), _LISTED + 1))
         if missing:
             message = (
-                f"muscle {row.name!r} has no point number {_listed(missing)}; if none was lost, "
-                "press OK in Define muscles to renumber"
+                f"muscle {row.name!r} has no point number {_listed(missing)}; if no point is "
+                "missing, press OK in Define muscles to renumber"
             )
             findings.append(finding("warning", "missing-number", message, "muscle", row.name))
     return findings
@@ -55,13 +55,13 @@ def _listed(numbers: Sequence[int]) -> str:
 
 
 def _wrap_uses(table: MuscleTable) -> list[Finding]:
-    """Wrap surfaces of muscles, or after points, that do not exist."""
+    """Return findings on invalid uses of wrap surfaces and on duplicate names."""
     findings = []
     for wrap, use in table.bad_uses():
         message = (
             f"wrap surface {wrap.name!r} comes after point {use.after} of muscle {use.muscle!r}, "
-            "which is not a point with another one after it; choose the muscle and point again on "
-            "the wrap tab of Define muscles"
+            "which does not exist or is the last point; choose the muscle and point again on the "
+            "wrap tab of Define muscles"
         )
         findings.append(finding("error", "bad-wrap", message, "wrap_surface", wrap.name))
     for name, count in Counter(wrap.name for wrap in table.wraps).items():

@@ -1,4 +1,4 @@
-"""Reader of the table of muscles from CSV; `csv_writer` is its counterpart."""
+"""Reader for muscle tables in CSV files, as written by `csv_writer`."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ COLUMNS = (
     "parameters",
     "axes",
 )
-"""The columns of a file that is written, in order; read in any order."""
+"""Columns of a file, in the order of the writer; the reader accepts any order."""
 
 _REQUIRED = ("name", "link", "x", "y", "z")
 _METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001}
@@ -49,16 +49,18 @@ _MAX_NUMBER = 10**6
 def read_csv(
     data: bytes, links: Collection[str] | None = None, file: Path | None = None
 ) -> tuple[MuscleTable, list[Finding]]:
-    """Return the table of a file: comma, semicolon or tab; UTF-8 or, with its mark, UTF-16.
+    """Return the muscle table of a CSV file.
+
+    The delimiter may be comma, semicolon or tab. The encoding may be UTF-8, or UTF-16 with a byte
+    order mark.
 
     Args:
-        data: The file's content.
-        links: Names of all links; not checked if None.
-        file: The file, for the findings.
+        data: Content of the file.
+        links: Names of all links; None to accept any name.
+        file: Path of the file, for the findings.
 
     Returns:
-        The table, and everything that is wrong with the file; with an error, the table lacks what
-        the error is about.
+        The table and the findings on the file. Lines with an error are not in the table.
     """
     reader = _Reader(file, links)
     text = reader.decoded(data)
@@ -69,7 +71,7 @@ def read_csv(
 
 @dataclass
 class _Reader:
-    """What is read of a file so far."""
+    """Reader of one CSV file, with the data read so far."""
 
     file: Path | None
     links: Collection[str] | None
@@ -115,7 +117,7 @@ class _Reader:
                 self.record(dict(zip(columns, cells, strict=False)))
 
     def records(self, reader: Iterator[list[str]]) -> Iterator[list[str]]:
-        """Lines with their cells; `line` is that which a record begins in."""
+        """Yield the cells of each record; `line` is set to the first line of the record."""
         end = 0
         while True:
             self.line = end + 1
@@ -137,7 +139,7 @@ class _Reader:
             columns.append(name)
             if name not in known:
                 if cell:
-                    self.report("warning", "unknown-column", f"column {cell!r} is left out")
+                    self.report("warning", "unknown-column", f"column {cell!r} is ignored")
                 continue
             factors = _UNITS.get(name, {})
             if unit and unit not in factors:
@@ -165,7 +167,7 @@ class _Reader:
             self.other(role, name, cells)
 
     def other(self, role: Role, name: str, cells: Mapping[str, str]) -> None:
-        """A task point or marker."""
+        """Read a task point or marker."""
         place = self.place(cells)
         if place is None:
             return
@@ -176,7 +178,7 @@ class _Reader:
             self.error("bad-axes", f"axes: {unknown[0]!r} is not one of {', '.join(_AXES)}")
         elif any((point.role, point.name) == (role, name) for point in self.others):
             kind = "task point" if role == "task" else "marker"
-            self.error("duplicate-name", f"{kind} {name!r} is there already")
+            self.error("duplicate-name", f"{kind} {name!r} exists already")
         else:
             link, position = place
             axes = axes or POSITIONS if role == "task" else ()
@@ -190,7 +192,7 @@ class _Reader:
         mine = [point.number for point in self.points if point.muscle == name]
         number = self.number(cells.get("number", ""), max(mine, default=-1) + 1)
         if number in mine:
-            self.error("duplicate-number", f"muscle {name!r} has a point {number} already")
+            self.error("duplicate-number", f"muscle {name!r} already has a point {number}")
         elif place is not None and number is not None:
             link, position = place
             self.points.append(PointRow("via", link, name, number, position=position))
@@ -228,7 +230,7 @@ class _Reader:
         return number * self.units.get(key, 1.0)
 
     def muscle(self, name: str, cells: Mapping[str, str]) -> None:
-        """The muscle's values in a line; those in other lines of it must be equal."""
+        """Read the properties of a muscle; they must be equal in all of its lines."""
         keys = ("color", "f_min", "f_max", "model", "parameters")
         new = {key: cells[key] for key in keys if cells.get(key)}
         before = self.given.setdefault(name, {})
@@ -284,7 +286,7 @@ class _Reader:
 
 
 def _column(header: str) -> tuple[str, str]:
-    """Return name and unit of a column; the name is the header itself if it is of another form."""
+    """Return name and unit of a column; the whole header if it has a different form."""
     match = _HEADER.fullmatch(header)
     return (match["name"].lower(), match["unit"] or "") if match else (header, "")
 

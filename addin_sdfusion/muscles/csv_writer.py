@@ -1,8 +1,8 @@
-"""Writer of the table of muscles as a CSV file, for spreadsheets.
+"""Writer for muscle tables in CSV files, for spreadsheets.
 
-One line a point. What belongs to the muscle is in the line of its first point; a muscle without
-points has a line of its own. Positions are in the design's root frame. Wrap surfaces are faces and
-not in the file.
+Each line contains a point. The line of the first point of a muscle also contains the properties of
+the muscle. A muscle without points has a separate line. Positions are in the root frame of the
+design. Wrap surfaces are not written, since they are faces of the design.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ def csv_text(table: MuscleTable, delimiter: str = ",") -> str:
     """Return the text of a file with all muscles, task points and markers.
 
     Args:
-        table: The table.
-        delimiter: Between cells: a tab for the clipboard.
+        table: The muscle table.
+        delimiter: Delimiter between cells; a tab for the clipboard.
     """
     stream = io.StringIO()
-    # lines end as RFC 4180 and spreadsheets have it
+    # the default line ending is that of RFC 4180
     writer = csv.writer(stream, lineterminator="\r\n", delimiter=delimiter)
     writer.writerow(COLUMNS)
     for row in table.rows:

@@ -1,7 +1,7 @@
-"""Table of a design's muscles, task points, markers and wrap surfaces.
+"""Reader for the muscle table of a design: muscles, task points, markers and wrap surfaces.
 
-What a point is said to be takes precedence over its name. Positions are in the design's root
-frame, at the design's pose, in [m].
+The stored use of a point takes precedence over its name. Positions are in the root frame of the
+design, at the pose of the design, in [m].
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ Located = TypeVar("Located", bound=_Located)
 def read_table(
     snapshot: DesignSnapshot, link_of: Mapping[str, str] | None = None
 ) -> tuple[MuscleTable, list[Finding]]:
-    """Return the table of a design.
+    """Return the muscle table of a design.
 
     Args:
         snapshot: The design.
-        link_of: The link of each occurrence's path. With it, a point whose component is in several
-            places is taken where its own link is.
+        link_of: Link of each occurrence, by path. It selects the occurrence of a point whose
+            component has several occurrences.
 
     Returns:
-        The table, and what is wrong with it and the points' names.
+        The table, and the findings on the table and on the names of points.
     """
     findings: list[Finding] = []
     link_of = link_of or {}
-    read = [(point, _use(point, findings)) for point in _once(snapshot.points, findings)]
-    used = _one_each([(point, use) for point, use in read if use], link_of)
+    read = [(point, _use(point, findings)) for point in _valid_points(snapshot.points, findings)]
+    used = _unique_points([(point, use) for point, use in read if use], link_of)
     points = [_point_row(point, use, link_of) for point, use in used]
     via = [point for point in points if point.role == "via"]
     rows = _rows(snapshot, {point.muscle for point in via}, findings)
@@ -59,8 +59,8 @@ def read_table(
     return table, [*findings, *table_findings(table)]
 
 
-def _once(points: Iterable[PointSnapshot], findings: list[Finding]) -> list[PointSnapshot]:
-    """Return the points but those that only look like one of the add-in."""
+def _valid_points(points: Iterable[PointSnapshot], findings: list[Finding]) -> list[PointSnapshot]:
+    """Return the points that belong to the add-in by their use or by a valid name."""
     good = []
     for point in sorted(points, key=lambda p: (natural_key(p.name), p.entity, p.occurrence)):
         name = parse_point_name(point.name)
@@ -76,7 +76,7 @@ def _once(points: Iterable[PointSnapshot], findings: list[Finding]) -> list[Poin
 
 
 def _use(point: PointSnapshot, findings: list[Finding]) -> PointUse | None:
-    """What a point is said to be, or what its name holds in its place."""
+    """Return the stored use of a point, or the use specified by its name."""
     if point.use is not None:
         return point.use
     name = parse_point_name(point.name)
@@ -85,8 +85,8 @@ def _use(point: PointSnapshot, findings: list[Finding]) -> PointUse | None:
     if name.role == "via":
         if name.copy:
             message = (
-                f"the construction point {point.name!r} has the name of another one; delete it, or "
-                f"put it in its place in Define muscles ({name.muscle})"
+                f"the construction point {point.name!r} has the name of another point; delete it, "
+                f"or insert it into muscle {name.muscle!r} in Define muscles"
             )
             findings.append(finding("error", "copied-point", message, "point", point.name))
         return PointUse("via", name.link, name.muscle, name.number)
@@ -94,10 +94,10 @@ def _use(point: PointSnapshot, findings: list[Finding]) -> PointUse | None:
     return PointUse(name.role, name.link, name=name.link + suffix)
 
 
-def _one_each(
+def _unique_points(
     read: Sequence[tuple[PointSnapshot, PointUse]], link_of: Mapping[str, str]
 ) -> list[tuple[PointSnapshot, PointUse]]:
-    """Return each point once: where it is meant, if its component is in several places."""
+    """Return each point once, in the occurrence that it belongs to."""
     groups: dict[str, list[PointSnapshot]] = {}
     for i, (point, _) in enumerate(read):
         groups.setdefault(point.entity or f"#{i}", []).append(point)
@@ -105,15 +105,15 @@ def _one_each(
     chosen = []
     for group in groups.values():
         first = attributes[id(group[0])]
-        point = _meant(group, first.occurrence, first.link, link_of)
+        point = _select_occurrence(group, first.occurrence, first.link, link_of)
         chosen.append((point, attributes[id(point)]))
     return chosen
 
 
-def _meant(
+def _select_occurrence(
     candidates: Sequence[Located], occurrence: str, link: str, link_of: Mapping[str, str]
 ) -> Located:
-    """Return the place that is meant: as stored, else of the same link, else the first."""
+    """Return the candidate in the stored occurrence, else on the link, else the first one."""
     tests: tuple[Callable[[Located], bool], ...] = (
         lambda p: bool(occurrence) and p.occurrence == occurrence,
         lambda p: link_of.get(p.occurrence) == link,
@@ -126,7 +126,7 @@ def _meant(
 
 
 def _link_at(item: Located, link_of: Mapping[str, str]) -> str:
-    """Return the link that moves with a point or face, or a name for where it is."""
+    """Return the link of a point or face, or the path of its occurrence if it has no link."""
     return link_of.get(item.occurrence, item.occurrence or WORLD)
 
 
@@ -145,12 +145,12 @@ def _point_row(point: PointSnapshot, use: PointUse, link_of: Mapping[str, str]) 
 def _rows(
     snapshot: DesignSnapshot, used: set[str], findings: list[Finding]
 ) -> tuple[MuscleSnapshot, ...]:
-    """Return the muscles that the design lists, then those that only have points."""
+    """Return the muscles that the design lists, then muscles that are defined only by points."""
     listed = [replace(muscle, color=muscle.color.lower()) for muscle in snapshot.muscles]
     rows = {row.name: row for row in reversed(listed)}
     for name, count in Counter(row.name for row in listed).items():
         if count > 1:
-            message = f"muscle {name!r} is listed {count} times; the first counts"
+            message = f"muscle {name!r} is listed {count} times; the first entry is used"
             findings.append(finding("warning", "duplicate-muscle", message, "muscle", name))
     ordered = [rows[name] for name in dict.fromkeys(row.name for row in listed)]
     for name in sorted(used - rows.keys(), key=natural_key):
@@ -172,6 +172,6 @@ def _wraps(snapshot: DesignSnapshot, link_of: Mapping[str, str]) -> Iterable[Wra
     for group in groups.values():
         use = group[0].use
         if use is not None:
-            face = _meant(group, use.occurrence, use.link, link_of)
+            face = _select_occurrence(group, use.occurrence, use.link, link_of)
             link = use.link or _link_at(face, link_of)
             yield WrapRow(use.name, link, use.muscles, face.occurrence, face=face)

@@ -1,6 +1,6 @@
-"""Mirror images of muscles, from one side of the robot to the other.
+"""Mirroring of muscles from one side of the robot to the other.
 
-The side is a word of the name, at its beginning or end: `arm_l`, `left_arm`, `ArmRight`.
+A word at the beginning or end of a name specifies the side: `arm_l`, `left_arm`, `ArmRight`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .table import MuscleTable, PointRow
 
 _OTHER = {"l": "r", "left": "right"}
 _OTHER |= {right: left for left, right in _OTHER.items()}
-_TURNED: dict[Literal[-1, 0, 1], Literal[-1, 0, 1]] = {-1: 1, 0: 0, 1: -1}
+_MIRRORED_SIDE: dict[Literal[-1, 0, 1], Literal[-1, 0, 1]] = {-1: 1, 0: 0, 1: -1}
 _SEPARATED = re.compile(r"(l|r|left|right)(?=[_\-. ])|(?<=[_\-. ])(l|r|left|right)$", re.IGNORECASE)
 _JOINED = re.compile(
     r"^(left|right)(?=[A-Z0-9])|^(L|R)(?=[A-Z][a-z])|(?<=[a-z0-9])(Left|Right|L|R)$"
@@ -32,26 +32,26 @@ _JOINED = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Plane:
-    """A plane to mirror at.
+    """Mirror plane.
 
     Attributes:
-        point: Any point of it, in [m].
-        normal: Orthogonal to it; of any length but zero.
+        point: Any point of the plane, in [m].
+        normal: Normal vector of any nonzero length.
     """
 
     point: Vector3
     normal: Vector3
 
     def mirrored(self, p: Vector3) -> Vector3:
-        """Return the image of a point, in [m]."""
+        """Return the mirror image of a point, in [m]."""
         n = normalized(self.normal)
         d = 2.0 * dot(subtract(p, self.point), n)
         return p[0] - d * n[0], p[1] - d * n[1], p[2] - d * n[2]
 
 
 def other_side(name: str) -> str | None:
-    """Return the name with left and right exchanged; None if it names no side."""
-    match = _SEPARATED.match(name) or _last(name) or _JOINED.search(name)
+    """Return the name with left and right exchanged; None if it does not contain a side."""
+    match = _SEPARATED.match(name) or _match_at_end(name) or _JOINED.search(name)
     if match is None:
         return None
     word = match[0]
@@ -63,7 +63,7 @@ def other_side(name: str) -> str | None:
     return name[: match.start()] + other + name[match.end() :]
 
 
-def _last(name: str) -> re.Match[str] | None:
+def _match_at_end(name: str) -> re.Match[str] | None:
     return next((m for m in _SEPARATED.finditer(name) if m.end() == len(name)), None)
 
 
@@ -79,14 +79,15 @@ def mirror_muscle(
     A link without a side, such as the torso, is its own image.
 
     Args:
-        table: The table.
+        table: The muscle table.
         muscle: Name of the muscle.
-        plane: Where to mirror.
+        plane: Mirror plane.
         links: Names of all links.
-        replace_existing: Whether a muscle of the image's name is replaced, or left with a finding.
+        replace_existing: Whether to replace an existing muscle with the name of the image;
+            otherwise it is an error.
 
     Returns:
-        The table, the same one if there are errors, and the findings.
+        The new table, or the unchanged table if there are errors, and the findings.
     """
     row = table.row(muscle)
     if row is None:
@@ -95,7 +96,7 @@ def mirror_muscle(
     name = _image_name(table, muscle)
     findings = []
     if table.row(name) is not None and not replace_existing:
-        message = f"muscle {name!r} is there already; delete it, or tick 'Replace'"
+        message = f"muscle {name!r} exists already; delete it, or tick 'Replace'"
         findings.append(finding("error", "mirrored-muscle-exists", message, "muscle", name))
     points = []
     for point in table.points_of(muscle):
@@ -114,11 +115,14 @@ def mirror_muscle(
     table = table.delete_muscle(name).with_muscle(replace(row, name=name, color=color))
     first = min((point.number for point in points), default=0)
     table = table.with_points(name, points, first)
-    return _wraps_mirrored(table, muscle, name, findings)
+    return _mirror_wraps(table, muscle, name, findings)
 
 
 def _image_name(table: MuscleTable, muscle: str) -> str:
-    """Of the other side; else, for one without a side, `motorN` for `motorM`, or a word added."""
+    """Return the name of a mirror image.
+
+    A name without a side becomes `motorN` if it has this form; otherwise a suffix is appended.
+    """
     other = other_side(muscle)
     if other is not None:
         return other
@@ -127,20 +131,20 @@ def _image_name(table: MuscleTable, muscle: str) -> str:
     return f"{muscle}_mirrored"
 
 
-def _wraps_mirrored(
+def _mirror_wraps(
     table: MuscleTable, muscle: str, image: str, findings: list[Finding]
 ) -> tuple[MuscleTable, list[Finding]]:
-    """Return the image led over the surfaces of the other side, if there are any."""
+    """Return the table in which the image wraps over the surfaces of the other side."""
     wraps = {wrap.name: wrap for wrap in table.wraps}
     for wrap, use in table.wraps_of(muscle):
         other = wraps.get(other_side(wrap.name) or wrap.name)
         if other is None or (other.name == wrap.name and other_side(wrap.link)):
             message = (
-                f"muscle {image!r} has no surface like {wrap.name!r} on its side; pick the face on "
-                "the wrap tab"
+                f"muscle {image!r} has no counterpart of surface {wrap.name!r} on its side; pick "
+                "the face on the wrap tab"
             )
             findings.append(finding("warning", "wrap-not-mirrored", message, "muscle", image))
             continue
-        turned = WrapUse(image, use.after, _TURNED[use.side], use.turns, use.inside)
+        turned = WrapUse(image, use.after, _MIRRORED_SIDE[use.side], use.turns, use.inside)
         wraps[other.name] = replace(other, muscles=(*other.muscles, turned))
     return replace(table, wraps=tuple(wraps[wrap.name] for wrap in table.wraps)), findings

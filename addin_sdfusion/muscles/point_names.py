@@ -1,8 +1,8 @@
-"""Meaningful names of construction points, as designs of earlier add-ins have them.
+"""Names of construction points that specify their use, as in designs of earlier add-ins.
 
-`VP_motor3_EXPORT_upper_arm_12` is via point 12 of muscle `motor3`, fixed to link `upper_arm`;
-`EE_<link>` is a task point, `VM_<link>` a marker, `COM_<link>` what links once were measured from.
-Fusion appends ` (1)` to a name that is there already.
+`VP_motor3_EXPORT_upper_arm_12` is via point 12 of muscle `motor3`, fixed to link `upper_arm`.
+`EE_<link>` is a task point and `VM_<link>` a marker. `COM_<link>` is the origin of link coordinates
+in old designs. Fusion appends ` (1)` to a name that exists already.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Literal
 NameRole = Literal["via", "task", "marker", "com"]
 
 _MOTOR = re.compile(r"motor(0|[1-9][0-9]{0,8})", re.ASCII)
-# The link takes as much as it can: `a_0_3` is point 3 of link `a_0`.
+# The pattern of the link is greedy: `a_0_3` is point 3 of link `a_0`.
 _VIA = re.compile(
     r"VP_motor(?P<motor>[0-9]{1,9})_EXPORT_(?P<link>.+)_(?P<number>[0-9]{1,9})"
     r"(?: ?\((?P<copy>[0-9]{1,9})\))?",
@@ -31,14 +31,14 @@ _PREFIXES = ("VP_", "EE_", "VM_", "COM_")
 
 @dataclass(frozen=True, slots=True)
 class PointName:
-    """What a construction point's name says.
+    """Parsed name of a construction point.
 
     Attributes:
-        role: `via`, `task`, `marker`, or `com`, which is read and has no effect.
+        role: `via`, `task`, `marker`, or `com`, which is ignored.
         link: Name of the link.
-        motor: Of a via point: the number in the muscle's name.
-        number: Of a via point: its place along the muscle.
-        copy: The number that Fusion appended because the name was taken; 0 if it did not.
+        motor: Number in the name of the muscle, for a via point.
+        number: Position in the sequence of points along the muscle, for a via point.
+        copy: Number that Fusion appended to a duplicate name; 0 if the name is unique.
     """
 
     role: NameRole
@@ -54,12 +54,12 @@ class PointName:
 
 
 def is_point_name(name: str) -> bool:
-    """Return whether a name begins as those of the add-in do, well-formed or not."""
+    """Return whether a name has a prefix of the add-in; it may still be malformed."""
     return name.startswith(_PREFIXES)
 
 
 def parse_point_name(name: str) -> PointName | None:
-    """What a name says; None if it is not of the add-in, or not well-formed."""
+    """Return the parsed name; None if it is malformed or does not belong to the add-in."""
     via = _VIA.fullmatch(name)
     if via:
         motor, number, copy = (int(via[key] or 0) for key in ("motor", "number", "copy"))
@@ -86,9 +86,9 @@ def marker_name(link: str) -> str:
 
 
 def motor_numbers(muscles: Iterable[str]) -> dict[str, int]:
-    """Return the number in the points' names of each muscle.
+    """Return the number used in point names, for each muscle.
 
-    `motorN` has its own; the others take the smallest that no muscle has, in their order.
+    `motorN` has the number N. Each of the other muscles has the smallest unused number, in order.
     """
     names = list(dict.fromkeys(muscles))
     own = {name: int(match[1]) for name in names if (match := _MOTOR.fullmatch(name))}
@@ -98,7 +98,7 @@ def motor_numbers(muscles: Iterable[str]) -> dict[str, int]:
 
 
 def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
-    """Orders names with their numbers as numbers: `motor2` comes before `motor10`."""
+    """Return a sort key that compares numbers in names as numbers: `motor2` before `motor10`."""
     return tuple(_place(part) for part in re.split(r"([0-9]+)", name) if part)
 
 

@@ -1,7 +1,7 @@
-"""Table of a design's muscles: its rows and their edits.
+"""Table of the muscles of a design: its rows and edits.
 
-Positions are in the design's root frame at the design's pose, in [m]. A table never changes: an
-edit gives a new one, in which the points of every muscle are numbered without gaps.
+Positions are in the root frame of the design at the pose of the design, in [m]. A table is
+immutable: an edit returns a new one, in which the points of every muscle are numbered without gaps.
 """
 
 from __future__ import annotations
@@ -39,19 +39,19 @@ NAMED_COLORS = {
     "Grey": "#7f7f7f",
 }
 COLORS = tuple(NAMED_COLORS.values())
-"""Colours that muscles get in turn."""
+"""Colours assigned to new muscles."""
 
 SAME = 1e-7
-"""How far apart two points may be to be the same, in [m]."""
+"""Maximum distance of two points that are considered identical, in [m]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointRow(PointUse):
-    """What a point is, as it is stored, and where; its occurrence is the one that holds it.
+    """The stored use of a point with its position; the occurrence is the one that contains it.
 
     Attributes:
         position: In the root frame, in [m].
-        entity: What the CAD system's point is; empty if unknown.
+        entity: Identifier of the point in the CAD system; empty if unknown.
     """
 
     position: Vector3
@@ -59,14 +59,14 @@ class PointRow(PointUse):
 
     @property
     def use(self) -> PointUse:
-        """What is stored on the point."""
+        """The use to store on the point."""
         return PointUse(**{f.name: getattr(self, f.name) for f in fields(PointUse)})
 
     def on_link(self, link: str) -> PointRow:
         """Return the point fixed to another link.
 
-        A construction point that the add-in made is made again in the other link's component, so
-        that it moves with that link.
+        A construction point that the add-in created is created again in the component of the other
+        link, so that it moves with that link.
         """
         moved = replace(self, link=link)
         return replace(moved, entity="", occurrence="", made=False) if self.made else moved
@@ -74,23 +74,23 @@ class PointRow(PointUse):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WrapRow(SurfaceUse):
-    """What a face that muscles wrap over is, as it is stored, and its shape."""
+    """The stored use of a wrap surface, with its shape."""
 
     face: SurfaceSnapshot
 
     @property
     def use(self) -> SurfaceUse:
-        """What is stored on the face."""
+        """The use to store on the face."""
         return SurfaceUse(self.name, self.link, self.muscles, self.occurrence)
 
 
 @dataclass(frozen=True, slots=True)
 class MuscleTable:
-    """All that the user has defined on top of the bodies and joints.
+    """Muscles, task points, markers and wrap surfaces of a design.
 
     Attributes:
         rows: The muscles, in order; the names are unique.
-        points: Via points: muscles in their order, then by number.
+        points: Via points, in the order of the muscles, then by number.
         others: Task points, by name, and markers, by name.
         wraps: Wrap surfaces, by name.
     """
@@ -124,20 +124,20 @@ class MuscleTable:
         return tuple(sorted(uses, key=lambda pair: (pair[1].after, natural_key(pair[0].name))))
 
     def length(self, muscle: str) -> float:
-        """Length of a muscle along its points, in [m]."""
+        """Return the length of a muscle along its points, in [m]."""
         positions = [point.position for point in self.points_of(muscle)]
         return sum(map(math.dist, positions, positions[1:]))
 
     # Muscles
 
     def with_muscle(self, row: MuscleSnapshot) -> MuscleTable:
-        """Return the table with a muscle added, or its properties replaced."""
+        """Return the table with a muscle added or its properties replaced."""
         if self.row(row.name) is None:
             return replace(self, rows=(*self.rows, row))
         return replace(self, rows=tuple(row if r.name == row.name else r for r in self.rows))
 
     def rename_muscle(self, old: str, new: str) -> MuscleTable:
-        """Return a muscle with another name, which no muscle has."""
+        """Return the table with a muscle renamed; the new name must be unused."""
         return replace(
             self,
             rows=tuple(replace(r, name=new) if r.name == old else r for r in self.rows),
@@ -155,18 +155,18 @@ class MuscleTable:
         )
 
     def new_muscle_name(self) -> str:
-        """`motorN` with the smallest N that no muscle has."""
+        """Return `motorN` with the smallest unused N."""
         return free_name([f"motor{n}" for n in range(len(self.rows) + 1)], self.rows)
 
     def next_color(self) -> str:
-        """Return the colour that the fewest muscles have."""
+        """Return the least used colour."""
         used = [row.color for row in self.rows]
         return min(COLORS, key=used.count)
 
     # Via points
 
     def renumbered(self) -> MuscleTable:
-        """Return the table with the numbers of every muscle in a row, from its smallest one."""
+        """Return the table with points numbered without gaps from the smallest number."""
         table = self
         for row in self.rows:
             table = table.with_points(row.name, table.points_of(row.name))
@@ -177,13 +177,13 @@ class MuscleTable:
     ) -> MuscleTable:
         """Return the table with the points of a muscle replaced.
 
-        Wrap surfaces stay after the point that they came after; if that is gone, after the one
-        that took its place.
+        A wrap surface remains after the same point. If this point is deleted, the surface comes
+        after the preceding point.
 
         Args:
-            muscle: Name of the muscle; it has a row.
-            points: In order; their numbers are those of before, or -1 for a new one.
-            first: Number of the first point; the smallest of the numbers of before if None.
+            muscle: Name of the muscle, which must be in the table.
+            points: Points in order, with their previous numbers, or -1 for a new point.
+            first: Number of the first point; None for the smallest previous number.
         """
         before = [point.number for point in self.points_of(muscle)]
         start = min([number for number in before if number >= 0], default=0)
@@ -195,7 +195,7 @@ class MuscleTable:
         def place(number: int) -> int:
             if number in moved:
                 return min(moved[number], last)
-            earlier = [moved[n] for n in moved if 0 <= n < number]  # it is gone
+            earlier = [moved[n] for n in moved if 0 <= n < number]  # the point is deleted
             return min(max(earlier, default=start), last)
 
         of = {row.name: self.points_of(row.name) for row in self.rows} | {muscle: after}
@@ -206,7 +206,7 @@ class MuscleTable:
         )
 
     def insert_point(self, point: PointRow, index: int | None = None) -> MuscleTable:
-        """Return a point added to its muscle, which is added as well if it is new."""
+        """Return the table with a point added; a new muscle is added too."""
         table = self
         if self.row(point.muscle) is None:
             table = self.with_muscle(MuscleSnapshot(point.muscle, self.next_color()))
@@ -215,20 +215,20 @@ class MuscleTable:
         return table.with_points(point.muscle, points)
 
     def duplicate_point(self, muscle: str, index: int) -> MuscleTable:
-        """Return a second point in the same place, next to the first."""
+        """Return the table with a copy of a point after it, at the same position."""
         return self.insert_point(replace(self.points_of(muscle)[index], made=False), index + 1)
 
     def delete_point(self, muscle: str, index: int) -> MuscleTable:
-        """Return the table without a point; the muscle stays, with or without points."""
+        """Return the table without a point; a muscle without points remains in the table."""
         points = list(self.points_of(muscle))
         first = min(point.number for point in points)
         del points[index]
         return self.with_points(muscle, points, first)
 
     def move_point(self, muscle: str, index: int, by: int) -> MuscleTable:
-        """Return a point moved along its muscle; not beyond the ends.
+        """Return the table with a point moved along its muscle, at most to an end.
 
-        Wrap surfaces stay where they are along the muscle.
+        Wrap surfaces keep their position in the sequence of points.
         """
         points = list(self.points_of(muscle))
         numbers = [point.number for point in points]
@@ -239,7 +239,7 @@ class MuscleTable:
     def change_point(
         self, muscle: str, index: int, edit: Callable[[PointRow], PointRow]
     ) -> MuscleTable:
-        """Return the table with other properties of a point."""
+        """Return the table with an edited point."""
         points = list(self.points_of(muscle))
         points[index] = edit(points[index])
         return self.with_points(muscle, points)
@@ -247,25 +247,26 @@ class MuscleTable:
     # Wrap surfaces
 
     def change_wrap(self, name: str, edit: Callable[[WrapRow], WrapRow | None]) -> MuscleTable:
-        """Return the table with other properties of a wrap surface; None deletes it."""
+        """Return the table with an edited wrap surface; it is deleted if `edit` returns None."""
         edited = [edit(wrap) if wrap.name == name else wrap for wrap in self.wraps]
         return replace(self, wraps=tuple(wrap for wrap in edited if wrap is not None))
 
     def _wraps_with(
         self, muscle: str, edit: Callable[[WrapUse], WrapUse | None]
     ) -> tuple[WrapRow, ...]:
-        """Return all wrap surfaces, with other uses of one muscle."""
+        """Return all wrap surfaces with edited uses of one muscle."""
         return tuple(
             change_uses(wrap, lambda _, use: edit(use) if use.muscle == muscle else use)
             for wrap in self.wraps
         )
 
-    # A table of a file
+    # Import from a file
 
     def merged(self, new: MuscleTable) -> MuscleTable:
-        """Return the table with what was read from a file in the place of what has the same names.
+        """Return the table merged with a table read from a file, which replaces equal names.
 
-        A point in the place of an earlier one of the same name and link is that point.
+        A new point at the position of an existing point on the same link replaces that point and
+        keeps its construction point.
         """
         table = self
         for row in new.rows:
@@ -284,10 +285,10 @@ class MuscleTable:
             others=by_name(point for (point,) in others.values()),
         )
 
-    # What is wrong
+    # Checks
 
     def problems(self, links: Collection[str]) -> list[str]:
-        """Return all that keeps the table from being written into a design, a sentence each.
+        """Return a sentence for every problem that prevents writing the table into a design.
 
         Args:
             links: Names of all links of the design.
@@ -295,7 +296,7 @@ class MuscleTable:
         return [*self._muscle_problems(), *self._wrap_problems(), *self._link_problems(links)]
 
     def hints(self) -> list[str]:
-        """What is not finished yet."""
+        """Return hints on incomplete muscles."""
         return [
             f"{row.name} needs at least two points."
             for row in self.rows
@@ -303,7 +304,7 @@ class MuscleTable:
         ]
 
     def bad_uses(self) -> Iterator[tuple[WrapRow, WrapUse]]:
-        """Wrap surfaces of muscles, or after points, that do not exist."""
+        """Yield uses of wrap surfaces with an unknown muscle or point."""
         for wrap in self.wraps:
             for use in wrap.muscles:
                 if use.after not in [p.number for p in self.points_of(use.muscle)][:-1]:
@@ -314,21 +315,21 @@ class MuscleTable:
             if not COLOR.fullmatch(row.color):
                 yield f"{row.name}: the colour must be #rrggbb, not {row.color!r}."
             if not row.f_min >= 0.0:
-                yield f"{row.name}: the smallest force must be 0 N or more."
+                yield f"{row.name}: the minimum force must not be negative."
             if not row.f_min <= row.f_max:
-                yield f"{row.name}: the largest force is less than the smallest one."
+                yield f"{row.name}: the maximum force must not be less than the minimum force."
         for kind, points in (("task points", self.tasks), ("markers", self.markers)):
             counts = Counter(point.name for point in points)
             if counts.pop("", 0):
-                yield f"One of the {kind} has no name."
+                yield f"One of the {kind} has no name; enter one."
             for name in sorted(name for name, count in counts.items() if count > 1):
                 yield f"Two {kind} are called {name}; rename one."
 
     def _wrap_problems(self) -> Iterator[str]:
         for wrap, use in self.bad_uses():
             yield (
-                f"Wrap surface {wrap.name}: {use.muscle} has no point {use.after} with another one "
-                "after it; choose the point in the table."
+                f"Wrap surface {wrap.name}: point {use.after} of {use.muscle} does not exist or is "
+                "the last point; choose the point in the table."
             )
 
     def _link_problems(self, links: Collection[str]) -> Iterator[str]:
@@ -345,13 +346,13 @@ class MuscleTable:
 
 
 def change_uses(wrap: WrapRow, edit: Callable[[int, WrapUse], WrapUse | None]) -> WrapRow:
-    """Return a wrap surface with other uses; None deletes one."""
+    """Return a wrap surface with edited uses; a use is deleted if `edit` returns None."""
     uses = [edit(i, use) for i, use in enumerate(wrap.muscles)]
     return replace(wrap, muscles=tuple(use for use in uses if use is not None))
 
 
 def by_name(points: Any) -> tuple[PointRow, ...]:
-    """Task points and markers in the order of a table."""
+    """Return task points and markers in the order of a table."""
     order = ("task", "marker")
     return tuple(
         sorted(points, key=lambda p: (order.index(p.role), natural_key(p.name), p.occurrence))
@@ -359,13 +360,13 @@ def by_name(points: Any) -> tuple[PointRow, ...]:
 
 
 def free_name(names: Sequence[str], rows: Sequence[MuscleSnapshot | PointUse | SurfaceUse]) -> str:
-    """Return the first of the names that no row has; one more name than rows is enough."""
+    """Return the first unused name; the number of names must exceed the number of rows."""
     taken = {row.name for row in rows}
     return next(name for name in names if name not in taken)
 
 
 def _adopted(new: PointRow, free: list[PointRow]) -> PointRow:
-    """The new point as one of the old ones, which is taken out of `free`, if there is one."""
+    """Return the new point merged with an old point at its position, which leaves `free`."""
     apart = {i: math.dist(old.position, new.position) for i, old in enumerate(free)}
     near = [i for i, old in enumerate(free) if old.link == new.link and apart[i] <= SAME]
     if not near:

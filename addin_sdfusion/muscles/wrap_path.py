@@ -1,7 +1,8 @@
-"""Path of a muscle over a wrap surface, to be drawn: which side it takes, and how often it turns.
+"""Path of a muscle over a wrap surface, for the preview drawing.
 
-Seen along the cylinder's axis, or across the plane of the sphere's centre and both points, the path
-is a tangent, an arc of the surface's circle and a tangent; along the axis it rises evenly.
+The path is projected onto the plane orthogonal to the axis of the cylinder, or onto the plane
+through the centre of the sphere and both points. There it consists of a tangent, a circular arc
+and a tangent. Along the axis it has a constant slope.
 """
 
 from __future__ import annotations
@@ -13,20 +14,20 @@ from ..robot.model.pose import Vector3
 from ..robot.model.rotations import add, cross, dot, normalized, subtract
 from ..snapshot import SurfaceSnapshot, WrapUse
 
-_STEP = math.radians(6.0)  # of the drawn arc
+_STEP = math.radians(6.0)  # angle between points of the arc
 _Z: Vector3 = (0.0, 0.0, 1.0)
 
 Sense = Literal[-1, 1]
 
 
 def path_over(start: Vector3, end: Vector3, face: SurfaceSnapshot, use: WrapUse) -> list[Vector3]:
-    """Return points on the surface between two via points; none if the muscle does not touch it.
+    """Return the path over a surface between two via points; empty if there is no contact.
 
     Args:
-        start: The point before the surface, in the root frame, in [m].
-        end: The point after it.
+        start: Via point before the surface, in the root frame, in [m].
+        end: Via point after the surface, in the root frame, in [m].
         face: The surface.
-        use: How the muscle wraps over it.
+        use: Side and number of turns of the wrap.
     """
     if use.inside:
         return []
@@ -53,7 +54,7 @@ def _about(a: Vector3, b: Vector3, z: Vector3, r: float, side: int, turns: int) 
         return []
     x = normalized(flat_a)
     y = cross(z, x)
-    angle_b = math.atan2(dot(flat_b, y), dot(flat_b, x))  # of a it is 0
+    angle_b = math.atan2(dot(flat_b, y), dot(flat_b, x))  # relative to a
     natural: Sense = 1 if angle_b >= 0.0 else -1
     sense = side or natural
     if turns == 0 and sense == natural and _distance(flat_a, flat_b) >= r:
@@ -78,7 +79,7 @@ def _less(v: Vector3, z: Vector3, height: float) -> Vector3:
 
 
 def _distance(a: Vector3, b: Vector3) -> float:
-    """How near the straight line between two points comes to the origin."""
+    """Return the distance of the origin from the line segment between two points."""
     d = subtract(b, a)
     length = dot(d, d)
     t = 0.0 if length == 0.0 else min(max(-dot(a, d) / length, 0.0), 1.0)

@@ -1,4 +1,4 @@
-"""Snapshot of a design as plain records: all that an export needs of a CAD system.
+"""Snapshot of a design as plain records: all data that an export needs from a CAD system.
 
 SI units. Positions and directions are given in the design's root frame, at the
 design's pose. An occurrence is named by its full path, such as `arm:1+hand:1`; the root component

@@ -1,4 +1,4 @@
-"""A whole design."""
+"""Snapshot of a complete design."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ DesignIntent = Literal["part", "assembly", "hybrid", "unknown"]
 
 @dataclass(frozen=True, slots=True)
 class SourceSnapshot:
-    """Where a snapshot comes from.
+    """Source of a snapshot.
 
     Attributes:
         program: The CAD system or the library, such as `Fusion` or `build123d`.
-        version: Its version.
-        document: The design's document, file or address there.
+        version: Version of the program.
+        document: Name, file or address of the document.
     """
 
     program: str = ""
@@ -31,22 +31,22 @@ class SourceSnapshot:
 
 @dataclass(frozen=True, slots=True)
 class DesignSnapshot:
-    """All that the export needs of a design.
+    """All data that the export needs from a design.
 
     Attributes:
-        name: The design's name.
-        settings: How to export it.
-        occurrences: Every component in every place, but the root.
-        bodies: Every body in every place.
+        name: Name of the design.
+        settings: Settings of the export.
+        occurrences: Every occurrence of every component except the root component.
+        bodies: Every body of every occurrence.
         groups: Rigid groups.
         joints: Joints and as-built joints.
         points: Via points, task points and markers.
         surfaces: Faces that muscles wrap over.
-        muscles: The muscles in their order, which is that of the forces.
-        intent: What the design is made for.
-        findings: What could not be read.
-        source: Where it comes from.
-        couplings: Motions that follow others.
+        muscles: The muscles, in the order of the force vector.
+        intent: Intended use of the design.
+        findings: Problems found while reading the design.
+        source: Program and document of the design.
+        couplings: Motions that follow other motions.
     """
 
     name: str

@@ -18,16 +18,16 @@ class MotionSnapshot:
 
     Attributes:
         kind: `rotation` or `translation`, of `one` relative to `two`.
-        axis: Unit vector, as `two` has it: not carried by the joint's motions before it.
-        value: Its current value, in [rad] or [m].
+        axis: Unit vector fixed to `two`: the preceding motions of the joint do not move it.
+        value: Current value, in [rad] or [m].
         lower, upper: Limits, in [rad] or [m]; None if not enabled.
-        role: What the CAD system calls it where a joint has several: `pitch`, `yaw`, `roll`,
+        role: Name of the motion in the CAD system if a joint has several: `pitch`, `yaw`, `roll`,
             `rotation`, `slide`, `primary_slide`, `secondary_slide`.
         damping: Viscous damping, in [N·m·s/rad] or [N·s/m].
         friction: Coulomb friction, in [N·m] or [N].
-        stiffness: Of a spring, in [N·m/rad] or [N/m].
-        rest: Where the spring makes no torque or force, in [rad] or [m].
-        effort: Largest torque or force of its motor, in [N·m] or [N]; None if not known.
+        stiffness: Spring stiffness, in [N·m/rad] or [N/m].
+        rest: Value at which the spring is relaxed, in [rad] or [m].
+        effort: Maximum torque or force of the motor, in [N·m] or [N]; None if unknown.
     """
 
     kind: Literal["rotation", "translation"]
@@ -48,17 +48,16 @@ class JointSnapshot:
     """A joint, or as-built joint, between two occurrences.
 
     Attributes:
-        name: Its name.
-        kind: Its type.
-        one, two: Paths of the occurrences; `one` moves relative to `two`. None if the CAD system
-            does not say.
-        origin_one, origin_two: Where the joint is as `one` and `two` have it, in [m]; None if
-            the CAD system does not say.
-        motions: In their order from `two` to `one`.
+        name: Name of the joint.
+        kind: Type of the joint.
+        one, two: Paths of the occurrences; `one` moves relative to `two`. None if unknown.
+        origin_one, origin_two: Position of the joint on `one` and on `two`, in [m]; None if
+            unknown.
+        motions: Motions, ordered from `two` to `one`.
         as_built: Whether it is an as-built joint.
-        suppressed: Whether it is switched off in the timeline.
+        suppressed: Whether it is suppressed in the timeline.
         locked: Whether it is locked.
-        problem: What the CAD system says is wrong with it; empty if nothing.
+        problem: Error that the CAD system reports for the joint; empty if it reports no error.
     """
 
     name: str
@@ -80,9 +79,9 @@ class CouplingSnapshot:
 
     Attributes:
         follower, leader: Names of the joints.
-        ratio: Without unit, or in [m/rad] or [rad/m].
+        ratio: Dimensionless, or in [m/rad] or [rad/m].
         offset: In [rad] or [m].
-        follower_role, leader_role: Roles of the motions, of joints that have several.
+        follower_role, leader_role: Roles of the motions, for joints with several motions.
     """
 
     follower: str

@@ -15,20 +15,20 @@ Role = Literal["via", "task", "marker"]
 
 DEFAULT_COLOR = "#d62728"
 F_MIN, F_MAX = 10.0, 80.0
-"""Force limits of a muscle of which nothing is known, in [N]: those of the add-in before."""
+"""Default force limits of a muscle, in [N]; earlier versions of the add-in used the same values."""
 
 
 @dataclass(frozen=True, slots=True)
 class MuscleSnapshot:
-    """A muscle, without its points, which name it.
+    """A muscle without its via points; each via point refers to its muscle by name.
 
     Attributes:
-        name: Its name.
-        color: What it is drawn in.
-        f_min: Smallest force that a controller may command, in [N].
-        f_max: Largest force, in [N]; infinite if unknown.
-        model: How force, length and stiffness belong together.
-        parameters: The model's numbers by name, in SI units.
+        name: Name of the muscle.
+        color: Colour of the muscle in drawings.
+        f_min: Minimum force that a controller may command, in [N].
+        f_max: Maximum force, in [N]; infinite if unknown.
+        model: Muscle law, which relates force, length and stiffness.
+        parameters: Parameters of the muscle law by name, in SI units.
     """
 
     name: str
@@ -40,24 +40,25 @@ class MuscleSnapshot:
 
     @property
     def cable_model(self) -> CableModel:
-        """The model with its parameters, as the robot's muscle has it."""
+        """The muscle law with its parameters, as used by the robot model."""
         return CableModel(self.model, tuple(self.parameters.items()))
 
 
 @dataclass(frozen=True, slots=True)
 class PointUse:
-    """What a construction point is.
+    """Use of a construction point.
 
     Attributes:
         role: `via`, `task` or `marker`.
-        link: Name of the link it is fixed to, or `world`; that of its occurrence if empty.
-        muscle: Of a via point: name of the muscle.
-        number: Of a via point: its place along the muscle.
-        name: Of a task point or marker: its name.
-        axes: Of a task point: which coordinates count; the position's if empty.
-        occurrence: Path of the occurrence that is meant where the component is in several places.
-        made: Whether the add-in made the point, and so may delete it.
-        original: The name that the user gave a point that the add-in did not make.
+        link: Name of the link that the point is fixed to, or `world`; if empty, the link of its
+            occurrence.
+        muscle: Name of the muscle, for a via point.
+        number: Position in the sequence of points along the muscle, for a via point.
+        name: Name of the point, for a task point or marker.
+        axes: Task coordinates, for a task point; if empty, the three coordinates of the position.
+        occurrence: Path of the occurrence that the point belongs to, if its component has several.
+        made: Whether the add-in created the point and may therefore delete it.
+        original: Name that the user gave to a point that the add-in did not create.
     """
 
     role: Role
@@ -78,9 +79,10 @@ class WrapUse:
     Attributes:
         muscle: Name of the muscle.
         after: Number of the via point before the surface.
-        side: 1 or -1 for a chosen sense of turning about the axis, 0 for the shorter path.
-        turns: Whole turns about it.
-        inside: Whether it is led through the surface; then it has no side and no turns.
+        side: 1 or -1 for a sense of rotation about the axis, 0 for the shorter path.
+        turns: Number of full turns about the axis.
+        inside: Whether the muscle passes through the inside of the surface; `side` and `turns`
+            are then not used.
     """
 
     muscle: str
@@ -92,13 +94,14 @@ class WrapUse:
 
 @dataclass(frozen=True, slots=True)
 class SurfaceUse:
-    """What a face is.
+    """Use of a face as a wrap surface.
 
     Attributes:
         name: Name of the wrap surface.
-        link: Name of the link it is fixed to, or `world`; that of its occurrence if empty.
-        muscles: Which muscles wrap over it.
-        occurrence: Path of the occurrence that is meant where the component is in several places.
+        link: Name of the link that the face is fixed to, or `world`; if empty, the link of its
+            occurrence.
+        muscles: The muscles that wrap over the face.
+        occurrence: Path of the occurrence that the face belongs to, if its component has several.
     """
 
     name: str
@@ -109,17 +112,17 @@ class SurfaceUse:
 
 @dataclass(frozen=True, slots=True)
 class PointSnapshot:
-    """A construction point in one place: a via point, task point or marker.
+    """A construction point in one occurrence: a via point, task point or marker.
 
     Attributes:
-        name: Its name.
+        name: Name of the construction point.
         occurrence: Path of the occurrence that it belongs to.
         position: In [m].
-        entity: What the CAD system's component and point are; the same for a point that is in
-            several places because its component is.
-        use: What it is; None if its name says it, as in designs of earlier add-ins:
+        entity: Identifier of the component and the point in the CAD system; all occurrences of a
+            component have the same identifiers.
+        use: Use of the point; None if the name specifies it, as in designs of earlier add-ins:
             `VP_motor<number>_EXPORT_<link>_<number>`, `EE_<link>`, `VM_<link>`.
-        problem: What the CAD system says is wrong with it; empty if nothing.
+        problem: Error that the CAD system reports for the point; empty if it reports no error.
     """
 
     name: str
@@ -132,17 +135,17 @@ class PointSnapshot:
 
 @dataclass(frozen=True, slots=True)
 class SurfaceSnapshot:
-    """A cylinder or sphere face that muscles wrap over, in one place.
+    """A cylindrical or spherical face that muscles wrap over, in one occurrence.
 
     Attributes:
         occurrence: Path of the occurrence that it belongs to.
         shape: `sphere` or `cylinder`.
         radius: In [m].
-        centre: Of the sphere, or of the cylinder's middle, in [m].
-        axis: Of the cylinder, a unit vector; z for a sphere.
-        length: Of the cylinder, in [m]; 0 for a sphere.
-        entity: As for a point.
-        use: What it is; None for a face that no muscle wraps over.
+        centre: Centre of the sphere or cylinder, in [m].
+        axis: Axis of the cylinder, a unit vector; z for a sphere.
+        length: Length of the cylinder, in [m]; 0 for a sphere.
+        entity: Identifier of the component and the face in the CAD system.
+        use: Use of the face; None for a face that no muscle wraps over.
     """
 
     occurrence: str

@@ -13,28 +13,28 @@ ROOT = ""
 """Path of the root component."""
 
 LINK_PREFIX = "EXPORT_"
-"""How the names of rigid groups that are links begin; also of components and joints, as in designs
-of earlier add-ins."""
+"""Prefix of the names of rigid groups that are links. In designs of earlier add-ins, names of
+components and joints have it too."""
 
 COLOR = re.compile("#[0-9a-fA-F]{6}", re.ASCII)
 Color = Annotated[str, Form("#rrggbb", COLOR.pattern)]
 
 
 def bare_name(name: str) -> str:
-    """What a robot calls a rigid group, component or joint."""
+    """Return the name of a rigid group, component or joint in the robot."""
     return name.removeprefix(LINK_PREFIX)
 
 
 @dataclass(frozen=True, slots=True)
 class MassSnapshot:
-    """Mass properties as the CAD system gives them.
+    """Mass properties as reported by the CAD system.
 
     Attributes:
         mass: In [kg].
         com: Centre of mass, in [m].
         moments: xx, yy, zz, xy, yz, xz about the root frame's origin and axes, in [kg·m²]. The
-            products are entries of the inertia matrix, xy = -∫ x y dm; where the principal moments
-            say that a CAD system gives their negatives, they are taken so.
+            products are entries of the inertia matrix, xy = -∫ x y dm. If the principal moments
+            show that the CAD system reports their negatives, the export changes the sign.
         principal: Principal moments about the centre of mass, in [kg·m²], in any order.
     """
 
@@ -50,7 +50,7 @@ class MeshSnapshot:
 
     Attributes:
         nodes: x, y, z of every node, in [m].
-        triangles: Three indices of nodes for every triangle, counter-clockwise seen from outside.
+        triangles: Three node indices per triangle, counter-clockwise seen from outside.
     """
 
     nodes: Annotated[Samples, "d"]
@@ -59,19 +59,19 @@ class MeshSnapshot:
 
 @dataclass(frozen=True, slots=True)
 class BodySnapshot:
-    """A body in one place.
+    """A body in one occurrence.
 
     Attributes:
-        name: Its name.
+        name: Name of the body.
         occurrence: Path of the occurrence that it belongs to.
-        kind: `solid`, `surface` or `mesh`; a solid alone has mass.
-        visible: Whether it is shown.
-        mass: Mass properties; None if there are none.
-        material: Name of its material; empty if it has none.
-        mesh: Its triangles; None if they were not asked for.
-        color: Its colour; None if the CAD system does not say.
-        opacity: From 0, not seen, to 1.
-        appearance: Name of its appearance, where the CAD system has such; empty if not.
+        kind: `solid`, `surface` or `mesh`; only a solid has mass.
+        visible: Whether it is visible.
+        mass: Mass properties; None if not available.
+        material: Name of the material; empty if not specified.
+        mesh: Triangle mesh; None if not requested.
+        color: Colour; None if unknown.
+        opacity: Opacity, from 0 (transparent) to 1 (opaque).
+        appearance: Name of the appearance; empty if not specified.
     """
 
     name: str
@@ -88,19 +88,20 @@ class BodySnapshot:
 
 @dataclass(frozen=True, slots=True)
 class OccurrenceSnapshot:
-    """A component in one place.
+    """An occurrence of a component.
 
     Attributes:
-        path: Its full path; unique.
-        parent: Path of the occurrence that holds it.
-        component: Name of its component.
-        grounded: Whether the user has fixed it to the occurrence, or the root, that holds it.
-        visible: Whether it is shown.
-        referenced: Whether the component lives in another document.
-        mass: Mass properties with everything below it, which honour a mass that the user has set
-            for the component; None if there are none.
-        ground_to_parent: Whether it is fixed likewise, perhaps by the CAD system itself, as Fusion
-            does to a design's first component: it yields to others of its tree that are fixed.
+        path: Full path, which is unique.
+        parent: Path of the parent occurrence.
+        component: Name of the component.
+        grounded: Whether the user has grounded it, which fixes it to its parent.
+        visible: Whether it is visible.
+        referenced: Whether the component belongs to another document.
+        mass: Mass properties including all occurrences below it and any mass that the user has
+            set for the component; None if not available.
+        ground_to_parent: Whether it is fixed to its parent, possibly by the CAD system: Fusion
+            does this for the first component of a design. Other fixed links of the tree and
+            joints take precedence.
     """
 
     path: str
@@ -114,7 +115,7 @@ class OccurrenceSnapshot:
 
     @property
     def is_fixed(self) -> bool:
-        """Whether it is fixed to what holds it."""
+        """Whether it is fixed to its parent."""
         return self.grounded or self.ground_to_parent
 
 
@@ -123,10 +124,10 @@ class GroupSnapshot:
     """A rigid group.
 
     Attributes:
-        name: Its name.
-        occurrences: Paths of its members. An occurrence that is in no group goes with the nearest
-            one above it that is.
-        suppressed: Whether it is switched off in the timeline.
+        name: Name of the group.
+        occurrences: Paths of its members. An occurrence that is not in a group belongs to the
+            group of its nearest ancestor that is in one.
+        suppressed: Whether it is suppressed in the timeline.
     """
 
     name: str

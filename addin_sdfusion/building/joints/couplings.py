@@ -1,4 +1,4 @@
-"""Couplings of a design as those of the robot's coordinates."""
+"""Conversion of the couplings of a design to couplings of the robot's coordinates."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ...snapshot import CouplingSnapshot, bare_name
 def coupled(
     joints: Sequence[Joint], couplings: Sequence[CouplingSnapshot]
 ) -> tuple[tuple[Joint, ...], list[Finding]]:
-    """Return the joints with their couplings, and what is wrong with these.
+    """Return the joints with their couplings, and warnings on couplings that are not exported.
 
-    A follower has the value that its leader's gives it: follower = ratio · leader + offset.
+    The coordinate of a follower is ratio · leader + offset.
     """
     names = {c.name for joint in joints for c in joint.coordinates}
     terms: dict[str, Term] = {}
@@ -38,7 +38,7 @@ def coupled(
 
 
 def _name(joint: str, role: str) -> str:
-    """Return the name of a coordinate, as `coordinate_name` makes it."""
+    """Return the name of a coordinate in the form of `coordinate_name`."""
     name = bare_name(joint)
     return f"{name}_{role}" if role else name
 
@@ -46,19 +46,19 @@ def _name(joint: str, role: str) -> str:
 def _problem(
     c: CouplingSnapshot, follower: str, leader: str, names: set[str], terms: dict[str, Term]
 ) -> str:
-    """Why a coupling cannot be exported; empty if it can."""
+    """Return the reason why a coupling cannot be exported, or an empty string."""
     for name in (follower, leader):
         if name not in names:
-            return f"is left out: {unknown('coordinate', name, sorted(names))}"
+            return f"is not exported: {unknown('coordinate', name, sorted(names))}"
     if follower in terms:
-        return "to a second coordinate is left out; keep one of them"
+        return "to a second coordinate is not exported; keep only one coupling"
     at: str | None = leader
     while at is not None:
         if at == follower:
-            return "is left out: it follows itself, through what it follows"
+            return "is not exported: the couplings form a cycle, so the coordinate follows itself"
         at = terms[at].coordinate if at in terms else None
     if not finite((c.ratio, c.offset)) or c.ratio == 0.0:
-        return f"is left out: its ratio is {c.ratio:g}, its offset {c.offset:g}"
+        return f"is not exported: its ratio is {c.ratio:g} and its offset {c.offset:g}"
     return ""
 
 

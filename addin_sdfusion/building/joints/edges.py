@@ -13,7 +13,7 @@ from ...robot.model.pose import Vector3
 from ...robot.model.rotations import normalized
 from ...snapshot import LINK_PREFIX, ROOT, DesignSnapshot, JointSnapshot, MotionSnapshot, bare_name
 from ..links.links import Links, in_name_order, is_link_group
-from .checks import doubts, mistakes
+from .checks import joint_warnings, mistakes
 
 _OUTSIDE = object()
 
@@ -23,12 +23,12 @@ class Edge:
     """A joint between two links.
 
     Attributes:
-        name: Its name, as the robot has it.
+        name: Name of the joint in the robot.
         one, two: The links; None for the world. `one` moves relative to `two`.
-        motions: In their order from `two` to `one`; none if it is rigid.
-        origin_one, origin_two: Where it is, in [m]; None if it does not matter.
-        symmetric: Whether it is no joint, but something else that keeps the two together, so that
-            neither is the child.
+        motions: Motions, ordered from `two` to `one`; empty for a rigid joint.
+        origin_one, origin_two: Position of the joint, in [m]; None if it is not needed.
+        symmetric: Whether the edge is a rigid connection without parent and child, such as a
+            rigid group.
     """
 
     name: str
@@ -41,26 +41,27 @@ class Edge:
 
     @property
     def is_rigid(self) -> bool:
-        """Whether the two do not move against each other."""
+        """Whether the two links cannot move relative to each other."""
         return not self.motions
 
     @property
     def links(self) -> tuple[str, ...]:
-        """Its links without the world."""
+        """The links of the edge without the world."""
         return tuple(end for end in (self.one, self.two) if end is not None)
 
     def other(self, link: str) -> str | None:
-        """What is on its other side."""
+        """Return the link on the other side, or None for the world."""
         return self.two if self.one == link else self.one
 
 
 class Edges(NamedTuple):
-    """What connects the links of a design.
+    """Connections between the links of a design.
 
     Attributes:
         joints: Joints, and rigid groups across links, by name.
-        held: Links that are grounded to the component of another link, where nothing else says.
-        findings: What is wrong with them.
+        held: Connections of links that are grounded to the component of another link. They are
+            used only if no other connection exists.
+        findings: Findings on the connections.
     """
 
     joints: tuple[Edge, ...]
@@ -69,46 +70,49 @@ class Edges(NamedTuple):
 
 
 def find_edges(snapshot: DesignSnapshot, links: Links) -> Edges:
-    """What connects the links of a design."""
+    """Return the connections between the links of a design."""
     findings: list[Finding] = []
     edges = [*_from_joints(snapshot, links, findings), *_from_groups(snapshot, links)]
     cut = {bare_name(name) for name in snapshot.settings.cut_joints}
     for name in in_name_order(cut):
         subject = Subject("joint", name)
         if any(edge.name == name for edge in edges):
-            problem = "is left out, as chosen in Export, so that the robot is a tree"
+            problem = "is not exported, as chosen in Export, so that the robot is a tree"
             findings.append(warning(subject, "cut-joint", problem))
         elif not any(bare_name(joint.name) == name for joint in snapshot.joints):
             names = in_name_order({bare_name(joint.name) for joint in snapshot.joints})
-            problem = f"is to be cut: {unknown('joint', name, names)}; choose again in Export"
+            problem = f"cannot be cut: {unknown('joint', name, names)}; choose again in Export"
             findings.append(warning(subject, "unknown-cut-joint", problem))
     kept = sorted((edge for edge in edges if edge.name not in cut), key=edge_key)
     return Edges(tuple(kept), tuple(_held(snapshot, links)), tuple(findings))
 
 
 def edge_key(edge: Edge) -> tuple[object, ...]:
-    """Orders edges by name, and those of one name by all that they say."""
+    """Return a sort key: the name of the edge, then its other properties."""
     rest = repr((edge.origin_one, edge.origin_two, edge.motions))
     return natural_key(edge.name), edge.name, edge.one or "", edge.two or "", rest
 
 
 def grounded_links(snapshot: DesignSnapshot, links: Links) -> tuple[str, ...]:
-    """Links that are fixed to the root: grounded all the way up, or the root's own bodies."""
+    """Return the links fixed to the root component.
+
+    Their occurrence and all its ancestors are grounded, or they contain the bodies of the root.
+    """
     of = links.of_occurrence
     return in_name_order({of[path] for path in (ROOT, *grounded_paths(snapshot)) if path in of})
 
 
 def pinned_links(snapshot: DesignSnapshot, links: Links) -> set[str]:
-    """Those of them that the user has fixed, not perhaps the CAD system by itself."""
+    """Return the grounded links that the user has grounded, not the CAD system."""
     pinned = {o.path for o in snapshot.occurrences if o.grounded} & grounded_paths(snapshot)
     of = links.of_occurrence
     return {of[path] for path in (ROOT, *pinned) if path in of}
 
 
 def grounded_paths(snapshot: DesignSnapshot) -> set[str]:
-    """Occurrences that are grounded, and whatever holds them as well, up to the root."""
+    """Return the occurrences that are grounded and have only grounded ancestors."""
     grounded = {ROOT}
-    for o in sorted(snapshot.occurrences, key=lambda o: len(o.path)):  # what holds others first
+    for o in sorted(snapshot.occurrences, key=lambda o: len(o.path)):  # parents first
         if o.is_fixed and o.parent in grounded:
             grounded.add(o.path)
     return grounded - {ROOT}
@@ -138,7 +142,7 @@ def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]
             yield Edge(name, one, two)
             continue
         wrong = mistakes(subject, joint)
-        findings += wrong or doubts(subject, joint)
+        findings += wrong or joint_warnings(subject, joint)
         if not wrong:
             motions = () if joint.kind == "rigid" else joint.motions
             origins = joint.origin_one, joint.origin_two
@@ -147,9 +151,9 @@ def _from_joints(snapshot: DesignSnapshot, links: Links, findings: list[Finding]
 
 
 def _link_at(path: str | None, links: Links, grounded: Collection[str]) -> object:
-    """Return the link of an occurrence; None for the world, `_OUTSIDE` if there is none.
+    """Return the link of an occurrence; None for the world, `_OUTSIDE` if it has no link.
 
-    What is grounded and no link is as good as the world.
+    A grounded occurrence without a link is part of the world.
     """
     if path is None:
         return _OUTSIDE
@@ -160,21 +164,24 @@ def _within(subject: Subject, joint: JointSnapshot, link: object) -> Iterator[Fi
     if joint.kind == "rigid":
         return
     problem = (
-        f"is inside link {link!r} and not exported, so it does not move; make its parts links of "
-        "their own, or the joint rigid"
+        f"is inside link {link!r} and is not exported, so it does not move; make its parts "
+        "separate links, or make the joint rigid"
     )
     yield warning(subject, "joint-within-link", problem)
 
 
 def _outside(subject: Subject, joint: JointSnapshot, links: Links, one: bool) -> Finding:
     path = joint.one if one else joint.two
-    what = f"in no rigid group {LINK_PREFIX}<link>" if links.from_groups else "in no link"
-    problem = f"is left out: component {path!r} is {what}; put it into the link that it moves with"
+    what = f"rigid group {LINK_PREFIX}<link>" if links.from_groups else "link"
+    problem = (
+        f"is not exported: component {path!r} does not belong to a {what}; move it into the link "
+        "that it moves with"
+    )
     return warning(subject, "joint-outside-links", problem)
 
 
 def _from_groups(snapshot: DesignSnapshot, links: Links) -> Iterator[Edge]:
-    """Rigid groups that are not links keep those of their members together."""
+    """Yield rigid connections between the links that a rigid group connects."""
     for group in snapshot.groups:
         if group.suppressed or (links.from_groups and is_link_group(group)):
             continue

@@ -10,10 +10,10 @@ from ...snapshot import MotionSnapshot
 
 
 def joint_motion(motions: Iterable[MotionSnapshot]) -> Transform:
-    """Return the displacement of a joint at the origin, T = m_1 · m_2 · ... of its motions.
+    """Return the displacement T = m_1 · m_2 · ... of a joint located at the origin.
 
     Args:
-        motions: In their order, with axes as the body has them that does not move.
+        motions: Ordered motions, with axes fixed to the stationary body.
     """
     T = IDENTITY
     for motion in motions:

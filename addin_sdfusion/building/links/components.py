@@ -1,4 +1,4 @@
-"""Components as links, and the links' names."""
+"""Links that are components, and their names."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from ...robot.transforms.joint_chains import Names
 from ...snapshot import ROOT, DesignSnapshot, OccurrenceSnapshot, bare_name
 
 ROOT_LINK = "base"
-"""The link of the bodies that are in the root component itself. Not the design's name: Fusion puts
-the version at its end, and what is stored of a link must stay true."""
+"""Name of the link with the bodies of the root component. It is not the name of the design, since
+Fusion appends the version to that name and stored references to the link would become invalid."""
 
 _FIRST = ":1"
 
@@ -21,19 +21,19 @@ def component_links(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Find
     """Return the links of a design whose links are components.
 
     Returns:
-        The link of each path that is one itself, and what is wrong.
+        The link of each occurrence that is a link, by path, and the findings.
     """
     occurrences = {occurrence.path: occurrence for occurrence in snapshot.occurrences}
     chosen, findings = _chosen(snapshot, occurrences)
     named = _names(chosen, occurrences)
     for name, count in sorted(Counter(named.values()).items()):
         if count > 1:
-            problem = f"{count} components give links of this name; rename all but one component"
+            problem = f"{count} components have this link name; rename all but one of them"
             findings.append(error(Subject("link", name), "duplicate-link", problem))
     if any(body.occurrence == ROOT for body in snapshot.bodies):
         named[ROOT] = Names(named.values()).give(ROOT_LINK)
     if not named and not findings:
-        problem = "nothing to export: the design has neither components nor bodies"
+        problem = "nothing to export: the design has no components and no bodies"
         findings.append(error(Subject("design", snapshot.name), "nothing-to-export", problem))
     return named, findings
 
@@ -52,7 +52,7 @@ def _chosen(
 
 
 def _names(chosen: Sequence[str], occurrences: Mapping[str, OccurrenceSnapshot]) -> dict[str, str]:
-    """Return the components' names; with those above them where two would be the same."""
+    """Return the names of the links; equal names are prefixed with the names of the parents."""
     short = {path: _short(occurrences[path]) for path in chosen}
     counts = Counter(short.values())
     return {
@@ -62,7 +62,7 @@ def _names(chosen: Sequence[str], occurrences: Mapping[str, OccurrenceSnapshot])
 
 
 def _short(occurrence: OccurrenceSnapshot) -> str:
-    """`finger` for `hand:1+finger:1`, `finger_2` for its twin `hand:1+finger:2`."""
+    """Return `finger` for `hand:1+finger:1` and `finger_2` for `hand:1+finger:2`."""
     leaf = occurrence.path.removeprefix(f"{occurrence.parent}+" if occurrence.parent else "")
     number = leaf.rpartition(":")[2]
     name = bare_name(occurrence.component)

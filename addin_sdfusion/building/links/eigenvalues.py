@@ -12,10 +12,12 @@ _PAIRS = ((0, 1), (0, 2), (1, 2))
 
 
 def eigenvalues(A: Matrix3) -> Vector3:
-    """Return the eigenvalues in ascending order, to rounding of the largest one.
+    """Return the eigenvalues in ascending order.
+
+    The errors are in the order of the rounding error of the largest eigenvalue.
 
     Args:
-        A: Symmetric and finite; the lower triangle is not looked at.
+        A: Symmetric and finite; the lower triangle is not used.
     """
     a = [[A[min(i, j)][max(i, j)] for j in range(3)] for i in range(3)]
     for _ in range(_SWEEPS):
@@ -28,7 +30,7 @@ def eigenvalues(A: Matrix3) -> Vector3:
 
 
 def _annihilate(a: list[list[float]], p: int, q: int) -> None:
-    """Turn about the third axis such that the entry p, q becomes zero."""
+    """Rotate about the third axis so that the entry p, q becomes zero."""
     b = a[p][q]
     if abs(b) <= 1e-17 * (abs(a[p][p]) + abs(a[q][q])):
         a[p][q] = a[q][p] = 0.0

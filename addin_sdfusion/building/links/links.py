@@ -29,11 +29,11 @@ class Links:
     """The links of a design.
 
     Attributes:
-        names: Their names, in order.
-        of_occurrence: The link of each occurrence's path that belongs to one; the root's where its
-            own bodies are one.
-        from_groups: Whether they are rigid groups; else components.
-        findings: What is wrong with them.
+        names: Names of the links, in order.
+        of_occurrence: Link of each occurrence that belongs to a link, by path. It contains the
+            root if the bodies of the root component are a link.
+        from_groups: Whether rigid groups are links; otherwise components are links.
+        findings: Findings on the links.
     """
 
     names: tuple[str, ...]
@@ -41,9 +41,9 @@ class Links:
     from_groups: bool
     findings: tuple[Finding, ...] = ()
 
-    def without(self, left_out: Iterable[str]) -> Links:
-        """Return the links but some."""
-        gone = set(left_out)
+    def without(self, removed: Iterable[str]) -> Links:
+        """Return the links without some of them."""
+        gone = set(removed)
         if not gone:
             return self
         kept = {path: link for path, link in self.of_occurrence.items() if link not in gone}
@@ -53,12 +53,12 @@ class Links:
 
 
 def in_name_order(names: Iterable[str]) -> tuple[str, ...]:
-    """Return names in one order, whatever order they come in; numbers in them count as numbers."""
+    """Return names in natural order: numbers in names are compared as numbers."""
     return tuple(sorted(names, key=lambda name: (natural_key(name), name)))
 
 
 def is_link_group(group: GroupSnapshot) -> bool:
-    """Return whether a rigid group is a link by its name."""
+    """Return whether the name of a rigid group marks it as a link."""
     return group.name.startswith(LINK_PREFIX)
 
 
@@ -85,9 +85,9 @@ def find_links(snapshot: DesignSnapshot) -> Links:
 def inherited(
     occurrences: Sequence[OccurrenceSnapshot], named: Mapping[str, str]
 ) -> dict[str, str]:
-    """Return the link of each occurrence: its own, else that of the nearest one above it.
+    """Return the link of each occurrence: its link or the link of its nearest ancestor.
 
-    What is in the root alone is not above everything: it hands nothing down.
+    The link of the root component is not inherited.
     """
     above = {occurrence.path: occurrence.parent for occurrence in occurrences}
     found = dict(named)
@@ -103,7 +103,7 @@ def inherited(
 
 
 def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding]]:
-    """Return the link of each path that is a member of a group itself, and what is wrong."""
+    """Return the link of each occurrence that is a group member, by path, and the findings."""
     findings = list(_misspelt(snapshot.groups))
     known = {ROOT, *(occurrence.path for occurrence in snapshot.occurrences)}
     groups_of: dict[str, list[str]] = {}
@@ -122,11 +122,11 @@ def _from_groups(snapshot: DesignSnapshot) -> tuple[dict[str, str], list[Finding
     findings += [*_duplicates(names), *_in_two_groups(groups_of)]
     if not names:
         problem = (
-            f"nothing to export: no rigid group is called {LINK_PREFIX}<link>; make one of the "
+            f"nothing to export: no rigid group is called {LINK_PREFIX}<link>; create one for the "
             "components of each link, or choose components as links in Export"
         )
         findings.append(error(Subject("design", snapshot.name), "nothing-to-export", problem))
-    # The smaller group says more: a large one may list what is below its members as well.
+    # The smaller group takes precedence: a large one may also list children of its members.
     sizes = Counter(group for groups in groups_of.values() for group in groups)
     meant = {path: min(groups, key=lambda g: (sizes[g], g)) for path, groups in groups_of.items()}
     return {path: bare_name(group) for path, group in meant.items()}, findings
@@ -152,7 +152,7 @@ def _duplicates(names: Sequence[str]) -> Iterator[Finding]:
             problem = f"{names.count(name)} rigid groups have this name; rename all but one"
             yield error(subject, "duplicate-link", problem)
         if _COPIED.search(name):
-            problem = "the number in brackets says that the name was taken; is it a copy? Rename it"
+            problem = "the number in brackets indicates a copy of another rigid group; rename it"
             yield warning(subject, "copied-name", problem)
 
 

@@ -1,9 +1,10 @@
-"""Mass properties of CAD bodies as inertia matrices, and their sums.
+"""Conversion of the mass properties of CAD bodies to inertia matrices, and their sums.
 
-CAD gives the moments about the origin of the root frame, and does not say if its products are
-the matrix' entries, -∫ x y dm, or ∫ x y dm. The principal moments about the centre of mass decide:
-only with the right sign are they the eigenvalues. Where they cannot, as for a body whose axes are
-those of the frame, the other bodies of the design decide: its sign is one.
+CAD systems report the moments of inertia about the origin of the root frame. They do not document
+whether the products of inertia are the matrix entries, -∫ x y dm, or ∫ x y dm. The principal
+moments about the centre of mass determine the sign, since they equal the eigenvalues only with
+the correct sign. They cannot determine it if the principal axes are parallel to the frame. Then
+the sign that fits the other bodies of the design is used.
 """
 
 from __future__ import annotations
@@ -29,18 +30,18 @@ from .eigenvalues import eigenvalues
 Sign = Literal[1, -1]
 
 MISMATCH = 1e-3
-"""Principal moments that differ by this share of the largest are those of another body."""
-_TELLS = 1e-9  # by so much of the largest moment the wrong sign must miss, beyond rounding
-_CLEARER = 0.1  # the right sign misses by at most this share of what the wrong one does
+"""Maximum deviation of the principal moments from the eigenvalues, relative to the largest."""
+_MIN_DEVIATION = 1e-9  # of the wrong sign, relative to the largest moment, in addition to rounding
+_MAX_RATIO = 0.1  # of the deviations with the right and the wrong sign
 _ROUNDING = 1e-14
 
 
 class Part(NamedTuple):
-    """Mass, centre of mass and inertia about it, in one frame.
+    """Mass properties of a rigid body.
 
     Attributes:
         mass: In [kg].
-        com: In [m].
+        com: Centre of mass, in [m].
         inertia: About the centre of mass, in [kg·m²].
     """
 
@@ -50,17 +51,17 @@ class Part(NamedTuple):
 
 
 def usable(mass: MassSnapshot) -> bool:
-    """Return whether all numbers are finite and there is mass."""
+    """Return whether all values are finite and the mass is positive."""
     numbers = (mass.mass, *mass.com, *mass.moments, *mass.principal)
     return all(map(math.isfinite, numbers)) and mass.mass > 0.0
 
 
 def part(mass: MassSnapshot, sign: Sign) -> Part:
-    """Mass properties with their inertia about the centre of mass.
+    """Return the mass properties with the inertia about the centre of mass.
 
     Args:
-        mass: With moments about the root's origin.
-        sign: 1 where products are the matrix' entries, -1 if they are its negative.
+        mass: Mass properties with moments about the origin of the root frame.
+        sign: 1 if the products are entries of the inertia matrix, -1 if they are its negatives.
     """
     xx, yy, zz, xy, yz, xz = mass.moments
     xy, yz, xz = sign * xy, sign * yz, sign * xz
@@ -68,8 +69,8 @@ def part(mass: MassSnapshot, sign: Sign) -> Part:
     return Part(mass.mass, mass.com, _less(about_origin, point_inertia(mass.mass, mass.com)))
 
 
-def misses(mass: MassSnapshot, sign: Sign) -> float:
-    """By how much the eigenvalues miss the principal moments, as a share of the largest."""
+def eigenvalue_error(mass: MassSnapshot, sign: Sign) -> float:
+    """Return the largest deviation of the eigenvalues from the principal moments, relative."""
     largest = max(map(abs, mass.principal))
     if largest == 0.0:
         return 0.0 if not any(mass.moments) else math.inf
@@ -78,28 +79,31 @@ def misses(mass: MassSnapshot, sign: Sign) -> float:
 
 
 def rounding(mass: MassSnapshot) -> float:
-    """What rounding alone may make of `misses`: much for a small body far from the origin."""
+    """Return the contribution of rounding to `eigenvalue_error`.
+
+    It is large for a small body far from the origin.
+    """
     largest = max(map(abs, mass.principal))
     return _ROUNDING * max(map(abs, mass.moments)) / largest if largest > 0.0 else 0.0
 
 
 def sign_of(mass: MassSnapshot) -> Sign | None:
-    """Return the sign by the principal moments; None if they fit both, or none."""
-    plus, minus = misses(mass, 1), misses(mass, -1)
+    """Return the sign that fits the principal moments; None if both or none fit."""
+    plus, minus = eigenvalue_error(mass, 1), eigenvalue_error(mass, -1)
     worse = max(plus, minus)
-    if worse <= _TELLS + rounding(mass) or min(plus, minus) > _CLEARER * worse:
+    if worse <= _MIN_DEVIATION + rounding(mass) or min(plus, minus) > _MAX_RATIO * worse:
         return None
     return 1 if plus < minus else -1
 
 
 def common_sign(masses: Iterable[MassSnapshot]) -> Sign:
-    """The sign of a design's products, by majority; the matrix' own where nothing decides."""
+    """Return the sign of the products of a design by majority; 1 if it cannot be determined."""
     votes = sum(sign_of(mass) or 0 for mass in masses)
     return -1 if votes < 0 else 1
 
 
 def total(parts: Iterable[Part]) -> Part:
-    """Return all parts as one rigid body."""
+    """Return the mass properties of all parts combined."""
     parts = tuple(parts)
     mass = math.fsum(p.mass for p in parts)
     if mass == 0.0:
@@ -116,10 +120,10 @@ def total(parts: Iterable[Part]) -> Part:
 
 
 def link_inertia(body: Part, T_world_link: Transform) -> Inertia:
-    """Return a body in the frame of its link.
+    """Return the inertia of a body in the frame of its link.
 
     Args:
-        body: In the world frame.
+        body: Mass properties in the world frame.
         T_world_link: Pose of the link.
     """
     R_link_world = transpose(T_world_link.R)

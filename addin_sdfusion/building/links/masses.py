@@ -1,7 +1,7 @@
 """Mass properties of a design's links.
 
-Where everything below an occurrence belongs to the link, the occurrence's own mass counts: it is
-right also where the user has set it. Else the bodies are weighed one by one.
+If everything below an occurrence belongs to one link, the mass of the occurrence is used, which
+includes a mass that the user has set. Otherwise the masses of the bodies are summed.
 """
 
 from __future__ import annotations
@@ -13,20 +13,29 @@ from ...robot.finding import Finding, Subject
 from ...robot.finding_builders import warning
 from ...snapshot import ROOT, BodySnapshot, DesignSnapshot, MassSnapshot
 from .links import Links
-from .mass_properties import MISMATCH, Part, common_sign, misses, part, rounding, sign_of, total
+from .mass_properties import (
+    MISMATCH,
+    Part,
+    common_sign,
+    eigenvalue_error,
+    part,
+    rounding,
+    sign_of,
+    total,
+)
 from .mass_properties import usable as is_usable
 
 SPLIT = 1e-6
-"""Masses that differ by this share are not the same."""
+"""Maximum relative difference of equal masses."""
 
 
 class Masses(NamedTuple):
-    """What the links weigh.
+    """Mass properties of the links.
 
     Attributes:
-        parts: Every link as one body, in the root's frame.
+        parts: Mass properties of every link, in the root frame.
         bodies: The bodies of every link.
-        findings: What is wrong with them.
+        findings: Findings on the masses.
     """
 
     parts: Mapping[str, Part]
@@ -35,7 +44,7 @@ class Masses(NamedTuple):
 
 
 def weigh(snapshot: DesignSnapshot, links: Links) -> Masses:
-    """What the links weigh."""
+    """Return the mass properties of the links."""
     return _Weighing(snapshot, links).masses()
 
 
@@ -71,14 +80,14 @@ class _Weighing:
         )
 
     def _is_top(self, path: str, link: str) -> bool:
-        """Whether what holds the occurrence is not of the link, so that nothing above counts it."""
+        """Return whether the parent of an occurrence does not belong to the link."""
         if path == ROOT:
             return True
         above = self._occurrences[path].parent
         return above == ROOT or self._links.of_occurrence.get(above) != link
 
     def _below(self, path: str, link: str) -> Iterator[Part]:
-        """The parts of a link at an occurrence and below it."""
+        """Yield the mass properties of a link at and below an occurrence."""
         mass = None if path == ROOT else self._occurrences[path].mass
         if path != ROOT and self._is_whole(path, link):
             if mass is not None and is_usable(mass):
@@ -96,7 +105,7 @@ class _Weighing:
                 yield from self._below(child, link)
 
     def _is_whole(self, path: str, link: str) -> bool:
-        """Return whether everything below an occurrence is of the same link as itself."""
+        """Return whether everything below an occurrence belongs to the same link."""
         if path not in self._whole:
             self._whole[path] = all(
                 self._links.of_occurrence.get(child) == link and self._is_whole(child, link)
@@ -112,27 +121,27 @@ class _Weighing:
 
     def _part(self, mass: MassSnapshot, subject: Subject) -> Part:
         sign = sign_of(mass) or self._sign
-        missed = misses(mass, sign)
+        missed = eigenvalue_error(mass, sign)
         if missed > MISMATCH + rounding(mass):
             problem = (
-                f"its moments of inertia do not fit its principal moments, by {missed:.1%} of the "
-                "largest; what Fusion says of it contradicts itself. Rebuild the body, or set the "
-                "inertia in the exported files"
+                "its moments of inertia in Fusion are inconsistent with its principal moments: "
+                f"they differ by {missed:.1%} of the largest. Rebuild the body, or set the inertia "
+                "in the exported files"
             )
             self._findings.append(warning(subject, "inertia-mismatch", problem))
         return part(mass, sign)
 
     def _note_body(self, body: BodySnapshot, is_weighed: bool) -> bool:
-        """Note what has no mass; returns whether the body has."""
+        """Return whether the body has mass; report a body without mass."""
         subject = _subject(body)
         if body.kind != "solid":
-            problem = f"is a {body.kind} body, which has no mass; make a solid of it or delete it"
+            problem = f"is a {body.kind} body without mass; convert it to a solid or delete it"
             self._findings.append(warning(subject, f"{body.kind}-body", problem))
             return False
         has_mass = body.mass is not None and is_usable(body.mass)
         if not has_mass and not is_weighed and ("no-mass", subject) not in self._known:
-            material = f" of {body.material!r}" if body.material else ", having no material"
-            problem = f"has no mass{material}; give it a physical material"
+            material = f"material {body.material!r}" if body.material else "no material"
+            problem = f"has {material} and no mass; give it a physical material"
             self._findings.append(warning(subject, "no-mass", problem))
         return has_mass
 
@@ -140,8 +149,8 @@ class _Weighing:
         bodies = [b.mass.mass for b in self._bodies_below(path) if b.mass and is_usable(b.mass)]
         if abs(sum(bodies) - mass.mass) > SPLIT * mass.mass:
             problem = (
-                f"weighs {mass.mass:g} kg, its bodies {sum(bodies):g} kg, and is divided between "
-                "links: the bodies count; set the mass of the components below it instead"
+                f"has a mass of {mass.mass:g} kg, its bodies {sum(bodies):g} kg. It is divided "
+                "between links, so the bodies are used; set the masses of its child components"
             )
             self._findings.append(warning(Subject("occurrence", path), "mass-not-divided", problem))
 

@@ -1,1 +1,1 @@
-"""The kinematic tree of the links, and their frames."""
+"""Kinematic tree of the links and their frames."""

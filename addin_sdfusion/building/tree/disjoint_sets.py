@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 class DisjointSets:
-    """At first every name is a set of its own."""
+    """Disjoint sets of names; initially every name is in a separate set."""
 
     def __init__(self, names: Iterable[str]) -> None:
         self._above = {name: name for name in names}
@@ -21,7 +21,7 @@ class DisjointSets:
         return root
 
     def join(self, one: str, two: str) -> bool:
-        """Make one set of two; returns whether they were two."""
+        """Merge the sets of two names; return whether they were different sets."""
         one, two = self.find(one), self.find(two)
         self._above[max(one, two)] = min(one, two)
         return one != two

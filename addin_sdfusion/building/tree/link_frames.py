@@ -1,8 +1,8 @@
 """Frames of links, and the joints between them.
 
-With all coordinates at zero every link's frame is parallel to the world's, and its origin is that
-of the joint that carries it. The design may have any pose: each joint is moved back by what the
-joints before it are displaced.
+If all coordinates are zero, the frame of every link is parallel to the world frame. Its origin is
+the origin of the joint that connects the link to its parent. The design may have any pose: the
+displacement of the preceding joints is removed from each joint.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ from .tree import Branch
 
 
 class Frames(NamedTuple):
-    """The joints of a robot and where its links are.
+    """The joints of a robot and the poses of its links.
 
     Attributes:
-        joints: Parents first.
-        T_world_link: Pose of every link at the design's pose.
+        joints: Joints, parents first.
+        T_world_link: Pose of every link at the pose of the design.
     """
 
     joints: tuple[Joint, ...]
     T_world_link: dict[str, Transform]
 
 
-class _Placed(NamedTuple):
-    """A link.
+class _LinkPose(NamedTuple):
+    """Pose of a link.
 
     Attributes:
-        displaced: Displacement from the zero pose to that of the design.
-        origin: Of its frame at the zero pose, in [m].
+        displaced: Displacement from the zero pose to the pose of the design.
+        origin: Origin of the link frame at the zero pose, in [m].
     """
 
     displaced: Transform
@@ -49,12 +49,16 @@ class _Placed(NamedTuple):
 
 
 def place_links(branches: Sequence[Branch]) -> Frames:
-    """Place the links of a tree, whose branches are in order, parents first."""
-    placed: dict[str | None, _Placed] = {None: _Placed(IDENTITY, IDENTITY.p)}
+    """Return the joints and link poses of a tree.
+
+    Args:
+        branches: Branches of the tree, parents first.
+    """
+    placed: dict[str | None, _LinkPose] = {None: _LinkPose(IDENTITY, IDENTITY.p)}
     joints = []
     for branch in branches:
         parent = placed[branch.parent]
-        joint, placed[branch.child] = _carried(branch, parent)
+        joint, placed[branch.child] = _place_link(branch, parent)
         joints.append(joint)
     poses = {
         link: Transform(at.displaced.R, at.displaced.apply(at.origin))
@@ -64,7 +68,7 @@ def place_links(branches: Sequence[Branch]) -> Frames:
     return Frames(tuple(joints), poses)
 
 
-def _carried(branch: Branch, parent: _Placed) -> tuple[Joint, _Placed]:
+def _place_link(branch: Branch, parent: _LinkPose) -> tuple[Joint, _LinkPose]:
     edge = branch.edge
     where = _origin(edge)
     if where is None:
@@ -86,11 +90,14 @@ def _carried(branch: Branch, parent: _Placed) -> tuple[Joint, _Placed]:
         tuple(_coordinate(edge, motion) for motion in motions),
         Pose(tidy(subtract(origin, parent.origin))),
     )
-    return joint, _Placed(displaced, origin)
+    return joint, _LinkPose(displaced, origin)
 
 
 def _origin(edge: Edge) -> Vector3 | None:
-    """Where the joint is on `two`: before it slides. What `one` says counts, as its axis turns."""
+    """Return the position of the joint on `two`, before it slides.
+
+    The origin on `one` takes precedence, since the axis moves with `one`.
+    """
     if edge.origin_one is not None:
         return subtract(edge.origin_one, joint_motion(edge.motions).p)
     return edge.origin_two
@@ -99,9 +106,9 @@ def _origin(edge: Edge) -> Vector3 | None:
 def _reversed(
     where: Vector3, motions: tuple[MotionSnapshot, ...]
 ) -> tuple[Vector3, tuple[MotionSnapshot, ...]]:
-    """Return a joint as seen from `one`: the motions undone, the last one first."""
+    """Return a joint from `one` to `two`: the inverse motions in reverse order."""
     T = joint_motion(motions)
-    single = len(motions) == 1  # its axis is the same on both sides
+    single = len(motions) == 1  # the axis of a single motion is the same on both sides
     axes = [motion.axis if single else T.rotate(motion.axis) for motion in motions]
     turned = [
         replace(motion, axis=subtract((0.0, 0.0, 0.0), axis))

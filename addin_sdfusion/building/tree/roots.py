@@ -1,4 +1,4 @@
-"""Roots of a robot's trees: the base, and all else that is fixed to the ground."""
+"""Roots of the trees of a robot: the base and other links that are fixed to the world."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .disjoint_sets import DisjointSets
 
 
 class Roots(NamedTuple):
-    """Where the trees start.
+    """Roots of the trees.
 
     Attributes:
-        links: The root of each tree, the base first. Also of those that nothing connects to the
-            base, which is an error: so all else about them is found as well.
-        floating: The base, if it floats; else empty.
-        findings: What is wrong.
+        links: Root of each tree, the base first. Trees that are not connected to the base are
+            included, although they are an error, so that they are checked too.
+        floating: The base, if it floats; otherwise empty.
+        findings: Findings on the roots.
     """
 
     links: tuple[str, ...]
@@ -37,18 +37,18 @@ def find_roots(
     settings: ExportSettings,
     design: str,
 ) -> Roots:
-    """Find where the trees start.
+    """Return the roots of the trees.
 
-    The base is the chosen link; else the one that is grounded or jointed to the root; else, where
-    there is no such link, the only one that is never a child.
+    The base is the chosen link. If no link is chosen, it is the link that is grounded or has a
+    joint to the root component. If no such link exists, it is the only link that is not a child.
 
     Args:
-        parts: Links that are connected, in order.
-        between: What connects them.
-        world: Joints to the root.
-        grounded: Links that are fixed to the root.
-        bodies: Links that are rigidly connected.
-        settings: Which base was chosen, and whether it floats.
+        parts: Groups of connected links, in order.
+        between: Connections between the links.
+        world: Joints to the root component.
+        grounded: Links that are fixed to the root component.
+        bodies: Sets of rigidly connected links.
+        settings: The chosen base, and whether it floats.
         design: Name of the design.
     """
     findings: list[Finding] = []
@@ -64,7 +64,7 @@ def find_roots(
             firsts = list({bodies.find(link): link for link in reversed(candidates)}.values())
             roots[k] = next((link for link in candidates if link in grounded), candidates[0])
             if len(firsts) > 1:
-                what = f"links {listed(in_name_order(firsts))} of one tree are held to the ground"
+                what = f"links {listed(in_name_order(firsts))} of one tree are fixed to the world"
                 findings.append(_several(subject, what))
     if not roots:
         return _nothing_held(parts, between, settings, subject)
@@ -72,8 +72,8 @@ def find_roots(
     findings += [_loose_part(part) for part in loose]
     base = next((r for r in roots.values() if r == settings.base), "")
     if not base and not settings.fixed_base and len(roots) > 1:
-        what = f"links {listed(in_name_order(roots.values()))} are held to the ground"
-        findings.append(_several(subject, f"{what} in separate trees, and the base is to float"))
+        what = f"links {listed(in_name_order(roots.values()))} are fixed to the world"
+        findings.append(_several(subject, f"{what} in separate trees, but the base must float"))
     ordered = sorted(in_name_order(roots.values()), key=lambda link: link != base)
     floating = "" if settings.fixed_base else ordered[0]
     ordered += [_first(part, between) for part in loose]
@@ -86,15 +86,15 @@ def _nothing_held(
     settings: ExportSettings,
     subject: Subject,
 ) -> Roots:
-    """Return the base where nothing is held to the ground."""
+    """Return the roots of a robot without links that are fixed to the world."""
     candidates = in_name_order(link for part in parts for link in _never_a_child(part, between))
     findings = []
     if not candidates:
-        problem = "nothing is grounded, and every link is moved by some joint: no base is found"
+        problem = "no link is grounded, and every link is the child of a joint: no base is found"
         advice = "; ground its component, or choose the base in Export"
         findings.append(error(subject, "no-base", problem + advice))
     elif len(candidates) > 1:
-        problem = f"nothing is grounded, and links {listed(candidates)} are moved by no joint"
+        problem = f"no link is grounded, and links {listed(candidates)} are not children of a joint"
         findings.append(_several(subject, problem))
     roots = tuple(_first(part, between) for part in parts)
     return Roots(roots, "" if settings.fixed_base else roots[0], tuple(findings))
@@ -105,7 +105,10 @@ def _first(part: Sequence[str], between: Sequence[Edge]) -> str:
 
 
 def _never_a_child(part: Sequence[str], between: Sequence[Edge]) -> list[str]:
-    """The links of a part that no joint moves; of those held together by no joint the first."""
+    """Return the links of a part that are not children of a joint.
+
+    Only the first of several rigidly connected links is returned.
+    """
     together = DisjointSets(part)
     inside = [edge for edge in between if edge.links[0] in part]
     for edge in inside:
@@ -122,18 +125,20 @@ def _not_grounded(
     bodies: DisjointSets,
     settings: ExportSettings,
 ) -> list[Finding]:
-    """Return the base was chosen: that others are grounded does not count."""
+    """Return a warning for every grounded link that is not part of the chosen base."""
     others = [
         link
         for link in candidates
         if link in grounded and bodies.find(link) != bodies.find(settings.base)
     ]
-    problem = f"is grounded, but exported as movable, as the base is {settings.base!r}; unground it"
+    problem = (
+        f"is grounded but exported as movable, because the base is {settings.base!r}; unground it"
+    )
     return [warning(Subject("link", link), "ground-ignored", problem) for link in others]
 
 
 def _several(subject: Subject, what: str) -> Finding:
-    problem = f"{what}; ground one only and connect the others, or choose the base in Export"
+    problem = f"{what}; ground only one and connect the others, or choose the base in Export"
     return error(subject, "several-bases", problem)
 
 

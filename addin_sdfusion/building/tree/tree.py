@@ -1,4 +1,4 @@
-"""Kinematic tree of a design's links: its root, and the joint that carries each link."""
+"""Kinematic tree of the links of a design: its roots and the parent joint of each link."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _ANGLES = {"x": "alpha", "y": "beta", "z": "gamma"}
 
 
 class Branch(NamedTuple):
-    """A link and what carries it.
+    """A link with its parent joint.
 
     Attributes:
-        edge: The joint.
-        parent: The link that carries it; None for the world.
+        edge: The parent joint.
+        parent: The parent link; None for the world.
         child: The link.
     """
 
@@ -36,12 +36,12 @@ class Branch(NamedTuple):
 
 
 class Tree(NamedTuple):
-    """The tree.
+    """Kinematic tree.
 
     Attributes:
-        branches: Parents first.
-        loops: For each closed loop the names of the design's joints that make it.
-        findings: What is wrong with it.
+        branches: Links with their parent joints, parents first.
+        loops: Names of the joints of each closed loop.
+        findings: Findings on the tree.
     """
 
     branches: tuple[Branch, ...]
@@ -50,14 +50,14 @@ class Tree(NamedTuple):
 
 
 class Graph(NamedTuple):
-    """What a tree is found in.
+    """Graph of links and the connections between them.
 
     Attributes:
         links: Names of the links.
-        edges: What connects them, in order.
-        held: What keeps links together where nothing else connects them, in order.
-        grounded: Links that are fixed to the root.
-        pinned: Those of them that the user has fixed, not perhaps the CAD system by itself.
+        edges: Connections between links, in order.
+        held: Connections that are used only between links without other connections, in order.
+        grounded: Links that are fixed to the root component.
+        pinned: The grounded links that the user has grounded, not the CAD system.
     """
 
     links: Sequence[str]
@@ -68,11 +68,11 @@ class Graph(NamedTuple):
 
 
 def find_tree(graph: Graph, settings: ExportSettings, design: str) -> Tree:
-    """Find the tree.
+    """Return the kinematic tree of a graph.
 
     Args:
-        graph: The links and what connects them.
-        settings: Which base was chosen, and whether it floats.
+        graph: The links and the connections between them.
+        settings: The chosen base, and whether it floats.
         design: Name of the design.
     """
     return _Search(graph, settings, design).tree() if graph.links else Tree((), (), ())
@@ -89,7 +89,7 @@ class _Search:
         self._world = [edge for edge in graph.edges if len(edge.links) == 1]
         self._between = self._without_double_welds(graph)
         self._above: dict[str, Branch] = {}
-        self._grounded = self._without_silent(graph)
+        self._grounded = self._effective_grounds(graph)
         if settings.base and not self._base:
             problem = (
                 f"{unknown('link', settings.base, graph.links)}; choose the base again in Export"
@@ -116,7 +116,7 @@ class _Search:
         return Tree(tuple(self._above.values()), tuple(self._loops), tuple(self._findings))
 
     def _without_double_welds(self, graph: Graph) -> list[Edge]:
-        """What connects links: nothing rigid between what is rigid already."""
+        """Return the edges between links without redundant rigid connections."""
         between = [edge for edge in graph.edges if len(edge.links) == 2]
         joints_first = sorted(between, key=lambda edge: edge.symmetric)
         kept = [
@@ -132,8 +132,8 @@ class _Search:
         self._parts = [in_name_order(part) for part in parts.groups()]
         return sorted(kept, key=edge_key)
 
-    def _without_silent(self, graph: Graph) -> list[str]:
-        """What is fixed to the root, without what yields to joints and to what the user fixed."""
+    def _effective_grounds(self, graph: Graph) -> list[str]:
+        """Return the grounded links to which no joint or user-grounded link takes precedence."""
         kept: list[str] = []
         jointed = {edge.links[0] for edge in self._world}
         for part in self._parts:
@@ -144,21 +144,26 @@ class _Search:
                 if not firm or link in graph.pinned or same or self._base in part:
                     kept.append(link)
                 else:
-                    self._findings.append(_silently_grounded(link, firm[0], link in jointed))
+                    self._findings.append(_ground_ignored(link, firm[0], link in jointed))
         return kept
 
     def _floating(self, root: str) -> Edge:
         """Return all six motions of the base."""
         name = self._free.give(f"{WORLD}_{root}")
         for edge in self._world_edges_of(root):
-            problem = f"is left out: it holds {edge.links[0]!r} to the ground, and the base floats"
+            problem = (
+                f"is not exported: it connects {edge.links[0]!r} to the world, but the base floats"
+            )
             self._findings.append(warning(Subject("joint", edge.name), "joint-to-ground", problem))
         slides = (MotionSnapshot("translation", axis, role=role) for role, axis in _AXES)
         turns = (MotionSnapshot("rotation", axis, role=_ANGLES[role]) for role, axis in _AXES)
         return Edge(name, root, None, (*slides, *turns), (0.0, 0.0, 0.0))
 
     def _fixed(self, root: str) -> Edge:
-        """What holds a root to the world; all else that does so closes a loop or is redundant."""
+        """Return the edge that connects a root to the world.
+
+        Any other edge to the world closes a loop or is redundant.
+        """
         joints = self._world_edges_of(root)
         body = self._bodies.find(root)
         own = [edge for edge in joints if edge.links[0] == root]
@@ -170,21 +175,21 @@ class _Search:
         for edge in joints:
             same = self._bodies.find(edge.links[0]) == body
             if edge is not chosen and not (same and edge.is_rigid and chosen.is_rigid):
-                self._ground_twice(edge, root, chosen, same)
+                self._report_second_ground(edge, root, chosen, same)
         return chosen
 
-    def _ground_twice(self, edge: Edge, root: str, chosen: Edge, same: bool) -> None:
-        by = f"joint {chosen.name!r}" if not chosen.symmetric else "its being grounded, or the base"
+    def _report_second_ground(self, edge: Edge, root: str, chosen: Edge, same: bool) -> None:
+        by = f"joint {chosen.name!r}" if not chosen.symmetric else "grounding or the chosen base"
         link = edge.links[0]
         if same:
             problem = (
-                f"holds link {link!r} to the ground, which is held there by {by} already; "
+                f"connects link {link!r} to the world, to which it is already fixed by {by}; "
                 "unground it, suppress one, or cut this joint in Export"
             )
         else:
             problem = (
-                f"holds link {link!r} to the ground, to which the base {root!r} is held by {by}: "
-                "that closes a loop; suppress it or cut it in Export"
+                f"connects link {link!r} to the world, to which base {root!r} is fixed by {by}: "
+                "this closes a loop; suppress it or cut it in Export"
             )
         joints = {edge.name} if chosen.symmetric else {edge.name, chosen.name}
         self._loops.append(in_name_order(joints))
@@ -195,7 +200,7 @@ class _Search:
         return [edge for edge in self._world if edge.links[0] in part]
 
     def _grow(self, root: str) -> None:
-        """Breadth first; the joints of a link by name."""
+        """Add the links below a root, breadth first, in the order of joint names."""
         edges: dict[str, list[Edge]] = {}
         for edge in self._between:
             for link in edge.links:
@@ -219,8 +224,8 @@ class _Search:
             loop = in_name_order({edge.name, *(e.name for e in others)})
             self._loops.append(loop)
             problem = (
-                f"closes a loop of joints {', '.join(map(repr, loop))}; a robot is a tree: choose "
-                "in Export which of them to cut, or suppress it"
+                f"closes a loop of joints {', '.join(map(repr, loop))}; a robot must be a tree: "
+                "choose in Export which of them to cut, or suppress one"
             )
             self._findings.append(error(Subject("joint", edge.name), "closed-loop", problem))
 
@@ -233,10 +238,10 @@ class _Search:
         return path
 
 
-def _silently_grounded(link: str, firm: str, jointed: bool) -> Finding:
-    why = "a joint holds it to the ground" if jointed else f"{firm!r} is held to the ground"
+def _ground_ignored(link: str, firm: str, jointed: bool) -> Finding:
+    why = "a joint connects it to the world" if jointed else f"{firm!r} is fixed to the world"
     problem = (
-        "is grounded to its parent, as Fusion does to a design's first component by itself; that "
-        f"does not count, as {why}. Unground it"
+        "is grounded to its parent, which Fusion does automatically with the first component; this "
+        f"is ignored, because {why}. Unground it"
     )
     return warning(Subject("link", link), "ground-ignored", problem)

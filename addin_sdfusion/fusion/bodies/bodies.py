@@ -20,7 +20,7 @@ Tick = Callable[[str], None]
 
 
 def count_bodies(occurrence: Occurrence) -> int:
-    """About how many bodies an occurrence has, for the progress."""
+    """Return the approximate number of bodies in an occurrence, for the progress."""
     component = occurrence.component
     return optional(lambda: int(component.bRepBodies.count + component.meshBodies.count)) or 0
 
@@ -32,7 +32,7 @@ def read_bodies(
     notes: Notes,
     tick: Tick,
 ) -> Iterator[BodySnapshot]:
-    """The bodies of an occurrence, not those below it; without meshes if there is no mesher."""
+    """Yield the bodies of an occurrence without its children; with meshes if a mesher is given."""
     component = occurrence.component
     for native, name, proxy in each_in(occurrence, lambda: component.bRepBodies, notes, "body"):
         tick(occurrence.named(name))
@@ -114,15 +114,18 @@ def _mass(
         return None
     if _in_component_frame(mass, proxy, occurrence):
         message = (
-            f"body {subject.name!r}: Fusion gives its mass properties in the frame of its "
-            "component. Please report this with the design's snapshot"
+            f"body {subject.name!r}: Fusion reports its mass properties in the frame of its "
+            "component. Please report this with the snapshot of the design"
         )
         notes.add("error", subject, "mass-elsewhere", message)
     return mass
 
 
 def _in_component_frame(mass: MassSnapshot, proxy: Any, occurrence: Occurrence) -> bool:
-    """Whether the centre of mass is in the body only once it is moved by the occurrence's pose."""
+    """Return whether the centre of mass is given in the frame of the component.
+
+    Then it is inside the body only after the transform by the pose of the occurrence.
+    """
     box = optional(lambda: bounding_box(proxy))
     if box is None:
         return False

@@ -10,16 +10,16 @@ from ..notes import optional
 from ..units import finite
 
 _IDS = ("opaque_albedo", "metal_f0", "surface_albedo", "layered_diffuse", "transparent_color")
-"""Properties that are an appearance's colour, by its kind; else its first colour counts."""
+"""Colour properties of appearances by their type; otherwise the first colour is used."""
 
 
 class Looks(NamedTuple):
-    """How a body looks.
+    """Visual appearance of a body.
 
     Attributes:
-        color: As `#rrggbb`; None if Fusion does not say.
-        opacity: From 0 to 1.
-        appearance: Name of its appearance; empty if it has none.
+        color: Colour as `#rrggbb`; None if unknown.
+        opacity: Opacity from 0 to 1.
+        appearance: Name of the appearance; empty if not specified.
     """
 
     color: str | None = None
@@ -28,7 +28,7 @@ class Looks(NamedTuple):
 
 
 def read_looks(body: Any) -> Looks:
-    """How a body looks in its place."""
+    """Return the visual appearance of a body."""
     opacity = optional(lambda: min(max(finite(body.visibleOpacity), 0.0), 1.0))
     appearance = optional(lambda: body.appearance)
     if appearance is None:

@@ -10,34 +10,34 @@ from ...snapshot import MassSnapshot
 from ..units import KG_CM2, finite, position
 
 Accuracy = Literal["high", "very_high"]
-"""How well Fusion weighs: to about a ten-thousandth, or better, which takes it longer."""
+"""Accuracy of Fusion's mass properties: about 1e-4, or better but slower."""
 
 
 def read_mass(owner: Any, accuracy: Accuracy = "very_high") -> MassSnapshot | None:
     """Return the mass properties of a body or an occurrence, in the root frame.
 
-    Fusion's default accuracy is some per cent off. The products of inertia are entries of the
-    matrix.
+    Fusion's default accuracy has errors of several per cent. The products of inertia are entries
+    of the inertia matrix.
 
     Args:
         owner: A proxy, or an entity of the root component.
-        accuracy: How well it is weighed.
+        accuracy: Accuracy of the calculation.
 
     Returns:
-        None if it has no mass.
+        The mass properties; None for an owner without mass.
 
     Raises:
-        ValueError: Fusion could not calculate them.
+        ValueError: Fusion could not calculate the mass properties.
     """
     levels = adsk.fusion.CalculationAccuracy
     properties = owner.getPhysicalProperties(
         levels.HighCalculationAccuracy if accuracy == "high" else levels.VeryHighCalculationAccuracy
     )
     if properties is None:
-        raise ValueError("Fusion gives none")
+        raise ValueError("Fusion returned no mass properties")
     mass = finite(properties.mass)
     if mass < 0.0:
-        raise ValueError(f"Fusion gives a mass of {mass} kg")
+        raise ValueError(f"Fusion returned a mass of {mass} kg")
     if mass == 0.0:
         return None
     xx, yy, zz, xy, yz, xz = _inertias(properties.getXYZMomentsOfInertia(), 6)
@@ -48,7 +48,7 @@ def read_mass(owner: Any, accuracy: Accuracy = "very_high") -> MassSnapshot | No
 
 
 def _inertias(returned: Any, count: int) -> tuple[float, ...]:
-    """Moments of inertia, in [kg·m²], of a call that also returns whether it worked."""
+    """Return moments of inertia, in [kg·m²], from a result that starts with a success flag."""
     done, *values = returned
     if not done or len(values) != count:
         raise ValueError("Fusion could not calculate the moments of inertia")

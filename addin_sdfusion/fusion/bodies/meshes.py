@@ -18,25 +18,25 @@ from ..notes import Notes, optional
 from ..occurrences import Occurrence
 from ..units import CM, position
 
-_CLOSE = 1e-3  # of a body's diagonal: by so much nodes may stand out of its bounding box
-_LOOSE = 0.25  # of a body's diagonal: by so much its bounding box may be larger than its mesh
+_MAX_OUTSIDE = 1e-3  # of nodes outside the bounding box, relative to its diagonal
+_MAX_SLACK = 0.25  # between the mesh and the bounding box, relative to its diagonal
 
 
 @dataclass(frozen=True)
 class _Triangles:
-    """Triangles as Fusion gives them; fields as in a MeshSnapshot."""
+    """Triangles of a Fusion mesh; fields as in a MeshSnapshot."""
 
     nodes: array[float]
     indices: array[int]
 
 
 class Mesher:
-    """Makes meshes; those of a component that is in several occurrences are calculated once.
+    """Mesh calculator that calculates the meshes of each component only once.
 
-    The frame of the mesh of a body's proxy is not documented. So the native body is meshed, which
-    has no frame but its component's, and the nodes are moved by the occurrence's pose. The body's
-    bounding box in the root frame must agree; if it agrees with the nodes unmoved instead, these
-    are taken.
+    The frame of the mesh of a proxy is not documented. Therefore the native body is meshed in the
+    frame of its component, and the nodes are transformed by the pose of the occurrence. The result
+    is compared with the bounding box of the body in the root frame. If the box fits the original
+    nodes instead, these are used.
     """
 
     def __init__(self, quality: MeshQuality, notes: Notes) -> None:
@@ -56,9 +56,9 @@ class Mesher:
         """Return the mesh of a body in an occurrence.
 
         Raises:
-            ValueError: There is none.
+            ValueError: The body has no mesh.
         """
-        # Copies of a document have the same ids: names count as well.
+        # Copies of a document have the same ids, so the key includes names.
         key = occurrence.component.id, occurrence.component.name, f"{kind} {native.name}"
         if key not in self._made:
             raw = self._surface(native) if kind != "mesh" else native.displayMesh
@@ -84,14 +84,14 @@ class Mesher:
         self._notes.warn(
             subject,
             "mesh-elsewhere",
-            f"body {subject.name!r}: its mesh is not where the body is. Look at the exported mesh, "
-            "and please report this with the design's snapshot",
+            f"body {subject.name!r}: its mesh and bounding box differ. Check the exported mesh, "
+            "and please report this with the snapshot of the design",
         )
         return placed
 
 
 def bounding_box(body: Any) -> tuple[Vector3, Vector3]:
-    """Return the lowest and the highest corner of a body's box along the root's axes, in [m]."""
+    """Return the minimum and maximum corner of a body's box in the root frame, in [m]."""
     box = body.boundingBox
     return position(box.minPoint), position(box.maxPoint)
 
@@ -100,23 +100,23 @@ def _triangles(mesh: Any) -> _Triangles:
     """Return the triangles of a TriangleMesh, in [m].
 
     Raises:
-        ValueError: There are none, or they are damaged.
+        ValueError: The mesh is empty or damaged.
     """
     if mesh is None:
-        raise ValueError("Fusion gives none")
+        raise ValueError("Fusion returned no mesh")
     nodes = array("d", (value * CM for value in mesh.nodeCoordinatesAsDouble))
     indices = array("i", mesh.nodeIndices)
     if not indices:
         raise ValueError("it has no triangles")
     if len(nodes) % 3 or len(indices) % 3 or not 0 <= min(indices) <= max(indices) < len(nodes) / 3:
-        raise ValueError("its triangles name nodes that it has not")
+        raise ValueError("a triangle refers to a node that does not exist")
     return _Triangles(nodes, indices)
 
 
 def _outward(mesh: _Triangles, *, closed: bool) -> _Triangles:
-    """The same mesh, its triangles counter-clockwise seen from outside; that of a solid, if closed.
+    """Return a mesh with triangles counter-clockwise seen from outside, if it is closed.
 
-    The volume under triangles seen from outside is positive.
+    The volume enclosed by such triangles is positive.
     """
     if not closed or _volume(mesh) >= 0.0:
         return mesh
@@ -126,7 +126,7 @@ def _outward(mesh: _Triangles, *, closed: bool) -> _Triangles:
 
 
 def _volume(mesh: _Triangles) -> float:
-    """The volume within a closed mesh, in [m³], seen from its first node for the digits' sake."""
+    """Return the volume of a closed mesh, in [m³], relative to its first node for accuracy."""
     x, y, z = mesh.nodes[0::3], mesh.nodes[1::3], mesh.nodes[2::3]
     x0, y0, z0 = x[0], y[0], z[0]
     total = 0.0
@@ -140,7 +140,7 @@ def _volume(mesh: _Triangles) -> float:
 
 
 def _transformed(nodes: array[float], T: Transform) -> array[float]:
-    """Nodes transformed by a pose."""
+    """Return nodes transformed by a pose."""
     if T == IDENTITY:
         return nodes
     (a, b, c), (d, e, f), (g, h, i) = T.R
@@ -155,12 +155,12 @@ def _transformed(nodes: array[float], T: Transform) -> array[float]:
 
 
 def _fits(nodes: Sequence[float], box: tuple[Vector3, Vector3]) -> bool:
-    """Whether nodes fill a bounding box, which need not be tight, and do not stand out of it."""
+    """Return whether nodes are inside a bounding box and nearly fill it."""
     low, high = box
     size = max(b - a for a, b in zip(low, high, strict=True))
     for k in range(3):
         values = nodes[k::3]
         below, above = min(values) - low[k], high[k] - max(values)
-        if min(below, above) < -_CLOSE * size or max(below, above) > _LOOSE * size:
+        if min(below, above) < -_MAX_OUTSIDE * size or max(below, above) > _MAX_SLACK * size:
             return False
     return True

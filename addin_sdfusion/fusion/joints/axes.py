@@ -1,8 +1,8 @@
-"""Axes of joints in the root frame, signed so that a value moves `one` relative to `two`.
+"""Axes of joints in the root frame, with signs such that a value moves `one` relative to `two`.
 
-An axis is that on `two`: the direction that it has in the root frame at the pose of `two`, when the
-motions before it in the joint are at zero. Fusion gives it in the root frame, and `one` of a slide
-moves along it.
+An axis is fixed to `two`: it is the direction in the root frame at the pose of `two` if the
+preceding motions of the joint are zero. Fusion reports axes in the root frame. A positive slide
+moves `one` along the axis.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from .motions import CUSTOM, reversed_axis
 
 
 def signed(motions: Sequence[MotionSnapshot], frames: JointFrames) -> tuple[MotionSnapshot, ...]:
-    """Return the motions of a joint without offsets, a rotation reversed where its value says so.
+    """Return the motions of a joint without offsets, with corrected signs of rotation axes.
 
-    How `one` is turned on `two` is known from the joint's frames. If it is exactly how the value
-    would turn it the other way round, the axis is reversed.
+    The rotation of `one` relative to `two` follows from the frames of the joint. If it equals the
+    rotation by the negative value, the axis is reversed.
     """
     if frames.one is None or frames.two is None:
         return tuple(motions)
@@ -50,22 +50,26 @@ def _signed(motion: MotionSnapshot, turned: Matrix3) -> MotionSnapshot:
 def ball_axes(
     motions: Sequence[MotionSnapshot], yaw_along: int, frames: JointFrames
 ) -> tuple[tuple[MotionSnapshot, ...], bool]:
-    """Pitch, yaw and roll with axes as on `two`, and whether it is certain that they are.
+    """Return pitch, yaw and roll with axes fixed to `two`, and whether the axes are certain.
 
-    It is not documented whether Fusion gives the axes of a ball joint as they are on `two`, or each
-    as the rotations before it have carried it. Three things decide: the yaw axis is the geometry's
-    unless the user chose another; the rotations must lead to the pose of `one`; on `two` the roll
-    axis is square to the others. Values come on a grid of 0.1 degrees, so that what is carried
-    back by them is as coarse; an axis of the geometry is not.
+    It is not documented whether Fusion reports the axes of a ball joint fixed to `two`, or rotated
+    by the preceding rotations. Three criteria decide:
+
+    * The yaw axis is an axis of the geometry unless the user chose another one.
+    * The rotations must result in the pose of `one`.
+    * On `two`, the roll axis is perpendicular to the other axes.
+
+    Fusion rounds values to 0.1 degrees. An axis that is rotated back by them has the same
+    resolution, but an axis of the geometry is exact.
 
     Args:
         motions: Pitch, yaw, roll, with axes as read.
-        yaw_along: Which axis of the geometry yaw turns about.
-        frames: Of the joint.
+        yaw_along: Index of the geometry axis of yaw.
+        frames: Frames of the joint.
     """
     pitch, yaw, roll = motions
     inverse_pitch = transpose(_turn(pitch))
-    # Yaw turns about where its axis is now, so it is undone before the pitch is.
+    # Yaw rotates about the current axis, so it is undone before pitch.
     roll_axis = rotate(inverse_pitch, rotate(transpose(_turn(yaw)), roll.axis))
     read = pitch, yaw, roll
     carried = (
@@ -77,49 +81,51 @@ def ball_axes(
         return read, True
     if yaw_along != CUSTOM and frames.two is not None:
         axis = frames.two.axis(yaw_along)
-        nearest = min((read, carried), key=lambda m: _angle(m[1].axis, axis) + _roll_misses(m))
-        if _angle(nearest[1].axis, axis) <= _GRID:
+        nearest = min((read, carried), key=lambda m: _angle(m[1].axis, axis) + _roll_error(m))
+        if _angle(nearest[1].axis, axis) <= _MAX_ROUNDING:
             return _on_geometry(nearest, axis), True
-    for misses in (_pose_misses(frames), _roll_misses):
+    for misses in (_pose_error(frames), _roll_error):
         first, second = misses(read), misses(carried)
-        if min(first, second) <= _GRID and max(first, second) > _CLEARER * min(first, second):
+        if min(first, second) <= _MAX_ROUNDING and max(first, second) > _MIN_RATIO * min(
+            first, second
+        ):
             return (read if first < second else carried), True
     return read, False
 
 
 Motions = tuple[MotionSnapshot, MotionSnapshot, MotionSnapshot]
-_GRID = 4e-3  # what values on a grid of 0.1 degrees make uncertain at most, in [rad]
-_CLEARER = 5.0
+_MAX_ROUNDING = 4e-3  # error of the axes because values are rounded to 0.1 degrees, in [rad]
+_MIN_RATIO = 5.0  # of the errors of two readings, to prefer the smaller one
 
 
 def _on_geometry(motions: Motions, axis: Vector3) -> Motions:
-    """The motions with that yaw axis, and roll square to pitch and yaw where it nearly is."""
+    """Return the motions with a given yaw axis, and roll made perpendicular if it nearly is."""
     pitch, yaw, roll = motions
     yaw = replace(yaw, axis=_along(axis, yaw.axis))
     square = normalized(cross(pitch.axis, yaw.axis))
-    if _angle(square, roll.axis) <= _GRID:
+    if _angle(square, roll.axis) <= _MAX_ROUNDING:
         roll = replace(roll, axis=_along(square, roll.axis))
     return pitch, yaw, roll
 
 
 def _along(axis: Vector3, other: Vector3) -> Vector3:
-    """Return the axis, pointing the way of the other."""
+    """Return the axis or its negative, whichever is closer to the other."""
     return axis if dot(axis, other) >= 0.0 else reversed_axis(axis)
 
 
 def _angle(a: Vector3, b: Vector3) -> float:
-    """By how much two axes differ, whichever way they point, as a chord."""
+    """Return the chord length between two axes without regard to their sign."""
     return min(distance(a, b), distance(a, reversed_axis(b)))
 
 
-def _pose_misses(frames: JointFrames) -> Callable[[Motions], float]:
+def _pose_error(frames: JointFrames) -> Callable[[Motions], float]:
     if frames.one is None or frames.two is None:
         return lambda motions: 1.0
     turned = multiply(frames.one.R, transpose(frames.two.R))
     return lambda motions: _difference(turned, _product(motions))
 
 
-def _roll_misses(motions: Motions) -> float:
+def _roll_error(motions: Motions) -> float:
     pitch, yaw, roll = (motion.axis for motion in motions)
     return _angle(roll, cross(pitch, yaw))
 

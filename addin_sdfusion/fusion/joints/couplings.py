@@ -1,4 +1,4 @@
-"""Motion links of a design as couplings of its joints' motions."""
+"""Conversion of the motion links of a design to couplings of joint motions."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from ..occurrences import Occurrence, Occurrences, each_in, path_of, subject_in
 from ..units import CM, finite
 
 Joints = Mapping[tuple[str, str, bool], JointSnapshot]
-"""Joints by the path of what holds them, their name there, and whether they are as-built."""
+"""Joints by path of the occurrence, original name, and whether they are as-built."""
 
 
 def read_couplings(
     occurrences: Occurrences, joints: Joints, notes: Notes
 ) -> Iterator[CouplingSnapshot]:
-    """The motion links in every occurrence; Fusion has them since November 2025."""
+    """Yield the motion links in every occurrence; they exist in Fusion since November 2025."""
     for occurrence in occurrences.values():
         component = occurrence.component
         if not optional(lambda: int(component.motionLinks.count)):  # noqa: B023 -- called at once
@@ -39,12 +39,12 @@ def read_couplings(
 def _coupling(
     link: Any, occurrence: Occurrence, joints: Joints, subject: Subject, notes: Notes
 ) -> CouplingSnapshot | None:
-    """Return the relation of two motions that continue from their poses with a constant ratio."""
+    """Return the coupling of two motions with a constant ratio and their current offset."""
     if link.isSuppressed:
         return None
     problem = problem_of(link, subject, notes)
     if problem:
-        message = f"motion link {subject.name!r} is left out: {problem}"
+        message = f"motion link {subject.name!r} is not exported: {problem}"
         notes.warn(subject, "motion-link", message)
         return None
     one = _joint(link.jointOne, occurrence, joints)
@@ -71,7 +71,7 @@ def _motion(joint: JointSnapshot, kind: int) -> MotionSnapshot:
     role = _roles()[kind]
     found = next((motion for motion in joint.motions if motion.role == role), None)
     if found is None:
-        raise ValueError(f"joint {joint.name!r} has no motion {role or 'of that kind'}")
+        raise ValueError(f"joint {joint.name!r} has no motion {role or 'of this kind'}")
     return found
 
 

@@ -1,10 +1,10 @@
-"""Frames of joints as given by each of their two sides, in the root frame.
+"""Frames of joints on each of their two sides, in the root frame.
 
-Fusion gives them as transforms, since November 2024, and as geometry, which may be a joint origin
-or null. Transforms that are read through a proxy may be those of the native joint, in the frame of
-the component that holds it: so it is with as-built joints. Geometry has its origin in the root
-frame and its axes in the component that it belongs to; and it has lost the joint's context, so that
-it answers for the first place of the joint's component.
+Fusion reports them as transforms (since November 2024) and as geometry, which may be a joint origin
+or null. A transform that is read through a proxy may be the transform of the native joint, in the
+frame of the component that contains the joint; this is the case for as-built joints. Geometry has
+its origin in the root frame and its axes in the frame of its component. It refers to the first
+occurrence of the component that contains the joint.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _EQUAL = 1e-9
 
 @dataclass(frozen=True)
 class JointFrames:
-    """The joint's frame as its sides have it, in the root frame.
+    """Frames of a joint on its two sides, in the root frame.
 
     Attributes:
-        one, two: None if Fusion does not say.
-        apart: How far the sides are apart beyond what the joint allows, in [m].
+        one, two: Frame of each side; None if unknown.
+        apart: Distance of the sides beyond the motions of the joint, in [m].
     """
 
     one: Transform | None = None
@@ -42,12 +42,12 @@ class JointFrames:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a joint is read.
+    """Occurrences of a joint.
 
     Attributes:
-        occurrence: The one whose component holds it.
+        occurrence: Occurrence of the component that contains the joint.
         T_first: Pose of the first occurrence of that component.
-        one, two: What it joins.
+        one, two: The connected occurrences.
     """
 
     occurrence: Occurrence
@@ -60,9 +60,9 @@ def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
     """Return the frames of a joint.
 
     Args:
-        joint: Its proxy in the occurrence.
-        place: Where it is read.
-        reach: How far its sides may be apart, because of slides and offsets, in [m].
+        joint: Proxy of the joint in the occurrence.
+        place: Occurrences of the joint.
+        reach: Maximum distance of the sides because of slides and offsets, in [m].
     """
     transforms = (
         _lifted(joint, lambda j: j.geometryOneTransform, place),
@@ -81,7 +81,7 @@ def joint_frames(joint: Any, place: Place, reach: float) -> JointFrames:
 
 
 def as_built_frame(joint: Any, place: Place) -> Transform | None:
-    """Return the one frame of an as-built joint; None for a rigid one."""
+    """Return the frame of an as-built joint; None for a rigid joint."""
     transform = _lifted(joint, lambda j: j.transform, place)
     if transform is not None:
         return transform
@@ -91,7 +91,7 @@ def as_built_frame(joint: Any, place: Place) -> Transform | None:
 def _lifted(joint: Any, read: Callable[[Any], Any], place: Place) -> Transform | None:
     """Return a transform of a joint in the root frame, or None.
 
-    What is the same as that of the native joint is in the frame of the component.
+    A transform equal to the transform of the native joint is in the frame of the component.
     """
     given = optional(lambda: _transform(read(joint)))
     native = optional(lambda: joint.nativeObject)
@@ -102,20 +102,20 @@ def _lifted(joint: Any, read: Callable[[Any], Any], place: Place) -> Transform |
 
 
 def _equal(a: Transform, b: Transform) -> bool:
-    """Return whether one matrix was given twice."""
+    """Return whether two transforms are equal up to rounding."""
     pairs = zip((*a.R, a.p), (*b.R, b.p), strict=True)
     return all(distance(u, v) <= _EQUAL for u, v in pairs)
 
 
 def _agreeing(one: Transform, two: Transform, place: Place, reach: float) -> JointFrames:
-    """Return the sides in the root frame, under the first reading under which they meet.
+    """Return the sides in the root frame, for the first assumed frame in which they coincide.
 
-    A joint without offset has both in one point. Others have met transforms in the frame of the
-    occurrence that the side belongs to.
+    Without offset, both sides of a joint coincide. Some versions of Fusion report transforms in the
+    frame of the occurrence of the side.
     """
     ones = (one, place.one.T.compose(one))
     twos = (two, place.two.T.compose(two))
-    # Both in the same kind of frame first: one side's is the best guess of the other's.
+    # First assume that both sides are given in the same kind of frame.
     for a, b in (*zip(ones, twos, strict=True), *product(ones, twos)):
         if distance(a.p, b.p) <= reach + NEAR:
             return JointFrames(a, b)
@@ -127,7 +127,7 @@ def _transform(matrix: Any) -> Transform | None:
 
 
 def _geometry(geometry: Any, side: Occurrence, place: Place) -> Transform | None:
-    """The frame of a JointGeometry or JointOrigin, whose own axes are z, x, y in this order."""
+    """Return the frame of a JointGeometry or JointOrigin, whose axes are z, x, y in this order."""
     if geometry is None:
         return None
     origin = adsk.fusion.JointOrigin.cast(geometry)
@@ -141,14 +141,14 @@ def _geometry(geometry: Any, side: Occurrence, place: Place) -> Transform | None
 
 
 def _axes(geometry: Any, origin: Vector3, side: Occurrence) -> Transform:
-    """The frame at an origin in the root frame, with axes lifted out of the component's frame."""
+    """Return the frame at an origin in the root frame, with axes given in the component frame."""
     x, y, z = geometry.secondaryAxisVector, geometry.thirdAxisVector, geometry.primaryAxisVector
     own = axes_frame((0.0, 0.0, 0.0), x, y, z)
     return Transform(side.T.compose(own).R, origin)
 
 
 def _offsets(origin: Any) -> Vector3:
-    """How far a joint origin is from its geometry, along its axes, in [m]."""
+    """Return the offsets of a joint origin from its geometry along its axes, in [m]."""
     x, y, z = (
         length(value or 0.0)
         for value in (

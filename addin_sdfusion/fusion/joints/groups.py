@@ -1,4 +1,4 @@
-"""Rigid groups of an occurrence, with their members' paths from the root."""
+"""Rigid groups of an occurrence, with the full paths of their members."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..occurrences import Occurrence, Occurrences, name_of, path_of, subject_in
 def read_groups(
     occurrence: Occurrence, occurrences: Occurrences, notes: Notes
 ) -> Iterator[GroupSnapshot]:
-    """The rigid groups of the component in an occurrence."""
+    """Yield the rigid groups of the component of an occurrence."""
     component = occurrence.component
     for native in items(lambda: component.rigidGroups, notes, occurrence.subject, "groups"):
         name = optional(lambda: name_of(native))  # noqa: B023 -- called at once
@@ -37,14 +37,14 @@ def read_groups(
             path = notes.attempt(subject, "members", path_of, member)
             if path is None:
                 continue
-            # Below the occurrence of the group, in case the path is not from the root.
+            # The path may be relative to the occurrence of the group instead of the root.
             below = f"{occurrence.path}+{path}"
             known = next((p for p in (path, below) if p in occurrences), None)
             if known is not None:
                 paths.add(known)
             elif not suppressed:
                 message = (
-                    f"group {name!r} holds {path!r}, which is not in the design: edit the group "
+                    f"group {name!r} contains {path!r}, which is not in the design: edit the group "
                     "and choose its components again"
                 )
                 notes.warn(subject, "unknown-member", message)
@@ -52,11 +52,11 @@ def read_groups(
 
 
 def _note_stale(occurrence: Occurrence, notes: Notes) -> None:
-    """A group whose name cannot be read is left over: it holds nothing, and ties nothing."""
+    """Warn of a group whose name cannot be read: it is obsolete and has no members."""
     where = occurrence.path or "the root component"
     message = (
-        f"{where} has rigid groups whose components are gone: they hold nothing together. Delete "
-        "them in the browser, under Joints"
+        f"{where} has rigid groups without components, which have no effect. Delete them in the "
+        "browser, under Joints"
     )
     notes.warn(occurrence.subject, "stale-group", message)
 

@@ -1,8 +1,8 @@
 """Joints and as-built joints of an occurrence, in the root frame.
 
-They are read component by component: the root's `allJoints` fails with an internal error where a
-design has assembly constraints. Joints of sub-assemblies are read through proxies, since their
-geometry is null otherwise.
+They are read component by component, because `allJoints` of the root fails with an internal error
+if a design has assembly constraints. Joints of sub-assemblies are read through proxies, since the
+geometry of native joints is null.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from .axes import ball_axes, signed
 from .frames import JointFrames, Place, as_built_frame, joint_frames
 from .motions import Freedom, joint_kinds, read_freedoms
 
-REMEDY = "Modify > Compute All; if that does not help, make the joint anew"
+REMEDY = "Modify > Compute All; if that does not help, create the joint again"
 
 
 @dataclass(frozen=True)
 class _Ends:
-    """What a joint joins; None if Fusion does not say."""
+    """The two occurrences that a joint connects; None if unknown."""
 
     one: Occurrence | None
     two: Occurrence | None
@@ -38,7 +38,7 @@ class _Ends:
 def read_joints(
     occurrence: Occurrence, occurrences: Occurrences, notes: Notes
 ) -> Iterator[JointSnapshot]:
-    """The joints of the component in an occurrence."""
+    """Yield the joints of the component of an occurrence."""
     component = occurrence.component
     for _, name, joint in each_in(occurrence, lambda: component.joints, notes, "joint"):
         yield _Reader(joint, name, occurrence, occurrences, notes).joint()
@@ -48,21 +48,21 @@ def read_joints(
 
 
 def _note_others(occurrence: Occurrence, notes: Notes) -> None:
-    """What also relates parts to each other, and is not read."""
+    """Warn of other relations between parts, which are not exported."""
     component = occurrence.component
     name = occurrence.path or "the root component"
     for code, count, text in (
         (
             "assembly-constraints",
             optional(lambda: int(component.assemblyConstraints.count)),  # since July 2025
-            "assembly constraints, which have neither axes nor limits: where parts move, replace "
-            "them by joints (Assemble > Joint)",
+            "assembly constraints, which have no axes and no limits: replace them with joints "
+            "(Assemble > Joint) between parts that move",
         ),
         (
             "tangent-relationships",
             optional(lambda: int(component.tangentRelationships.count)),  # since May 2022
-            "tangent relationships, which a robot's description does not have: where faces slide "
-            "or roll on each other, replace them by joints (Assemble > Joint)",
+            "tangent relationships, which robot models do not support: replace them with joints "
+            "(Assemble > Joint) between faces that slide or roll on each other",
         ),
     ):
         if count:
@@ -70,7 +70,7 @@ def _note_others(occurrence: Occurrence, notes: Notes) -> None:
 
 
 class _Reader:
-    """Reads one joint."""
+    """Reader for one joint."""
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class _Reader:
         self._subject: Subject = subject_in(occurrence, "joint", name)
 
     def joint(self) -> JointSnapshot:
-        """Return the joint; one that cannot be read reports it itself, and is there to be named."""
+        """Return the joint; if it cannot be read, return a joint with this problem."""
         empty = JointSnapshot(self._name, "inferred", None, None, as_built=self._as_built)
         try:
             empty = replace(empty, suppressed=bool(self._joint.isSuppressed))
@@ -107,9 +107,9 @@ class _Reader:
         motion = self._joint.jointMotion
         kind = "inferred" if motion is None else joint_kinds().get(motion.jointType)
         if kind is None:
-            return replace(joint, problem=f"Fusion's joint type {motion.jointType} is not known")
+            return replace(joint, problem=f"unknown joint type {motion.jointType} of Fusion")
         ends = self._ends(broken=bool(joint.problem))
-        locked = bool(optional(lambda: self._joint.isLocked))  # as-built joints cannot be
+        locked = bool(optional(lambda: self._joint.isLocked))  # as-built joints have no lock
         one, two = (None if end is None else end.path for end in (ends.one, ends.two))
         joint = replace(joint, kind=kind, one=one, two=two, locked=locked)
         if kind == "inferred":
@@ -117,7 +117,7 @@ class _Reader:
         try:
             return self._placed(joint, read_freedoms(kind, motion), ends)
         except Exception:
-            if joint.problem or joint.suppressed:  # said already, or of no effect
+            if joint.problem or joint.suppressed:  # reported already, or not exported
                 return joint
             raise
 
@@ -129,16 +129,19 @@ class _Reader:
         return _Ends(one, two)
 
     def _end(self, native: Any, broken: bool) -> Occurrence | None:
-        """One side; null is the component that holds the joint, or lost."""
+        """Return one side of the joint.
+
+        A null value is the component that contains the joint, or unknown if the joint is broken.
+        """
         occurrence = self._occurrence
         if native is None:
             return None if broken else occurrence
         path = str(native.fullPathName)
-        # Below the occurrence that holds the joint, in case the path is not from the root.
+        # The path may be relative to the occurrence that contains the joint.
         for candidate in (path, f"{occurrence.path}+{path}"):
             if candidate in self._occurrences:
                 return self._occurrences[candidate]
-        raise ValueError(f"{path} is not in the design, or is left out")
+        raise ValueError(f"{path} is not in the design or is not exported")
 
     def _placed(
         self, joint: JointSnapshot, freedoms: tuple[Freedom, ...], ends: _Ends
@@ -149,7 +152,7 @@ class _Reader:
         place = Place(here, here.T_first, ends.one or here, ends.two or here)
         if self._as_built:
             frame = as_built_frame(self._joint, place)
-            # Which side the one geometry stays with is known only if both are in one place.
+            # The geometry moves with an unknown side, so the sides must coincide.
             frames = JointFrames(None if any(slides) else frame, frame)
         else:
             reach = math.hypot(*slides) + offset
@@ -171,10 +174,10 @@ class _Reader:
         """Return the motions, with axes in the root frame.
 
         Args:
-            kind: The joint's type.
-            freedoms: As Fusion gives them.
-            frames: Of the joint.
-            free: Whether it has neither offset nor angle, and is not flipped.
+            kind: Type of the joint.
+            freedoms: Degrees of freedom as reported by Fusion.
+            frames: Frames of the joint.
+            free: Whether the joint has no offset and no angle and is not flipped.
         """
         motions = tuple(freedom.motion for freedom in freedoms)
         posed = frames if free else replace(frames, one=None)
@@ -184,13 +187,13 @@ class _Reader:
         if not certain:
             self._warn(
                 "ball-axes-uncertain",
-                "its yaw and roll axes are not known at this pose: drive it to zero "
-                "(Drive Joints) before the export",
+                "its yaw and roll axes are unknown at this pose: drive it to zero (Drive Joints) "
+                "before the export",
             )
         return motions
 
     def _offset(self) -> float:
-        """How far the sides are apart on purpose, in [m]."""
+        """Return the distance of the sides because of offsets, in [m]."""
         joint = self._joint
         values = (
             optional(lambda: joint.offsetX.value),  # since September 2022
@@ -207,9 +210,8 @@ class _Reader:
         if frames.apart > 0.0 and not joint.suppressed and not joint.problem:
             self._warn(
                 "joint-apart",
-                f"its two sides are {1000.0 * frames.apart:.3g} mm apart though it has no offset: "
-                "the parts are not where it holds them. Modify > Compute All, or undo the "
-                "last move",
+                f"its two sides are {1000.0 * frames.apart:.3g} mm apart although it has no "
+                "offset. Modify > Compute All, or undo the last move",
             )
 
     def _warn(self, code: str, message: str) -> None:

@@ -1,4 +1,4 @@
-"""Degrees of freedom of a joint as Fusion gives them: axes, values, limits."""
+"""Degrees of freedom of a joint as reported by Fusion: axes, values, limits."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from ...snapshot import JointKind, MotionSnapshot
 from ..units import CM, direction, finite
 
 CUSTOM = 3
-"""JointDirections of an axis that is none of the joint's own; 0, 1 and 2 are x, y and z."""
+"""JointDirections of a custom axis; 0, 1 and 2 are the x, y and z axes of the joint."""
 
 
 class Freedom(NamedTuple):
-    """A motion, and which axis of the joint's geometry it is along.
+    """A motion and the index of its axis in the joint geometry.
 
     Attributes:
-        motion: Its axis is as Fusion gives it.
-        along: 0, 1 or 2 for x, y or z of the geometry; CUSTOM if that is not known.
+        motion: Motion with the axis reported by Fusion.
+        along: 0, 1 or 2 for x, y or z of the geometry; CUSTOM if unknown.
     """
 
     motion: MotionSnapshot
@@ -28,7 +28,7 @@ class Freedom(NamedTuple):
 
 
 def joint_kinds() -> dict[int, JointKind]:
-    """What Fusion's types of joints are called here."""
+    """Return the joint kind of each joint type of Fusion."""
     types = adsk.fusion.JointTypes
     return {
         types.RigidJointType: "rigid",
@@ -43,7 +43,7 @@ def joint_kinds() -> dict[int, JointKind]:
 
 
 def read_freedoms(kind: JointKind, motion: Any) -> tuple[Freedom, ...]:
-    """Return the degrees of freedom of a joint, in their order from `two` to `one`.
+    """Return the degrees of freedom of a joint, ordered from `two` to `one`.
 
     Raises:
         ValueError: An axis or a number is missing.
@@ -62,13 +62,13 @@ def _slide(motion: Any, role: str = "") -> Freedom:
 
 
 def _cylindrical(motion: Any) -> tuple[Freedom, ...]:
-    """It slides along the axis that it turns about: it has no direction of its own."""
+    """Return the motions of a cylindrical joint, which slides along its rotation axis."""
     axis, value, limits = motion.rotationAxisVector, motion.slideValue, motion.slideLimits
     return _rotation(motion, "rotation"), _shift(axis, value, limits, "slide", motion.rotationAxis)
 
 
 def _pin_slot(motion: Any) -> tuple[Freedom, ...]:
-    """Return the motions of a pin that slides in the slot of `two` and turns there."""
+    """Return the motions of a pin that slides in the slot of `two` and rotates in it."""
     return _slide(motion, "slide"), _rotation(motion, "rotation")
 
 
@@ -113,7 +113,7 @@ def _shift(axis: Any, value: float, limits: Any, role: str, along: int) -> Freed
 
 
 def _limits(limits: Any, unit: float) -> tuple[float | None, float | None]:
-    """Lower and upper limit; one that is not enabled is 0 without a meaning."""
+    """Return lower and upper limit; None for a limit that is not enabled."""
     if limits is None:
         return None, None
     lower = finite(limits.minimumValue) * unit if limits.isMinimumValueEnabled else None

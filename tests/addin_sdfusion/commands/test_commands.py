@@ -416,7 +416,7 @@ def test_a_muscle_is_mirrored(fusion: Any, addin: Any) -> None:
     before = fusion.full_fingerprint()
     command = user.define()
     command.press("mirror")
-    assert "is there already" in command["status"].text
+    assert "exists already" in command["status"].text
     command.set("muscle", "biceps_r")
     command.press("delete_muscle")
     assert arm.features.baseFeatures.count == 1

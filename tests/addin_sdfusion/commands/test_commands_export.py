@@ -217,7 +217,7 @@ def test_what_changed_since_the_last_export_is_said(fusion: Any, tmp_path: Path)
     command.set(command.cell("of_joints", joints.index("joint_2") + 1, 1).id, "3")
     links = [row[0] for row in command.table("of_links")[1:]]
     command.set(command.cell("of_links", links.index("link_2") + 1, 2).id, "2.5")
-    for text in ("joint joint_2: other numbers than before", "link link_2: 2.5 kg; before: 0.1 kg"):
+    for text in ("joint joint_2: values changed", "link link_2: 2.5 kg; before: 0.1 kg"):
         assert text in command["status"].text
     command.ok()
     assert "link link_2: 2.5 kg; before: 0.1 kg" in fusion.messages[-1]

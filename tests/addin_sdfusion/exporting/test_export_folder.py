@@ -101,7 +101,7 @@ def test_a_file_of_someone_else_is_never_overwritten(tmp_path):
     (tmp_path / "arm").mkdir()
     (tmp_path / "arm/model.sdf").write_text("<sdf/>")
     before = files_of(tmp_path)
-    with pytest.raises(InputError, match=r"holds files that no export wrote: model\.sdf; move"):
+    with pytest.raises(InputError, match=r"contains files that no export wrote: model\.sdf; move"):
         export_built(built(), ALL, tmp_path / "arm")
     assert files_of(tmp_path) == before
 
@@ -270,16 +270,16 @@ def test_what_cannot_be_a_folder_is_refused(tmp_path):
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "real")
     for name, message in (
-        ("file", "is a file; give a folder"),
+        ("file", "is a file; specify a folder"),
         ("file/below", "cannot be written"),
-        ("link", "is a link; give the folder"),
-        ("con", "not every system takes"),
-        ("a:b", "not every system takes"),
-        ("dot.", "not every system takes"),
+        ("link", "is a link; specify its target"),
+        ("con", "some operating systems reject"),
+        ("a:b", "some operating systems reject"),
+        ("dot.", "some operating systems reject"),
     ):
         with pytest.raises(InputError, match=message):
             export_built(built(), ALL, tmp_path / name)
-    with pytest.raises(InputError, match="is a whole drive"):
+    with pytest.raises(InputError, match="is a drive; specify"):
         export_built(built(), ALL, "/")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "link", "real"]
 
@@ -309,7 +309,7 @@ def test_links_in_the_folder_are_not_followed(tmp_path, arm):
 def test_a_folder_in_the_place_of_a_file_is_refused(arm):
     (arm / "model.config").unlink()
     (arm / "model.config").mkdir()
-    with pytest.raises(InputError, match="is a folder where a file"):
+    with pytest.raises(InputError, match="is a folder, but a file is required"):
         export_built(built(other_arm()), ALL, arm)
 
 

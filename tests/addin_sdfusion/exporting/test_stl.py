@@ -71,5 +71,5 @@ def test_the_header_holds_no_date_and_is_not_that_of_a_text_file():
 
 
 def test_what_32_bits_do_not_hold_is_refused():
-    with pytest.raises(InputError, match="further"):
+    with pytest.raises(InputError, match="exceeds the range"):
         stl_bytes([1e39, 0, 0, 1, 0, 0, 0, 1, 0], [0, 1, 2])

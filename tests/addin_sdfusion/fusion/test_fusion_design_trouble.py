@@ -186,7 +186,7 @@ def test_a_joint_that_fails_says_so_itself(fusion: Any, monkeypatch: pytest.Monk
     found = {joint.name: joint for joint in read_design(designs.no_groups()).joints}
     assert found["lower_joint"].problem == ""
     assert FAILURE in found["upper_joint"].problem
-    assert "make the joint anew" in found["upper_joint"].problem
+    assert "create the joint again" in found["upper_joint"].problem
 
 
 def test_an_item_that_fails_does_not_hide_the_others(

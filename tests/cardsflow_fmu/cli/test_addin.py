@@ -110,7 +110,7 @@ def test_what_is_no_snapshot_or_no_folder_is_one_line(tmp_path, given, capsys):
     for file, folder, message in (
         (str(tmp_path / "bad.json"), "o", "is not JSON"),
         (str(tmp_path / "none.json"), "o", "No such file"),
-        (snapshot(tmp_path), "bad.json", "is a file; give a folder"),
+        (snapshot(tmp_path), "bad.json", "is a file; specify a folder"),
     ):
         command = ["addin", "export-snapshot", file, "-o", str(tmp_path / folder)]
         assert main(command) == 2
