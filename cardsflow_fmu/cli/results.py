@@ -94,14 +94,14 @@ def add_report(commands: Commands) -> None:
 
 
 def _plot(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.results.report.figures import missing_signs, plot
-    from cardsflow_fmu.results.saved_run import read_any
+    from cardsflow_fmu.results.report.figures import missing_characters, plot
+    from cardsflow_fmu.results.saved_run import open_results
 
-    with read_any(options.results) as result:
+    with open_results(options.results) as result:
         file = plot(
             result, options.output, options.panels, options.columns, overwrite=options.overwrite
         )
-        signs = missing_signs(result)
+        signs = missing_characters(result)
     if signs and file.suffix.lower() != ".svg":
         print_warning(
             f"the font of the figure lacks {signs!r} and shows boxes; an .svg keeps the text"

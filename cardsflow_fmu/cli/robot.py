@@ -345,14 +345,14 @@ def _activations(options: argparse.Namespace) -> int:
         activation_files,
         activation_summary,
         describe_activations,
-        recorded,
+        read_recorded_motion,
         static_optimisation,
     )
 
     reading = read(options.robot, options.cable_set)
     robot = reading.require()
     with show_progress("activations"):
-        motion = recorded(robot, options.motion, options.noise)
+        motion = read_recorded_motion(robot, options.motion, options.noise)
         found = static_optimisation(robot, motion, passive=options.passive)
     contents, summary = activation_files(found), activation_summary(found)
     for name, text in contents.items():

@@ -136,7 +136,7 @@ def _print_observability(experiment: Experiment) -> None:
     found = observable.observed_poses(experiment)
     for line in observable.observability_warnings(found):
         print_warning(line)
-    for line in observable.observability_remarks(found):
+    for line in observable.observability_notes(found):
         print_note(f"note: {line}")
 
 
@@ -262,7 +262,7 @@ def add_build(commands: Commands) -> None:
 
 
 def _build(options: argparse.Namespace) -> int:
-    from cardsflow_fmu.results.engines import system_engines, why_python
+    from cardsflow_fmu.results.engines import python_reasons, system_engines
     from cardsflow_fmu.simulation.build import SYSTEM_FILE, build
 
     experiment = experiment_of(options)
@@ -276,7 +276,7 @@ def _build(options: argparse.Namespace) -> int:
             compute=options.compute,
         )
     if options.compute is None:
-        for model, what in why_python(experiment).items():
+        for model, what in python_reasons(experiment).items():
             print_note(f"{model}.fmu uses Python; the C engine does not support {what}")
     engines = ", ".join(f"{model} {engine}" for model, engine in system_engines(files).items())
     print_note(f"engines: {engines}")

@@ -171,10 +171,10 @@ def _drawn(
         _print_line(f"{live.address(opened)}  (press Ctrl-C to stop)")
 
         def replay(result: Result) -> None:
-            with view.interruption() as ended:
-                live.replay(opened, [view.act_of(result)], ended)
+            with view.catch_interrupt() as ended:
+                live.show_replay(opened, [view.act_of(result)], ended)
 
-        yield live.follower(opened, robot, meshes, world), replay
+        yield live.live_drawing(opened, robot, meshes, world), replay
 
 
 def _print_line(line: str) -> None:

@@ -27,7 +27,7 @@ def make_estimator(experiment: Experiment) -> PoseEstimator:
     """Create the estimator of an experiment."""
     settings = estimator_settings(experiment)
     return PoseEstimator(
-        experiment.robot, settings.believed, experiment.start.q, settings.inertial_units
+        experiment.robot, settings.estimator_settings, experiment.start.q, settings.inertial_units
     )
 
 

@@ -20,8 +20,8 @@ from .saved_run import read_results
 
 Rows = NDArray[np.int64]
 
-_SAME_TIME = 1e-9
-_BLOCK = 2**20
+_TIME_TOLERANCE = 1e-9
+_BLOCK_SIZE = 2**20
 
 
 def compare(
@@ -67,21 +67,23 @@ def compare_results(
         if "time" not in result.names:
             file = next(iter(result.files.values()), None)
             raise InputError("has no column 'time'", file=file)
-    every = list(dict.fromkeys([*a.names, *b.names]))
-    names = chosen_columns(every, columns) if columns else [n for n in every if n != "time"]
-    places = [{name: k for k, name in enumerate(result.names)} for result in (a, b)]
-    missing = [[n for n in names if n not in own] for own in places]
+    all_names = list(dict.fromkeys([*a.names, *b.names]))
+    names = chosen_columns(all_names, columns) if columns else [n for n in all_names if n != "time"]
+    indices = [{name: k for k, name in enumerate(result.names)} for result in (a, b)]
+    missing = [[n for n in names if n not in own] for own in indices]
     rows_a, rows_b = _common_rows(a["time"], b["time"])
-    shared = [n for n in names if all(n in own for own in places)]
+    common = [n for n in names if all(n in own for own in indices)]
     time, compared = a["time"][rows_a], {}
-    block = max(1, _BLOCK // max(1, len(time)))
-    for begin in range(0, len(shared), block):
-        part = shared[begin : begin + block]
-        own, other = (
-            np.take(result.rows, [places_of[n] for n in part], axis=1)[rows]
-            for result, rows, places_of in zip((a, b), (rows_a, rows_b), places, strict=True)
+    block = max(1, _BLOCK_SIZE // max(1, len(time)))
+    for begin in range(0, len(common), block):
+        part = common[begin : begin + block]
+        values_a, values_b = (
+            np.take(result.rows, [index_of[n] for n in part], axis=1)[rows]
+            for result, rows, index_of in zip((a, b), (rows_a, rows_b), indices, strict=True)
         )
-        for name, column in zip(part, _columns(own, other, time, tol, rtol), strict=True):
+        for name, column in zip(
+            part, _compare_columns(values_a, values_b, time, tol, rtol), strict=True
+        ):
             compared[name] = column | {"unit": a.units.get(name) or b.units.get(name) or ""}
     counts = [len(a.rows), len(b.rows)]
     same_rows = counts == [len(rows_a), len(rows_a)]
@@ -99,7 +101,7 @@ def compare_results(
 
 def describe_comparison(comparison: dict[str, Any]) -> str:
     """Return a comparison as a table of text, the largest differences first, and a conclusion."""
-    columns = sorted(comparison["columns"].items(), key=lambda item: -_sortable(item[1]))
+    columns = sorted(comparison["columns"].items(), key=lambda item: -_sort_key(item[1]))
     rows = [
         [
             name,
@@ -131,26 +133,26 @@ def _common_rows(a: FloatArray, b: FloatArray) -> tuple[Rows, Rows]:
     """Return the rows of two results at equal times."""
     if not len(a) or not len(b):
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    behind = np.searchsorted(b, a).clip(0, len(b) - 1)
-    before = (behind - 1).clip(0)
-    nearest = np.where(np.abs(b[before] - a) < np.abs(b[behind] - a), before, behind)
-    rows = np.flatnonzero(np.abs(b[nearest] - a) <= _SAME_TIME * np.maximum(1.0, np.abs(a)))
+    after = np.searchsorted(b, a).clip(0, len(b) - 1)
+    before = (after - 1).clip(0)
+    nearest = np.where(np.abs(b[before] - a) < np.abs(b[after] - a), before, after)
+    rows = np.flatnonzero(np.abs(b[nearest] - a) <= _TIME_TOLERANCE * np.maximum(1.0, np.abs(a)))
     return rows, nearest[rows]
 
 
-def _columns(
+def _compare_columns(
     a: FloatArray, b: FloatArray, time: FloatArray, tol: float, rtol: float
 ) -> list[dict[str, Any]]:
     """Return the largest difference of each column, its time, and whether it exceeds the tolerance.
 
-    A difference that is not finite is None.
+    The largest difference is None if it is not finite.
     """
     if not len(time):
         return [{"largest": None, "at": None, "beyond": True}] * a.shape[1]
-    alike = (a == b) | (np.isnan(a) & np.isnan(b))
+    same = (a == b) | (np.isnan(a) & np.isnan(b))
     with np.errstate(invalid="ignore", over="ignore"):
-        difference = np.where(alike, 0.0, np.abs(a - b))
-        excess = np.where(alike, -np.inf, difference - (tol + rtol * np.abs(b)))
+        difference = np.where(same, 0.0, np.abs(a - b))
+        excess = np.where(same, -np.inf, difference - (tol + rtol * np.abs(b)))
     difference[np.isnan(difference)] = np.inf
     excess[np.isnan(excess)] = np.inf
     k = difference.argmax(axis=0)
@@ -162,5 +164,6 @@ def _columns(
     ]
 
 
-def _sortable(column: dict[str, Any]) -> float:
+def _sort_key(column: dict[str, Any]) -> float:
+    """Return the largest difference of a column; infinity if it is not finite."""
     return float("inf") if column["largest"] is None else float(column["largest"])

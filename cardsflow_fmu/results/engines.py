@@ -1,4 +1,4 @@
-"""Engines of participants and master, for the summary."""
+"""Engines of plant and controller, and the master algorithm, for the summary."""
 
 from __future__ import annotations
 
@@ -20,15 +20,18 @@ OVER_FMUS = "Python, over FMUs"
 
 
 def engine_summary(experiment: Experiment) -> dict[str, Any]:
-    """Return engines of plant and controller, reasons for Python models, and the master."""
+    """Return the engines of plant and controller, reasons for Python models, and the master.
+
+    The master is the program that couples the models: C or Python.
+    """
     run = experiment.run
     missing: dict[str, str] = {}
     master = OVER_FMUS if run.coupling == "fmu" else "Python, over objects"
     if run.compute == "c" and run.coupling == "fmu":
-        missing = why_python(experiment)
+        missing = python_reasons(experiment)
     elif run.compute == "c":
-        lacking = missing_in_loop(experiment)
-        missing, master = ({"loop": lacking}, master) if lacking else ({}, "C")
+        unsupported = missing_in_loop(experiment)
+        missing, master = ({"loop": unsupported}, master) if unsupported else ({}, "C")
     return {
         "engine": _engines(experiment, missing, master),
         "not_in_c": missing,
@@ -52,13 +55,13 @@ def _engines(experiment: Experiment, missing: Mapping[str, str], master: str) ->
     return found | {role: fmu.file.name for role, fmu in experiment.fmus.items() if role in found}
 
 
-def why_python(experiment: Experiment) -> dict[str, str]:
-    """Return Python models of plant and controller, with the features that C does not support."""
+def python_reasons(experiment: Experiment) -> dict[str, str]:
+    """Return the models that run in Python, by role, with the feature that C does not support."""
     roles = [role for role in ("plant", "controller") if role not in experiment.fmus]
     if experiment.hardware.use and "plant" in roles:
         roles.remove("plant")
-    lacking = {role: missing_in_c(experiment, role) for role in roles}
-    return {role: what for role, what in lacking.items() if what is not None}
+    unsupported = {role: missing_in_c(experiment, role) for role in roles}
+    return {role: what for role, what in unsupported.items() if what is not None}
 
 
 def system_engines(files: Mapping[str, Path]) -> dict[str, str]:
@@ -68,7 +71,7 @@ def system_engines(files: Mapping[str, Path]) -> dict[str, str]:
 
 
 def _fmu_engine(role: str, file: Path) -> str:
-    """Return the engine of an FMU of CARDSFlow; otherwise the name of the FMU."""
+    """Return the engine of an FMU of CARDSFlow; for other FMUs, the file name."""
     try:
         with opened_archive(file, "FMU") as archive:
             if f"resources/{NATIVE_FILE}" in archive.namelist():

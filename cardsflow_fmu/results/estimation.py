@@ -13,13 +13,13 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
 
 
-def estimation(
+def estimation_summary(
     experiment: Experiment, columns: Mapping[str, FloatArray], observed: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Summarise errors, standard deviations, innovations and validity; empty without an estimate.
+    """Return errors, standard deviations, innovations and validity; empty without an estimate.
 
-    Hardware without joint encoders has no ground truth and no errors. `fitted` marks positions that
-    were fitted to muscle lengths.
+    Hardware without joint encoders has no ground truth, so that the errors are unknown. `fitted`
+    marks positions that were fitted to muscle lengths.
 
     Args:
         experiment: The experiment.
@@ -58,11 +58,11 @@ def estimation(
 
 
 def _errors(error: FloatArray, sd: FloatArray, unit: str) -> dict[str, Any]:
-    within = np.abs(error) <= 3.0 * sd
+    is_within = np.abs(error) <= 3.0 * sd
     return {
         "rms": float(np.sqrt(np.mean(error**2))),
         "max": float(np.abs(error).max()),
         "largest_sd": float(sd.max()),
-        "within_3_sd": float(within.mean()),
+        "within_3_sd": float(is_within.mean()),
         "unit": unit,
     }

@@ -1,4 +1,4 @@
-"""Results folder of a run. It is checked before the run; other files stay unchanged."""
+"""Results folder of a run. It is checked before the run. Other files in it are not changed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cardsflow_fmu.utils.folder_lock import made_folder
 from .files import RECORDING_FILE
 
 _SUMMARY = "summary.json"
-_OWN = (
+_RESULT_FILES = (
     "results.csv",
     "results.parquet",
     "recording.mcap",
@@ -40,7 +40,7 @@ _OWN = (
 
 
 class OutputFolder:
-    """Context that creates and locks a results folder; an unused new folder is removed.
+    """Context that creates and locks a results folder; a new folder without results is removed.
 
     Raises:
         InputError: On entering: the folder cannot be written, another program uses it, or it has
@@ -49,12 +49,12 @@ class OutputFolder:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._held = contextlib.ExitStack()
+        self._stack = contextlib.ExitStack()
 
     def write(
         self, contents: Mapping[str, str | bytes], streamed: Collection[str] = ()
     ) -> dict[str, Path]:
-        """Replace the results of an earlier run, all files or none.
+        """Replace the results of an earlier run: all files, or none on an error.
 
         Args:
             contents: Content of each file, by name.
@@ -64,21 +64,21 @@ class OutputFolder:
             InputError: A file cannot be written.
         """
         written = write_files(self.path, contents)
-        for name in set(_OWN) - set(contents) - set(streamed):
+        for name in set(_RESULT_FILES) - set(contents) - set(streamed):
             (self.path / name).unlink(missing_ok=True)
         return {path.name: path for path in [*written, *(self.path / n for n in streamed)]}
 
     def __enter__(self) -> Self:
         try:
-            self._held.enter_context(made_folder(self.path, "run"))
-            self._refuse_unowned_files()
+            self._stack.enter_context(made_folder(self.path, "run"))
+            self._check_existing_files()
             with tempfile.TemporaryFile(dir=self.path):
                 pass
         except CardsflowError:
-            self._held.close()
+            self._stack.close()
             raise
         except (OSError, ValueError) as error:
-            self._held.close()
+            self._stack.close()
             raise file_error(error, "the output folder cannot be written", self.path) from None
         return self
 
@@ -88,19 +88,19 @@ class OutputFolder:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._held.close()
+        self._stack.close()
 
-    def _refuse_unowned_files(self) -> None:
+    def _check_existing_files(self) -> None:
         """Check that existing files with names of results are from an earlier run."""
-        link = next((name for name in _OWN if (self.path / name).is_symlink()), None)
+        link = next((name for name in _RESULT_FILES if (self.path / name).is_symlink()), None)
         if link is not None:  # a link would redirect the write to another file
             what = f"has a link {link}; remove it, or choose another output folder"
             raise InputError(what, file=self.path)
-        there = [name for name in _OWN if (self.path / name).exists()]
-        if RECORDING_FILE in there and _is_recording(self.path / RECORDING_FILE):
-            there.remove(RECORDING_FILE)  # from a run that was killed
-        if there and not _is_summary(self.path / _SUMMARY):
-            what = f"has a file {there[0]} that no run has written; choose another output folder"
+        existing = [name for name in _RESULT_FILES if (self.path / name).exists()]
+        if RECORDING_FILE in existing and _is_recording(self.path / RECORDING_FILE):
+            existing.remove(RECORDING_FILE)  # from a run that was killed
+        if existing and not _is_summary(self.path / _SUMMARY):
+            what = f"has a file {existing[0]} that no run has written; choose another output folder"
             raise InputError(what, file=self.path)
 
 

@@ -1,4 +1,4 @@
-"""Journal of a run: the table is written during the run and always readable."""
+"""Journal of a run: the results table is written during the run and is readable at any time."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ _BLOCK = 512
 class Journal:
     """Table of a run that is written row by row.
 
-    Rows are formatted one by one, because a real-time step has no time to format many rows. The
-    folder is unchanged before `begin`.
+    Each row is formatted when it is added, because a real-time step has no time to format many
+    rows. The folder is not changed before `begin`.
 
     Args:
         folder: The results folder.
-        contents: Further files that exist before the first step, by name.
+        contents: Other files that exist before the first step, by name.
         streamed: Names of files that participants write into the folder.
     """
 
@@ -100,7 +100,10 @@ class Journal:
         return self._store.rows
 
     def update(self, filled: int) -> None:
-        """Report new rows; they are written within 0.05 s.
+        """Add new rows of the table; they are written within 0.05 s.
+
+        Args:
+            filled: Number of rows that are filled.
 
         Raises:
             SimulationError: The file cannot be written.
@@ -126,7 +129,7 @@ class Journal:
             self._file = None
 
     def _flush(self) -> None:
-        """Write complete lines."""
+        """Write all formatted rows as complete lines."""
         if not self._blocks or self._file is None:
             return
         block = memoryview("\n".join([*self._blocks, ""]).encode())
@@ -147,5 +150,5 @@ class Journal:
 
 
 def no_rows(names: tuple[str, ...]) -> FloatArray:
-    """Return the table of a run before its first step."""
+    """Return the empty table of a run before its first step."""
     return np.empty((0, len(names)))

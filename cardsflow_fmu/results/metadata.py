@@ -1,4 +1,4 @@
-"""Reader of summary and units of a run, with checks."""
+"""Reader of the summary and the units of a run, with checks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from addin_sdfusion.robot.files import read_file
 
 _NUMBER = (int, float, type(None))
 _TABLE = (dict, type(None))
-_KINDS: dict[str, tuple[type, ...]] = {
+_TYPES: dict[str, tuple[type, ...]] = {
     "status": (str,),
     "experiment": (str,),
     "error": (str, type(None)),
@@ -69,23 +69,24 @@ def require_summary(summary: Mapping[str, Any], file: Path) -> None:
         InputError: The data is invalid.
     """
     if summary.get("status") not in ("complete", "incomplete"):
-        raise _malformed(file, "status")
-    for key, kinds in _KINDS.items():
-        if key in summary and not isinstance(summary[key], kinds):
-            raise _malformed(file, key)
+        raise _invalid(file, "status")
+    for key, types in _TYPES.items():
+        if key in summary and not isinstance(summary[key], types):
+            raise _invalid(file, key)
     for key, inner in _INNER.items():
         if not isinstance((summary.get(key) or {}).get(inner), _TABLE):
-            raise _malformed(file, f"{key}.{inner}")
+            raise _invalid(file, f"{key}.{inner}")
     for key, (rows, columns) in _ROWS.items():
-        if not _are_rows((summary.get(key) or {}).get(rows), columns):
-            raise _malformed(file, f"{key}.{rows}")
+        if not _are_valid_rows((summary.get(key) or {}).get(rows), columns):
+            raise _invalid(file, f"{key}.{rows}")
     for key in _NUMBERS:
         group, name = key.split(".")
         if not isinstance((summary.get(group) or {}).get(name), _NUMBER):
-            raise _malformed(file, key)
+            raise _invalid(file, key)
 
 
-def _are_rows(rows: Any, columns: tuple[str, ...]) -> bool:
+def _are_valid_rows(rows: Any, columns: tuple[str, ...]) -> bool:
+    """Return whether rows are tables with numbers and units in the given columns, or None."""
     if rows is None:
         return True
     return isinstance(rows, Mapping) and all(
@@ -105,7 +106,7 @@ def read_units(file: Path) -> dict[str, str]:
     units = _read(file)
     for name, unit in units.items():
         if not isinstance(unit, str):
-            raise _malformed(file, name[:80])
+            raise _invalid(file, name[:80])
     return units
 
 
@@ -121,5 +122,5 @@ def _read(file: Path) -> dict[str, Any]:
     return data
 
 
-def _malformed(file: Path, key: str) -> InputError:
+def _invalid(file: Path, key: str) -> InputError:
     return InputError("is invalid", file=file, key=key)

@@ -20,6 +20,7 @@ from cardsflow_fmu.utils.extras import install
 from .metadata import require_summary
 from .run_data import ExperimentRunData, RunData
 
+# limits of the file metadata that pyarrow accepts
 _FOOTER_LIMITS = {
     "thrift_string_size_limit": 2 * limits.JSON,
     "thrift_container_size_limit": 10 * limits.COLUMNS,
@@ -83,10 +84,10 @@ def read_parquet(file: Path) -> RunData:
     try:
         with open_file(file, limits.TABLE) as stream:
             parquet = pq.ParquetFile(stream, **_FOOTER_LIMITS)
-            _require_bounded(parquet, pa, file)
+            _check_columns_and_size(parquet, pa, file)
             schema, names = parquet.schema_arrow, parquet.schema_arrow.names
             rows = np.empty((parquet.metadata.num_rows, len(names)))
-            for k, begin in _parts(parquet, len(names)):
+            for k, begin in _row_groups(parquet, len(names)):
                 columns = parquet.read_row_group(k)
                 for j, column in enumerate(columns.columns):
                     rows[begin : begin + columns.num_rows, j] = column.to_numpy()
@@ -114,12 +115,12 @@ def read_parquet(file: Path) -> RunData:
     return RunData(tuple(names), rows, units, metadata.get("summary", {}), {file.name: file})
 
 
-def _require_bounded(parquet: Any, pa: Any, file: Path) -> None:
-    """Check that a file has only numbers and is not too large."""
-    about, schema = parquet.metadata, parquet.schema_arrow
+def _check_columns_and_size(parquet: Any, pa: Any, file: Path) -> None:
+    """Check that all columns contain numbers and that the table is not too large."""
+    metadata, schema = parquet.metadata, parquet.schema_arrow
     if len(schema) > limits.COLUMNS:
         raise InputError(f"has more than {limits.COLUMNS} columns", file=file)
-    if about.num_rows * len(schema) > limits.VALUES:
+    if metadata.num_rows * len(schema) > limits.VALUES:
         raise InputError(f"has more than {limits.VALUES} numbers", file=file)
     for field in schema:
         kind = field.type
@@ -128,8 +129,8 @@ def _require_bounded(parquet: Any, pa: Any, file: Path) -> None:
             raise InputError(what, file=file)
 
 
-def _parts(parquet: Any, columns: int) -> Iterator[tuple[int, int]]:
-    """Yield the row groups with their first rows.
+def _row_groups(parquet: Any, columns: int) -> Iterator[tuple[int, int]]:
+    """Yield the index of each row group and its first row.
 
     Raises:
         ValueError: The row groups do not match the number of rows.

@@ -17,14 +17,14 @@ from cardsflow_fmu.utils.arrays import FloatArray
 IN_MEMORY = 2**25
 """Maximum size of a table in memory, in bytes."""
 
-_DROPPED = 2**22
+_RELEASE_SIZE = 2**22
 
 
 class RowStore:
     """Table that is filled row by row.
 
-    A large table is a memory-mapped file without a name in the results folder. It disappears with
-    the process.
+    A large table is a memory-mapped file without a name in the results folder. The file is deleted
+    when the process ends.
 
     Args:
         count: Number of rows.
@@ -35,13 +35,13 @@ class RowStore:
         rows: The table, shape (count, columns).
 
     Raises:
-        InputError: No folder can hold the file.
+        InputError: The file cannot be created in the folder.
         MachineError: The disk is full.
     """
 
     def __init__(self, count: int, columns: int, folder: Path) -> None:
         size = 8 * count * columns
-        self._width, self._dropped = 8 * columns, 0
+        self._width, self._released = 8 * columns, 0
         self._memory: mmap.mmap | None = None
         if size <= IN_MEMORY:
             self.rows: FloatArray = np.empty((count, columns))
@@ -51,22 +51,22 @@ class RowStore:
                 _reserve(file.fileno(), size)
                 self._memory = mmap.mmap(file.fileno(), size)
         except OSError as error:
-            what = f"has no room for a run of {count} rows, {size >> 20} MiB"
+            what = f"has not enough space for a run of {count} rows, {size >> 20} MiB"
             raise file_error(error, what, folder) from None
         self.rows = np.frombuffer(self._memory).reshape(count, columns)
 
     def release(self, filled: int) -> None:
         """Release the memory of filled rows; the system reads them from the file when needed."""
-        end = filled * self._width // _DROPPED * _DROPPED
-        if self._memory is None or end <= self._dropped or not hasattr(mmap, "MADV_DONTNEED"):
+        end = filled * self._width // _RELEASE_SIZE * _RELEASE_SIZE
+        if self._memory is None or end <= self._released or not hasattr(mmap, "MADV_DONTNEED"):
             return
-        self._memory.madvise(mmap.MADV_DONTNEED, self._dropped, end - self._dropped)
-        self._dropped = end
+        self._memory.madvise(mmap.MADV_DONTNEED, self._released, end - self._released)
+        self._released = end
 
 
 def _reserve(descriptor: int, size: int) -> None:
-    """Create a file with allocated space; otherwise a full disk would end the process later."""
-    with contextlib.suppress(AttributeError):  # not on all systems
+    """Allocate the space of a file. Without this, a full disk would end the process later."""
+    with contextlib.suppress(AttributeError):  # not available on all systems
         try:
             os.posix_fallocate(descriptor, 0, size)
             return

@@ -43,8 +43,8 @@ class RunData:
             UnknownNameError: The column does not exist; the message suggests the nearest name.
         """
         if name not in self.names:
-            prefix, _, rest = name.partition(".")
-            cleaned = f"{prefix}.{identifier(rest)}" if rest else name
+            prefix, _, suffix = name.partition(".")
+            cleaned = f"{prefix}.{identifier(suffix)}" if suffix else name
             if cleaned not in self.names:
                 raise UnknownNameError("column", name, self.names)
             name = cleaned
@@ -67,8 +67,8 @@ class ExperimentRunData(RunData):
 
     Attributes:
         experiment: The experiment.
-        release: Function that removes robot files unpacked for this data; otherwise they are
-            removed together with the experiment.
+        release: Function that deletes the unpacked robot files. If it is not called, they are
+            deleted together with the experiment.
     """
 
     experiment: Experiment = field(kw_only=True)

@@ -53,7 +53,7 @@ def is_run(path: Path) -> bool:
 
 @contextlib.contextmanager
 def opened_run(path: str | Path) -> Iterator[ExperimentRunData]:
-    """Provide the result of a run with its experiment; robot files exist inside the context.
+    """Provide the result of a run with its experiment. Robot files are deleted at the end.
 
     Args:
         path: The results folder, or the table in it.
@@ -69,8 +69,8 @@ def opened_run(path: str | Path) -> Iterator[ExperimentRunData]:
 
 
 @contextlib.contextmanager
-def read_any(path: str | Path) -> Iterator[RunData]:
-    """Read a result, with its experiment if known; otherwise like `read_results`."""
+def open_results(path: str | Path) -> Iterator[RunData]:
+    """Provide a result, with its experiment if the results folder contains it."""
     if not (_folder(Path(path)) / EXPERIMENT).is_file() or not is_run(Path(path)):
         yield read_results(Path(path))
         return
@@ -79,7 +79,9 @@ def read_any(path: str | Path) -> Iterator[RunData]:
 
 
 def load_run(path: str | Path) -> ExperimentRunData:
-    """Read the result of a run with its experiment; robot files exist as long as the result.
+    """Read the result of a run with its experiment.
+
+    Robot files are deleted together with the experiment of the result.
 
     Args:
         path: The results folder, or the table in it.
@@ -93,32 +95,34 @@ def load_run(path: str | Path) -> ExperimentRunData:
     if not archive.is_file():
         what = f"has no {EXPERIMENT}, which contains the robot; run the experiment again"
         raise InputError(what, file=folder)
-    aside = TemporaryFolder()
+    scratch = TemporaryFolder()
     try:
-        unpack_archive(archive, aside.path, "archive of an experiment", "an experiment")
-        loaded = ExperimentRunData(**vars(result), experiment=Experiment.from_resources(aside.path))
+        unpack_archive(archive, scratch.path, "archive of an experiment", "an experiment")
+        loaded = ExperimentRunData(
+            **vars(result), experiment=Experiment.from_resources(scratch.path)
+        )
         _require_same_robot(loaded, archive)
     except BaseException:
-        aside.remove()
+        scratch.remove()
         raise
     if loaded.summary.get("error") == str(STARTED) and len(loaded.rows):
-        loaded.summary |= _findings(loaded)
-    loaded.release = weakref.finalize(loaded.experiment, aside.remove)
+        loaded.summary |= _recomputed_summary(loaded)
+    loaded.release = weakref.finalize(loaded.experiment, scratch.remove)
     return loaded
 
 
 def _require_same_robot(result: ExperimentRunData, archive: Path) -> None:
-    stated, robot = result.summary.get("robot"), result.experiment.robot.name
-    if stated is not None and stated != robot:
-        what = f"is of robot {robot!r}, but the results are of {stated!r}"
+    expected, robot = result.summary.get("robot"), result.experiment.robot.name
+    if expected is not None and expected != robot:
+        what = f"is of robot {robot!r}, but the results are of {expected!r}"
         raise InputError(what, file=archive)
 
 
-def _findings(result: ExperimentRunData) -> dict[str, Any]:
-    """Return tracking errors, forces and infeasible ticks for the summary of a killed run."""
+def _recomputed_summary(result: ExperimentRunData) -> dict[str, Any]:
+    """Compute tracking errors, forces and infeasible ticks for the summary of a killed run."""
     experiment, rows = result.experiment, len(result.rows)
-    every = round(experiment.controller.period / experiment.run.step)
-    ticks = list(range(0, rows, every))
+    period = round(experiment.controller.period / experiment.run.step)
+    ticks = list(range(0, rows, period))
     recording = Recording(result.names, result.rows, result.units, ticks, [], STARTED)
     summary = summarize(experiment, recording, Speed(0.0, 0.0))
     counts = ("infeasible_ticks", "not_converged_ticks", "ticks")
@@ -136,7 +140,7 @@ def read_results(path: Path) -> RunData:
         InputError: A file is missing or damaged.
     """
     if path.name not in _TABLES and (path.suffix in (".csv", ".parquet") or path.is_file()):
-        return _read_alone(path)
+        return _read_table(path)
     if not is_run(path):
         raise InputError("has no results of a run", file=path)
     folder = _folder(path)
@@ -144,7 +148,7 @@ def read_results(path: Path) -> RunData:
     complete = summary.get("status") == "complete"
     if (folder / PARQUET).is_file() and not (folder / TABLE).is_file():
         table = folder / PARQUET
-        names, rows = (kept := read_parquet(table)).names, kept.rows
+        names, rows = (stored := read_parquet(table)).names, stored.rows
     else:
         table = folder / TABLE
         names, rows = read_csv(table, complete=complete)
@@ -159,11 +163,11 @@ def read_results(path: Path) -> RunData:
             raise InputError(
                 "is not a table of computation times of ticks", file=folder / SOLVE_TIMES
             )
-    there = (table, folder / UNITS, folder / SUMMARY)
-    return RunData(names, rows, units, summary, {f.name: f for f in there}, times)
+    files = (table, folder / UNITS, folder / SUMMARY)
+    return RunData(names, rows, units, summary, {f.name: f for f in files}, times)
 
 
-def _read_alone(file: Path) -> RunData:
+def _read_table(file: Path) -> RunData:
     """Read a table without summary and units."""
     if file.suffix == ".parquet":
         return read_parquet(file)

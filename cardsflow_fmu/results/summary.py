@@ -29,7 +29,7 @@ from cardsflow_fmu.utils.arrays import FloatArray
 from cardsflow_fmu.version import __version__
 
 from .engines import OVER_FMUS, engine_summary
-from .estimation import estimation
+from .estimation import estimation_summary
 from .verdict import problems
 
 Columns = Mapping[str, FloatArray]
@@ -77,14 +77,14 @@ def summarize(
         "experiment": experiment.name,
         "robot": robot.name,
         "cable_set": robot.cable_set,
-        **_course(recording, columns),
+        **_outcome(recording, columns),
         "scheme": experiment.stepping.scheme,
         "step": experiment.run.step,
         "control_period": experiment.controller.period,
         **engine_summary(experiment),
         **(
             signals := _contacts(experiment, columns)
-            | estimation(experiment, columns, observed)
+            | estimation_summary(experiment, columns, observed)
             | _signals(recording, columns, followed, bounds, slack)
         ),
         **_torques(motors, columns),
@@ -116,15 +116,16 @@ def summarize_system(
     columns, followed = recording.columns, followed_by_name(recording.names, recording.units)
     if len({signal.actual[0] for signal in followed}) > 1:
         followed = []
-    pulled = {n.partition(".")[2] for n in columns if n.startswith("tension.")}
+    muscles_with_tension = {n.partition(".")[2] for n in columns if n.startswith("tension.")}
     forces: dict[str, tuple[float | None, float | None]] = {
         name: (None, None)
         for name in columns
-        if name.startswith("tension.") or (name.startswith("f.") and name[2:] not in pulled)
+        if name.startswith("tension.")
+        or (name.startswith("f.") and name[2:] not in muscles_with_tension)
     }
     return {
         "experiment": name,
-        **_course(recording, columns),
+        **_outcome(recording, columns),
         "scheme": scheme,
         "step": step,
         "engine": dict(engine),
@@ -156,7 +157,7 @@ def _contacts(experiment: Experiment, columns: Columns) -> dict[str, Any]:
     return {"contact_friction": friction}
 
 
-def _course(recording: Recording, columns: Columns) -> dict[str, Any]:
+def _outcome(recording: Recording, columns: Columns) -> dict[str, Any]:
     failure = recording.failure
     return {
         "status": "complete" if failure is None else "incomplete",
@@ -174,17 +175,17 @@ def _signals(
 ) -> dict[str, Any]:
     ticks = [k for k in recording.ticks if k < len(recording.rows)]
     recorded = [signal for signal in followed if {signal.actual, signal.desired} <= set(columns)]
-    counts, unsolved = {}, np.zeros(len(ticks), bool)
+    counts, has_failed = {}, np.zeros(len(ticks), bool)
     for name in ("infeasible", "not_converged"):
         raised = columns[name][ticks] != 0 if name in columns else None
         counts[f"{name}_ticks"] = None if raised is None else int(np.count_nonzero(raised))
-        unsolved = unsolved if raised is None else unsolved | raised
+        has_failed = has_failed if raised is None else has_failed | raised
     return {
         "tracking": _tracking(recorded, columns),
         "forces": _forces({n: b for n, b in bounds.items() if n in columns}, columns),
         **counts,
         "ticks": len(recording.ticks),
-        "slack": _slack(slack, columns, ticks, unsolved),
+        "slack": _slack(slack, columns, ticks, has_failed),
         "solve_time": _solve_time(recording.solve_times),
     }
 
@@ -211,11 +212,11 @@ def _tracking(followed: Sequence[Followed], columns: Columns) -> dict[str, Any]:
 
 
 def _slack(
-    signals: Mapping[str, str], columns: Columns, ticks: list[int], unsolved: NDArray[np.bool_]
+    signals: Mapping[str, str], columns: Columns, ticks: list[int], has_failed: NDArray[np.bool_]
 ) -> dict[str, Any]:
     """Return the maximum slack by signal, and first and last time of infeasible ticks."""
-    missing = {n: np.abs(columns[n][ticks][unsolved]) for n in signals if n in columns}
-    times = columns["time"][ticks][unsolved]
+    missing = {n: np.abs(columns[n][ticks][has_failed]) for n in signals if n in columns}
+    times = columns["time"][ticks][has_failed]
     dropped = columns.get("limits_dropped", np.zeros(len(columns["time"])))
     return {
         "limits_dropped_ticks": int(np.count_nonzero(dropped[ticks])),
@@ -305,11 +306,11 @@ def versions() -> dict[str, str]:
         "cardsflow": __version__,
         "python": platform.python_version(),
         "platform": platform.platform(),
-    } | dict(_installed())
+    } | dict(_package_versions())
 
 
 @cache
-def _installed() -> tuple[tuple[str, str], ...]:
-    """Return package versions; cached, because the search takes as long as a short run."""
+def _package_versions() -> tuple[tuple[str, str], ...]:
+    """Return package versions; cached, since the search takes about as long as a short run."""
     packages = ("numpy", "scipy", "dartpy", "qpsolvers", "daqp", "fmpy")
     return tuple((package, importlib.metadata.version(package)) for package in packages)

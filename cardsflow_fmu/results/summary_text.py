@@ -9,7 +9,7 @@ from typing import Any
 from cardsflow_fmu.cosim.pacing import describe_timeliness
 
 WORST = 5
-"""Number of signals of a kind in a short text."""
+"""Number of signals of each kind in a short text."""
 
 
 def describe_summary(summary: Mapping[str, Any], *, every: bool = False) -> list[str]:
@@ -19,12 +19,12 @@ def describe_summary(summary: Mapping[str, Any], *, every: bool = False) -> list
         summary: Result of `summarize` or `summarize_system`.
         every: Whether to include all signals instead of the worst of each kind.
     """
-    most = None if every else WORST
+    limit = None if every else WORST
     lines = [f"WARNING: {warning}" for warning in summary.get("warnings") or ()]
-    lines += [_title(summary), *_tracking_lines(summary, most), *_force_lines(summary, most)]
-    lines += _estimation_lines(summary, most)
-    lines += _torque_lines(summary, most)
-    lines += _infeasible_lines(summary, most)
+    lines += [_title(summary), *_tracking_lines(summary, limit), *_force_lines(summary, limit)]
+    lines += _estimation_lines(summary, limit)
+    lines += _torque_lines(summary, limit)
+    lines += _infeasible_lines(summary, limit)
     lines += _real_time_lines(summary)
     lines += _engine_lines(summary)
     lines += _contact_lines(summary)
@@ -37,14 +37,14 @@ def describe_summary(summary: Mapping[str, Any], *, every: bool = False) -> list
 
 
 def _engine_lines(summary: Mapping[str, Any]) -> list[str]:
-    """Return the engines of participants and master; older summaries have none."""
+    """Return the line with the engines; empty for summaries of earlier versions."""
     engines = summary.get("engine")
     if not engines:
         return []
-    named = ", ".join(f"{role} {engine}" for role, engine in engines.items())
+    engine_text = ", ".join(f"{role} {engine}" for role, engine in engines.items())
     missing = summary.get("not_in_c") or {}
     why = "".join(f"; {role} in Python: not in C: {what}" for role, what in missing.items())
-    return [f"engine      {named}; master {summary['master']}{why}"]
+    return [f"engine      {engine_text}; master {summary['master']}{why}"]
 
 
 def _contact_lines(summary: Mapping[str, Any]) -> list[str]:
@@ -90,7 +90,7 @@ def _title(summary: Mapping[str, Any]) -> str:
     )
 
 
-def _tracking_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
+def _tracking_lines(summary: Mapping[str, Any], limit: int | None) -> list[str]:
     """Return the RMS tracking error, and the errors of the signals."""
     tracking = summary["tracking"]
     if tracking["rms"] is None:
@@ -101,10 +101,10 @@ def _tracking_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
     }
     worst = _by_size(rows, lambda name: tracking["per_signal"][name]["max"])
     title = f"tracking    RMS tracking error {_text(tracking['rms'])} {tracking['unit']}"
-    return [title, *_rows(rows, worst, most)]
+    return [title, *_rows(rows, worst, limit)]
 
 
-def _estimation_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
+def _estimation_lines(summary: Mapping[str, Any], limit: int | None) -> list[str]:
     """Return the errors of the estimate, if any."""
     estimate = summary.get("estimation")
     if not estimate:
@@ -122,26 +122,26 @@ def _estimation_lines(summary: Mapping[str, Any], most: int | None) -> list[str]
         lines.append(
             "  no joint encoders: q and y are from the pose that fits each measurement best"
         )
-    return [*lines, *_rows(rows, _by_size(rows, lambda name: signals[name]["max"]), most)]
+    return [*lines, *_rows(rows, _by_size(rows, lambda name: signals[name]["max"]), limit)]
 
 
 def _by_size(names: Iterable[str], size: Callable[[str], float | None]) -> list[str]:
-    """Sort names by size, the largest first; sizes that are not finite come before all."""
+    """Sort names by size in descending order; sizes that are not finite come first."""
     sizes = {name: size(name) for name in names}
-    known = {name: math.inf if own is None else own for name, own in sizes.items()}
+    known = {name: math.inf if value is None else value for name, value in sizes.items()}
     return sorted(known, key=lambda name: -known[name])
 
 
-def _rows(rows: Mapping[str, str], worst: Sequence[str], most: int | None) -> list[str]:
-    """Return one line per signal: all in order, or the worst of many."""
-    names = list(rows) if most is None or len(rows) <= most else worst[:most]
+def _rows(rows: Mapping[str, str], worst: Sequence[str], limit: int | None) -> list[str]:
+    """Return one line per signal: all signals, or the worst if there are too many."""
+    names = list(rows) if limit is None or len(rows) <= limit else worst[:limit]
     width = max((len(name) for name in names), default=0)
     lines = [f"  {name:<{width}} {rows[name]}" for name in names]
     more = len(rows) - len(names)
     return [*lines, f"  and {more} smaller; use --verbose"] if more else lines
 
 
-def _force_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
+def _force_lines(summary: Mapping[str, Any], limit: int | None) -> list[str]:
     forces = summary["forces"]
     if forces["min"] is None:
         return []
@@ -153,10 +153,10 @@ def _force_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
             upper = "unlimited" if muscle["f_max"] is None else f"{muscle['f_max']:.4g}"
             line += f", limits {muscle['f_min']:.4g} to {upper}"
         rows[name] = line
-    return [title, *_rows(rows, _by_size(rows, lambda name: muscles[name]["max"]), most)]
+    return [title, *_rows(rows, _by_size(rows, lambda name: muscles[name]["max"]), limit)]
 
 
-def _torque_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
+def _torque_lines(summary: Mapping[str, Any], limit: int | None) -> list[str]:
     """Return torques or forces of joint motors, if any."""
     motors = (summary.get("torques") or {}).get("per_motor") or {}
     rows = {}
@@ -165,19 +165,19 @@ def _torque_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
         rows[name] = f"{low} to {high} {motor['unit']}"
         bounds = [motor["tau_min"], motor["tau_max"]]
         if bounds != [None, None]:
-            words = ["unlimited" if bound is None else f"{bound:.4g}" for bound in bounds]
-            rows[name] += f", limits {words[0]} to {words[1]}"
+            limits = ["unlimited" if bound is None else f"{bound:.4g}" for bound in bounds]
+            rows[name] += f", limits {limits[0]} to {limits[1]}"
     title = ["torques"] if motors else []
-    return [*title, *_rows(rows, _by_size(rows, lambda name: motors[name]["max"]), most)]
+    return [*title, *_rows(rows, _by_size(rows, lambda name: motors[name]["max"]), limit)]
 
 
-def _infeasible_lines(summary: Mapping[str, Any], most: int | None) -> list[str]:
+def _infeasible_lines(summary: Mapping[str, Any], limit: int | None) -> list[str]:
     if summary["infeasible_ticks"] is None:
         return []
     lines = [f"infeasible  {summary['infeasible_ticks']} of {summary['ticks']} ticks"]
-    undecided = summary.get("not_converged_ticks")
-    if undecided:
-        lines[0] += f", and {undecided} not converged"
+    not_converged = summary.get("not_converged_ticks")
+    if not_converged:
+        lines[0] += f", and {not_converged} not converged"
     slack = summary["slack"]
     if slack["first_at_s"] is not None:
         lines[0] += (
@@ -187,12 +187,12 @@ def _infeasible_lines(summary: Mapping[str, Any], most: int | None) -> list[str]
         rows = {n: f"up to {_text(s['max'])} {s['unit']}" for n, s in signals.items()}
         worst = _by_size(rows, lambda name: signals[name]["max"])
         shown = {n.removeprefix("slack."): row for n, row in rows.items()}
-        lines += _rows(shown, [n.removeprefix("slack.") for n in worst], most)
+        lines += _rows(shown, [n.removeprefix("slack.") for n in worst], limit)
     if slack["limits_dropped_ticks"]:
         lines.append(f"  joint limits were violated at {slack['limits_dropped_ticks']} ticks")
     return lines
 
 
 def _text(value: float | None, scale: float = 1.0, digits: int = 3) -> str:
-    """Format a scaled number; the summary has no value for numbers that are not finite."""
+    """Format a number multiplied by a scale; None is a number that is not finite."""
     return "not finite" if value is None else f"{scale * value:.{digits}g}"

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 _MAX_RATIO = 0.5
-"""Maximum ratio of tracking error and range of the reference."""
+"""Maximum ratio of the tracking error to the range of the reference."""
 _SMALL_ERROR = 0.01
-"""Tracking error, in [rad] or [m], that is never reported."""
+"""Minimum tracking error for a warning, in [rad] or [m]."""
 _MAX_NAMES = 3
 """Maximum number of joints in a line."""
 
@@ -77,15 +77,15 @@ def _contact_errors(summary: Mapping[str, Any]) -> list[str]:
 def _tracking_errors(summary: Mapping[str, Any]) -> list[str]:
     """Report tracking errors that are large compared to the range of the reference."""
     rows = (summary.get("tracking") or {}).get("per_signal") or {}
-    moved: dict[str, float] = {}
+    ranges: dict[str, float] = {}
     for row in rows.values():
         if row.get("moves") is None:
             return []
-        moved[row["unit"]] = max(moved.get(row["unit"], 0.0), float(row["moves"]))
+        ranges[row["unit"]] = max(ranges.get(row["unit"], 0.0), float(row["moves"]))
     large = {
         name: row
         for name, row in rows.items()
-        if row["max"] > max(_MAX_RATIO * moved[row["unit"]], _SMALL_ERROR)
+        if row["max"] > max(_MAX_RATIO * ranges[row["unit"]], _SMALL_ERROR)
     }
     if not large:
         return []
@@ -93,5 +93,5 @@ def _tracking_errors(summary: Mapping[str, Any]) -> list[str]:
     row, others = large[name], f", and {len(large) - 1} more" if len(large) > 1 else ""
     return [
         f"the reference is not tracked: tracking error up to {row['max']:.3g} {row['unit']} at "
-        f"{name}{others}; range of the reference {moved[row['unit']]:.3g} {row['unit']}"
+        f"{name}{others}; range of the reference {ranges[row['unit']]:.3g} {row['unit']}"
     ]

@@ -15,7 +15,7 @@ from addin_sdfusion.robot.files import replace_file
 from cardsflow_fmu.hardware.protocol.recording import HardwareRecording, read_recording
 from cardsflow_fmu.results.files import EXPERIMENT
 from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
-from cardsflow_fmu.results.saved_run import opened_run, read_any
+from cardsflow_fmu.results.saved_run import open_results, opened_run
 from cardsflow_fmu.ros_interface.message_types import require_ros
 from cardsflow_fmu.utils.overwrite import output_file
 
@@ -105,7 +105,7 @@ def write_recording(run: RunData, file: Path) -> Recorded:
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[RunData]:
     if path.suffix != ".rec":
-        with read_any(path) as run:
+        with open_results(path) as run:
             yield run
         return
     run = hardware_run(read_recording(path))

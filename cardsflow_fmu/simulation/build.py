@@ -68,20 +68,20 @@ def build(
         native = None
     for fmu in experiment.fmus.values():
         require_own(fmu.file, experiment.roots, fmu.key)
-    with temporary_folder() as aside:
+    with temporary_folder() as scratch:
         names = [name for name in _buildable(experiment) if name in C_MODELS or not native]
         kinds = {native_or_not(experiment, name, native) for name in names}
-        libraries: Libraries = {kind: _libraries(platforms, aside, kind) for kind in kinds}
+        libraries: Libraries = {kind: _libraries(platforms, scratch, kind) for kind in kinds}
         if fmi == "2.0" and platforms is None:
             libraries = _of_fmi_2(libraries)
-        files = build_fmus(experiment, aside, names, fmi, arrays, libraries, native)
+        files = build_fmus(experiment, scratch, names, fmi, arrays, libraries, native)
         inner = files
         if fmi != "2.0":
-            folder_2 = aside / "inner"
+            folder_2 = scratch / "inner"
             folder_2.mkdir()
             libraries = _of_fmi_2(libraries)
             inner = build_fmus(experiment, folder_2, names, libraries=libraries, native=native)
-        system = _build_system(experiment, inner, aside)
+        system = _build_system(experiment, inner, scratch)
         contents = {path.name: contents_of(path) for path in (*files.values(), system)}
     with made_folder(Path(folder), "build"):
         written = write_files(folder, contents)

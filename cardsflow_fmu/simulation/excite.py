@@ -23,7 +23,7 @@ from cardsflow_fmu.results.analysis.excitation.design import (
     Excitation,
     excitations,
 )
-from cardsflow_fmu.results.report.calibration import unidentified
+from cardsflow_fmu.results.report.calibration import unidentifiable_lines
 from cardsflow_fmu.utils.csv_table import csv_text
 from cardsflow_fmu.utils.folder_lock import new_folder
 from sim_dart.calibration.identifiability import identifiable
@@ -206,5 +206,5 @@ def described(design: Excitation, test_run: TestRun | None, next_: Sequence[str]
     for one, sd, is_seen in zip(design.parameters, design.sd, seen, strict=True):
         mark = "" if is_seen else "  unidentifiable: determined by its prior"
         lines.append(f"{one.name:47s} {sd:9.2g} {one.sd:9.2g} {one.unit}{mark}")
-    lines += unidentified(design)
+    lines += unidentifiable_lines(design)
     return "\n".join([*lines, *(f"WARNING {note}" for note in design.notes)])

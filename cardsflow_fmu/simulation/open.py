@@ -103,7 +103,7 @@ class OpenExperiment:
 @contextlib.contextmanager
 def open_experiment(
     experiment: Experiment,
-    aside: Path,
+    scratch: Path,
     folder: Path | None,
     *,
     fmi: FmiVersion = "2.0",
@@ -114,7 +114,7 @@ def open_experiment(
 
     Args:
         experiment: The experiment; `run.compute` and `run.coupling` specify how it runs.
-        aside: Empty folder for temporary files.
+        scratch: Empty folder for temporary files.
         folder: Results folder; None to write nothing.
         fmi: FMI version of the FMUs.
         arrays: Whether FMUs of FMI 3.0 have arrays.
@@ -130,7 +130,7 @@ def open_experiment(
 
         driven = with_approach(experiment)
     if prepared is None and experiment.run.coupling == "fmu":
-        fmus = _built(experiment, driven, aside, fmi, arrays)
+        fmus = _built(experiment, driven, scratch, fmi, arrays)
     contents: Contents = {}
     if folder is not None:
         contents |= {fmu.file.name: contents_of(fmu.file) for fmu in fmus.values()}
@@ -147,7 +147,7 @@ def open_experiment(
                 driven.roles
             ):  # the plant last, because hardware does not wait long
                 with contextlib.nullcontext() if connection is None else connection.exported():
-                    participant = _started(driven, role, aside, fmus, connection)
+                    participant = _started(driven, role, scratch, fmus, connection)
                 stack.callback(participant.close)
                 participants[role] = _adapted(driven, role, participant)
             loop = _master(driven, participants)
@@ -178,10 +178,10 @@ def require_openable(experiment: Experiment) -> None:
     if any(muscle.model.custom is not None for muscle in experiment.robot.muscles):
         return
     experiment_resources(experiment)
-    with temporary_folder() as aside, contextlib.ExitStack() as stack:
+    with temporary_folder() as scratch, contextlib.ExitStack() as stack:
         participants: dict[str, Participant] = {}
         for role in reversed(experiment.roles):
-            participant = _idle(experiment, role, aside)
+            participant = _idle(experiment, role, scratch)
             stack.callback(participant.close)
             participants[role] = _adapted(experiment, role, participant)
         _master(experiment, participants)
@@ -217,14 +217,14 @@ def _connection(experiment: Experiment, folder: Path | None) -> Connection | Non
 def _started(
     experiment: Experiment,
     role: str,
-    aside: Path,
+    scratch: Path,
     fmus: Mapping[str, PreparedFmu],
     connection: Connection | None,
 ) -> Participant:
     """Start the FMU of a role, or its model."""
     name = experiment.model_of(role)
     if (external := experiment.fmus.get(name)) is not None:
-        unpacked = aside / f"external_{name}"
+        unpacked = scratch / f"external_{name}"
         return FmuInstance(role, external.file, unpacked, external.parameters)
     if name in fmus:
         return FmuInstance(role, *fmus[name])
@@ -235,11 +235,11 @@ def _started(
     return DirectParticipant(role, model_class(name)(experiment))
 
 
-def _idle(experiment: Experiment, role: str, aside: Path) -> Participant:
+def _idle(experiment: Experiment, role: str, scratch: Path) -> Participant:
     """Return the participant of a role; third-party code is replaced by its inputs and outputs."""
     name = experiment.model_of(role)
     if (external := experiment.fmus.get(name)) is not None:
-        unpacked = aside / f"external_{name}"
+        unpacked = scratch / f"external_{name}"
         return DescribedFmu(role, external.file, unpacked, external.parameters)
     own_law = name == "controller" and experiment.controller.custom_law is not None
     if name != HARDWARE and not own_law:

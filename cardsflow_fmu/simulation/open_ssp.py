@@ -74,7 +74,7 @@ class OpenSsp:
 
 @contextlib.contextmanager
 def open_ssp(
-    path: Path, settings: Mapping[str, Any], hardware: str, aside: Path, folder: Path | None
+    path: Path, settings: Mapping[str, Any], hardware: str, scratch: Path, folder: Path | None
 ) -> Iterator[OpenSsp]:
     """Start and connect the FMUs of an .ssp file.
 
@@ -82,7 +82,7 @@ def open_ssp(
         path: The .ssp file.
         settings: Settings of the run, see `run_system`.
         hardware: Address of the hardware (default: from the environment or the .ssp).
-        aside: Empty folder for temporary files.
+        scratch: Empty folder for temporary files.
         folder: Results folder; None to write nothing.
 
     Raises:
@@ -97,7 +97,7 @@ def open_ssp(
     recording = folder / RECORDING_FILE if folder is not None and streamed else None
     with (
         _reached(hardware, recording),
-        archive_named(path, aside / "system") as unpacked,
+        archive_named(path, scratch / "system") as unpacked,
     ):
         unpack_ssp(path, unpacked)
         system = read_system(unpacked, variant)
@@ -105,7 +105,7 @@ def open_ssp(
         step, steps, coupling = _run_settings(runs, system, path)
         parameters = _given(values, system, path)
         files = {c.name: unpacked / c.source for c in system.components}
-        with _participants(system, files, aside, parameters) as participants:
+        with _participants(system, files, scratch, parameters) as participants:
             loop = Master(
                 participants,
                 {".".join(c.target): ".".join(c.source) for c in system.connections},
@@ -183,7 +183,7 @@ def _given(values: Mapping[str, Any], system: System, path: Path) -> dict[str, d
 def _participants(
     system: System,
     files: Mapping[str, Path],
-    aside: Path,
+    scratch: Path,
     given: Mapping[str, Mapping[str, float]],
 ) -> Iterator[list[Participant]]:
     with contextlib.ExitStack() as stack:
@@ -191,7 +191,7 @@ def _participants(
         for number, component in enumerate(system.components):
             file = files[component.name]
             values = _start_values(component, file) | dict(given.get(component.name, {}))
-            participant = FmuInstance(component.name, file, aside / f"fmu_{number}", values)
+            participant = FmuInstance(component.name, file, scratch / f"fmu_{number}", values)
             stack.callback(participant.close)
             _require_connectors(component, participant, file)
             participants.append(participant)

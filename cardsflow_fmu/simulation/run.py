@@ -128,8 +128,8 @@ def run(
 
         require_ros("run.recording")
     experiment = _with_settings(experiment, compute, coupling, realtime)
-    with _folders(output or experiment.run.output) as (folder, aside):
-        opening = open_experiment(experiment, aside, folder.path)
+    with _folders(output or experiment.run.output) as (folder, scratch):
+        opening = open_experiment(experiment, scratch, folder.path)
         return _run(opening, folder, realtime, progress, watch, started)
 
 
@@ -163,8 +163,8 @@ def run_system(
     """
     from .open_ssp import open_ssp  # imports FMPy, which takes a second
 
-    with _folders(output or Path(path).parent / "results") as (folder, aside):
-        opening = open_ssp(Path(path), settings or {}, hardware, aside, folder.path)
+    with _folders(output or Path(path).parent / "results") as (folder, scratch):
+        opening = open_ssp(Path(path), settings or {}, hardware, scratch, folder.path)
         return _run(opening, folder, realtime, progress, started=started)
 
 
@@ -188,9 +188,9 @@ def simulate(
     from .open import open_experiment
 
     experiment = _with_settings(experiment, compute, coupling, realtime)
-    with temporary_folder() as aside:
+    with temporary_folder() as scratch:
         opening = open_experiment(
-            experiment, aside, None, fmi=fmi, arrays=arrays, prepared=prepared
+            experiment, scratch, None, fmi=fmi, arrays=arrays, prepared=prepared
         )
         return _run(opening, None, realtime, progress, watch)
 
@@ -205,8 +205,10 @@ def simulate_system(
     """Run an .ssp file and write nothing. Arguments and errors as for `run_system`."""
     from .open_ssp import open_ssp
 
-    with temporary_folder() as aside:
-        return _run(open_ssp(Path(path), settings or {}, "", aside, None), None, realtime, progress)
+    with temporary_folder() as scratch:
+        return _run(
+            open_ssp(Path(path), settings or {}, "", scratch, None), None, realtime, progress
+        )
 
 
 def _with_settings(
@@ -231,8 +233,8 @@ def _with_settings(
 @contextlib.contextmanager
 def _folders(output: str | Path) -> Iterator[tuple[OutputFolder, Path]]:
     """Lock the results folder, and create a temporary folder."""
-    with OutputFolder(Path(output)) as folder, temporary_folder() as aside:
-        yield folder, aside
+    with OutputFolder(Path(output)) as folder, temporary_folder() as scratch:
+        yield folder, scratch
 
 
 @np.errstate(over="ignore", invalid="ignore")  # every row is checked for finite values

@@ -169,7 +169,7 @@ def write_controller(experiment: Experiment, folder: Path, *, single: bool = Fal
     estimator = experiment.estimator
     if estimator is not None and (estimator.imus or estimator.delay(experiment.run.step)):
         raise InputError("controller.c supports no IMUs and no delayed measurements")
-    if estimator is not None and estimator.believed.exact_transition:
+    if estimator is not None and estimator.estimator_settings.exact_transition:
         raise InputError("controller.c has no derivatives: set estimator.exact_transition = false")
     times = np.arange(experiment.run.steps) * experiment.run.step
     ticks = np.stack(make_reference(experiment).evaluate(times), axis=1)

@@ -194,7 +194,7 @@ class EstimatorTable(Table):
         return [j for j, noise in enumerate(self.encoder_noise) if noise > 0]
 
     @property
-    def believed(self) -> EstimatorSettings:
+    def estimator_settings(self) -> EstimatorSettings:
         """Noise and limits as settings of a `PoseEstimator`."""
         own = {
             name: getattr(self, name)

@@ -6,9 +6,9 @@ At each point of the motion, the activations a that move the robot minimise the 
 
 where F_1 is the difference of the tensions of a muscle at activations 1 and 0, with a rigid tendon,
 at its length and velocity, and F_0 is the tension at activation 0. As in OpenSim's
-`StaticOptimization`, F_0 omits the passive muscle forces by default. OpenSim evaluates the angle of
-pennation of Millard2012 muscles there at a length in the wrong unit; this implementation uses the
-angle of the fibres.
+`StaticOptimization`, F_0 omits the passive muscle forces by default. For the pennation angle of
+Millard2012 muscles, OpenSim's tool uses a fibre length in the wrong unit. This implementation uses
+the correct fibre length.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from sim_dart import MuscleDrive, control_dynamics
 
 RESERVE = 1.0
 """Torque of a reserve actuator at activation 1, in [N·m] or [N]."""
-_NO_ARM = 1e-9  # as fraction of the largest moment arm
+_MIN_ARM = 1e-9  # smallest moment arm of a driven coordinate, as fraction of the largest
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Activations:
         forces: Tensions, shape (T, m), in [N].
         coordinate_names: n names.
         reserves: Torques of reserve actuators, shape (T, n), in [N·m] or [N].
-        undriven: Coordinates without muscles; their reserves are the whole torque.
+        undriven: Coordinates without muscles; reserve actuators provide their whole torque.
         infeasible: Whether the muscles are too weak for the other coordinates, shape (T,).
     """
 
@@ -62,13 +62,13 @@ class Activations:
     infeasible: BoolArray
 
 
-def recorded(robot: Robot, file: Path, noise: float | None = None) -> Motion:
+def read_recorded_motion(robot: Robot, file: Path, noise: float | None = None) -> Motion:
     """Read a recorded motion of a robot at the times of its rows.
 
     Args:
         robot: The robot.
-        file: See `read_motion`: .mot and .sto of OpenSim among others.
-        noise: Standard deviation of the positions' noise; None: estimated from the positions.
+        file: Motion file, such as .mot and .sto of OpenSim; see `read_motion`.
+        noise: Standard deviation of the position noise (default: estimated from the positions).
 
     Raises:
         InputError: The file has no motion of the robot.
@@ -90,28 +90,28 @@ def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) 
     Raises:
         InputError: A muscle has no activation, or no f_max.
     """
-    least = np.array([_least(muscle) for muscle in robot.muscles])
+    low = np.array([_min_activation(muscle) for muscle in robot.muscles])
     dynamics = control_dynamics(robot)
     terms = motion_terms(dynamics, motion)
     L = terms.L[:, : len(robot.muscles)]
-    active = _active(_with_parameters(robot, _ACTIVE), motion)
-    resting = _resting(_with_parameters(robot, _RIGID), motion, passive=passive)
-    tau = terms.tau + np.einsum("tmn,tm->tn", L, resting)
+    active_force = _active_force(_replace_parameters(robot, _ACTIVE), motion)
+    passive_force = _passive_force(_replace_parameters(robot, _RIGID), motion, passive=passive)
+    tau = terms.tau + np.einsum("tmn,tm->tn", L, passive_force)
     arms = np.abs(L).max(axis=(0, 1), initial=0.0)
-    driven = arms > _NO_ARM * arms.max(initial=0.0)
-    A, demanded = (L * active[:, :, None])[:, :, driven], tau[:, driven]
-    found = distribute(A, demanded, least, 1.0)
+    driven = arms > _MIN_ARM * arms.max(initial=0.0)
+    A, demanded = (L * active_force[:, :, None])[:, :, driven], tau[:, driven]
+    found = distribute(A, demanded, low, 1.0)
     a, infeasible = np.array(found.forces), ~found.solved
     if infeasible.any():
-        a[infeasible] = _with_reserves(A[infeasible], demanded[infeasible], least)
-    reserves = tau + np.einsum("tmn,tm->tn", L, active * a)
+        a[infeasible] = _with_reserves(A[infeasible], demanded[infeasible], low)
+    reserves = tau + np.einsum("tmn,tm->tn", L, active_force * a)
     reserves[np.ix_(~infeasible, driven)] = 0.0
     names = np.array(terms.coordinate_names)
     return Activations(
         motion.times,
         tuple(muscle.name for muscle in robot.muscles),
         a,
-        active * a + resting,
+        active_force * a + passive_force,
         terms.coordinate_names,
         reserves,
         tuple(names[~driven].tolist()),
@@ -119,7 +119,7 @@ def static_optimisation(robot: Robot, motion: Motion, *, passive: bool = False) 
     )
 
 
-def _least(muscle: Muscle) -> float:
+def _min_activation(muscle: Muscle) -> float:
     """Return the minimum activation; it is 0.01 for muscles of OpenSim."""
     law = law_of(muscle.model)
     default = next((p.default for p in law.parameters if p.name == "minimum_activation"), 0.0)
@@ -130,13 +130,13 @@ _RIGID = {"elastic_tendon": 0.0, "minimum_activation": 1e-9}
 _ACTIVE = _RIGID | {"fibre_damping": 0.0}
 
 
-def _with_parameters(robot: Robot, values: Mapping[str, float]) -> Robot:
-    """Return the robot with other parameters of all muscles with activation.
+def _replace_parameters(robot: Robot, values: Mapping[str, float]) -> Robot:
+    """Return the robot with changed parameters of all muscles.
 
     Raises:
         InputError: A muscle has no activation.
     """
-    made = []
+    changed = []
     for muscle in robot.muscles:
         law = law_of(muscle.model)
         known = law.command is None or law.command.name in ("excitation", "force")
@@ -145,17 +145,17 @@ def _with_parameters(robot: Robot, values: Mapping[str, float]) -> Robot:
             raise InputError(f"{problem}; static optimisation requires Hill-type muscles")
         if law.kind == "ideal" and not np.isfinite(muscle.f_max):
             raise InputError(f"muscle {muscle.name!r}: has no f_max; set it")
-        own = {p.name: values[p.name] for p in law.parameters if p.name in values}
-        parameters = tuple((dict(muscle.model.parameters) | own).items())
-        made.append(replace(muscle, model=replace(muscle.model, parameters=parameters)))
+        new = {p.name: values[p.name] for p in law.parameters if p.name in values}
+        parameters = tuple((dict(muscle.model.parameters) | new).items())
+        changed.append(replace(muscle, model=replace(muscle.model, parameters=parameters)))
     sets = tuple(
-        replace(one, muscles=tuple(made)) if one.name == robot.cable_set else one
-        for one in robot.cable_sets
+        replace(s, muscles=tuple(changed)) if s.name == robot.cable_set else s
+        for s in robot.cable_sets
     )
     return replace(robot, cable_sets=sets)
 
 
-def _active(robot: Robot, motion: Motion) -> FloatArray:
+def _active_force(robot: Robot, motion: Motion) -> FloatArray:
     """Return F_1 along a motion, shape (T, m), in [N]."""
     laws = [law_of(muscle.model) for muscle in robot.muscles]
     full = np.array(
@@ -164,14 +164,14 @@ def _active(robot: Robot, motion: Motion) -> FloatArray:
             for m, law in zip(robot.muscles, laws, strict=True)
         ]
     )
-    none, most = (_tensions(robot, motion, level, level * full) for level in (0.0, 1.0))
-    return np.where([law.command is None for law in laws], 0.0, most - none)
+    minimum, maximum = (_tensions(robot, motion, level, level * full) for level in (0.0, 1.0))
+    return np.where([law.command is None for law in laws], 0.0, maximum - minimum)
 
 
-def _resting(robot: Robot, motion: Motion, *, passive: bool) -> FloatArray:
+def _passive_force(robot: Robot, motion: Motion, *, passive: bool) -> FloatArray:
     """Return F_0 along a motion, shape (T, m), in [N]."""
-    counts = [passive or law_of(muscle.model).command is None for muscle in robot.muscles]
-    return np.where(counts, _tensions(robot, motion, 0.0, np.zeros(len(counts))), 0.0)
+    is_included = [passive or law_of(muscle.model).command is None for muscle in robot.muscles]
+    return np.where(is_included, _tensions(robot, motion, 0.0, np.zeros(len(is_included))), 0.0)
 
 
 def _tensions(robot: Robot, motion: Motion, states: float, commands: FloatArray) -> FloatArray:
@@ -183,14 +183,14 @@ def _tensions(robot: Robot, motion: Motion, states: float, commands: FloatArray)
     return found
 
 
-def _with_reserves(A: FloatArray, tau: FloatArray, least: FloatArray) -> FloatArray:
+def _with_reserves(A: FloatArray, tau: FloatArray, low: FloatArray) -> FloatArray:
     """Return activations with reserve actuators at all coordinates, shape (T, m)."""
     n = tau.shape[1]
-    both = np.concatenate([RESERVE * np.eye(n), -RESERVE * np.eye(n)])
-    rows = np.concatenate([A, np.broadcast_to(both, (len(A), 2 * n, n))], axis=1)
-    low = np.concatenate([least, np.zeros(2 * n)])
-    high = np.concatenate([np.ones_like(least), np.full(2 * n, np.inf)])
-    return np.asarray(distribute(rows, tau, low, high).forces[:, : len(least)])
+    both_signs = np.concatenate([RESERVE * np.eye(n), -RESERVE * np.eye(n)])
+    rows = np.concatenate([A, np.broadcast_to(both_signs, (len(A), 2 * n, n))], axis=1)
+    low = np.concatenate([low, np.zeros(2 * n)])
+    high = np.concatenate([np.ones_like(low), np.full(2 * n, np.inf)])
+    return np.asarray(distribute(rows, tau, low, high).forces[:, : len(low)])
 
 
 def activation_files(found: Activations) -> dict[str, str]:
@@ -223,7 +223,7 @@ def activation_summary(found: Activations) -> dict[str, Any]:
     }
 
 
-def describe_activations(summary: Mapping[str, Any], most: int = 5) -> str:
+def describe_activations(summary: Mapping[str, Any], count: int = 5) -> str:
     """Return the summary as lines of text, with the most activated muscles."""
     lines = []
     reserves = summary["largest_reserves"]
@@ -239,6 +239,6 @@ def describe_activations(summary: Mapping[str, Any], most: int = 5) -> str:
         names = ", ".join(f"{n} {reserves[n]:.4g}" for n in summary["undriven"])
         lines.append(f"coordinates without muscles, with maximum reserve torque: {names}")
     lines.append(f"{summary['points']} points from {summary['begin']:g} to {summary['end']:g} s")
-    ranked = sorted(summary["largest_activations"].items(), key=lambda one: -one[1])
-    lines += [f"  {name}  up to {a:.4g}" for name, a in ranked[:most]]
+    ranked = sorted(summary["largest_activations"].items(), key=lambda item: -item[1])
+    lines += [f"  {name}  up to {a:.4g}" for name, a in ranked[:count]]
     return "\n".join(lines)

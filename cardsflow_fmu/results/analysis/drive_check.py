@@ -1,4 +1,4 @@
-"""Findings on robots and experiments that cannot run or that muscles cannot drive."""
+"""Findings on robots that cannot be simulated, and on coordinates that muscles cannot drive."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sim_dart import CoreDynamics, control_dynamics
 from sim_dart.core.mass_check import massless_coordinates
 
 from .first_motion import initial_pose, missing_drives, pose_terms, size_problem, try_close_loops
-from .sizing import driven_part, reference_motion
+from .sizing import lock_passive_coordinates, reference_motion
 
 _POSES = 5
 _MIN_ARM = 1e-9  # moment arm, as fraction of the largest moment arm of the robot
@@ -56,7 +56,7 @@ def drive_findings(robot: Robot) -> list[Finding]:
         dynamics = control_dynamics(robot, may_be_singular=True)
         if not (robot.muscles or robot.motors):
             return []
-        return [*_massless(robot, dynamics), *_drive_warnings(robot, dynamics, None)]
+        return [*_massless_findings(robot, dynamics), *_drive_warnings(robot, dynamics, None)]
     except CardsflowError as failure:
         problem = f"{failure}; the robot can be converted and displayed, but not simulated"
         return [warning(Subject("robot", robot.name), "not-simulated", problem)]
@@ -70,10 +70,10 @@ def experiment_findings(experiment: Experiment) -> list[Finding]:
     found = [warning(subject, "experiment", line) for line in experiment.warnings()]
     passive = experiment.controller.uncontrolled
     found += _drive_warnings(robot, dynamics, np.array(experiment.start.q), passive)
-    return found + list(_motion(experiment, subject))
+    return found + list(_motion_findings(experiment, subject))
 
 
-def _massless(robot: Robot, dynamics: CoreDynamics) -> Iterator[Finding]:
+def _massless_findings(robot: Robot, dynamics: CoreDynamics) -> Iterator[Finding]:
     M = dynamics.mass_matrix([c.initial for c in robot.coordinates])
     if not np.isfinite(M).all():
         return
@@ -130,21 +130,21 @@ def _poses(robot: Robot) -> FloatArray:
     return np.vstack([pose, np.clip(pose + away, lower, upper)])
 
 
-def _motion(experiment: Experiment, subject: Subject) -> Iterator[Finding]:
-    """Points of the reference at which no forces fit."""
+def _motion_findings(experiment: Experiment, subject: Subject) -> Iterator[Finding]:
+    """Report points of the reference that are infeasible within the force limits."""
     try:
         motion = reference_motion(experiment, _POINTS)
-        robot, motion = driven_part(experiment, experiment.robot, motion)
+        robot, motion = lock_passive_coordinates(experiment, experiment.robot, motion)
         terms = motion_terms(control_dynamics(robot), motion)
-    except InputError as problem:
-        yield warning(subject, "motion-not-reached", str(problem))
+    except InputError as error_:
+        yield warning(subject, "motion-not-reached", str(error_))
         return
     status = terms.distribute().distribution.status
-    wrong = status == INFEASIBLE
-    if wrong.any():
-        problem_ = (
-            f"{int(wrong.sum())} of {len(wrong)} points of the reference are infeasible within the "
-            f"force limits, from t = {motion.times[int(np.argmax(wrong))]:.3g} s; "
+    infeasible = status == INFEASIBLE
+    if infeasible.any():
+        message = (
+            f"{int(infeasible.sum())} of {len(infeasible)} points of the reference are infeasible "
+            f"within the force limits, from t = {motion.times[int(np.argmax(infeasible))]:.3g} s; "
             "`cardsflow size` computes the required forces"
         )
-        yield warning(subject, "motion-not-held", problem_)
+        yield warning(subject, "motion-not-held", message)

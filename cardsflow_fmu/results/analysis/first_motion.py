@@ -40,9 +40,9 @@ _PATH = np.linspace(0.0, 1.0, 9)[1:]
 _HALVINGS = 4
 _MAX_POSES = 1000  # number of searched poses times the square of the number of coordinates
 
-NO_ROOM, NO_MASS = "its joint limits leave no range", "it moves no mass"
+NO_RANGE, NO_MASS = "its joint limits leave no range", "it moves no mass"
 UNDRIVEN = "no muscle drives it"
-FOLLOWS = "closed loops determine it"
+DEPENDENT = "closed loops determine it"
 
 
 @dataclass(frozen=True)
@@ -66,20 +66,20 @@ class FirstMotion:
 
 
 def size_problem(robot: Robot) -> str | None:
-    """Describe why an analysis of the drives would take minutes; None if the robot is small."""
+    """Describe why the robot is too large for an analysis of its drives; None if it is not."""
     n, m = limits.DRIVEN_COORDINATES, limits.DRIVEN_MUSCLES
     if len(robot.coordinates) <= n and len(robot.muscles) <= m:
         return None
     return f"it has more than {n} coordinates or {m} muscles"
 
 
-def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {}) -> FirstMotion:
+def first_motion(robot: Robot, scale: float = 1.0, undriven: Mapping[str, str] = {}) -> FirstMotion:
     """Find a motion that the muscles of a robot can perform.
 
     Args:
         robot: The robot, with at least one muscle and one coordinate.
         scale: Factor on the size of the motion.
-        held: Reasons of coordinates that must be locked, by name.
+        undriven: Other coordinates that must be locked, with the reason, by name.
 
     Returns:
         The motion. All coordinates are locked if the muscles cannot hold the robot.
@@ -92,14 +92,14 @@ def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {})
         raise InputError(f"{what}; write experiment.toml by hand, see the examples")
     pose = initial_pose(robot)
     dynamics = control_dynamics(robot, may_be_singular=True)
-    reasons = {c.name: NO_ROOM for c in robot.coordinates if not c.lower < c.upper}
+    reasons = {c.name: NO_RANGE for c in robot.coordinates if not c.lower < c.upper}
     reasons |= dict.fromkeys(massless_coordinates(robot, _initial_mass(robot, dynamics)), NO_MASS)
-    reasons |= held
+    reasons |= undriven
     pose = try_close_loops(dynamics, pose)
-    for c, follows in zip(robot.coordinates, dynamics.dependent, strict=True):
-        if follows:  # the closed loops determine them
+    for c, is_dependent in zip(robot.coordinates, dynamics.dependent, strict=True):
+        if is_dependent:  # the closed loops determine them
             reasons.pop(c.name, None)
-    found, q = _held_pose(robot, dynamics, pose, reasons)
+    found, q = _find_pose(robot, dynamics, pose, reasons)
     names = [c.name for c in robot.coordinates]
     reasons |= {names[k]: why for k, why in missing_drives(robot, dynamics, q, found).items()}
     for name in massless_coordinates(robot, dynamics.mass_matrix(q)):
@@ -107,12 +107,12 @@ def first_motion(robot: Robot, scale: float = 1.0, held: Mapping[str, str] = {})
     locked = {n: float(x) for n, x in zip(names, q, strict=True) if n in reasons}
     if set(reasons) >= {n for n, d in zip(names, dynamics.dependent, strict=True) if not d}:
         locked = {n: float(x) for n, x in zip(names, q, strict=True)}
-        reasons |= {n: FOLLOWS for n in names if n not in reasons}
+        reasons |= {n: DEPENDENT for n in names if n not in reasons}
     reduced = lock(robot, locked)
     start = np.array([x for n, x in zip(names, q, strict=True) if n not in reasons])
     end = start
     if len(start):
-        end = _end(reduced, control_dynamics(reduced, may_be_singular=True), start, scale)
+        end = _end_pose(reduced, control_dynamics(reduced, may_be_singular=True), start, scale)
     return FirstMotion(
         reduced,
         locked,
@@ -137,9 +137,9 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
     """
     M, force = dynamics.mass_matrix(q), assumed_force(robot)
     arms = [robot_size(robot) if motor.unit == "rad" else 1.0 for motor in robot.motors]
-    counted = force * np.append(np.ones(dynamics.m), arms)
+    limit = force * np.append(np.ones(dynamics.m), arms)
     A, torque = -dynamics.actuator_jacobian(q).T, M @ qdd + dynamics.gravity(q)
-    low, high = np.maximum(dynamics.f_min, -counted), np.minimum(dynamics.f_max, counted)
+    low, high = np.maximum(dynamics.f_min, -limit), np.minimum(dynamics.f_max, limit)
     with np.errstate(over="ignore", invalid="ignore"):
         torques = A * (high - low)
     if not all(np.isfinite(part).all() for part in (M, torques, torque)):
@@ -158,7 +158,7 @@ def pose_terms(robot: Robot, dynamics: CoreDynamics, q: FloatArray, qdd: FloatAr
 
 
 def assumed_force(robot: Robot) -> float:
-    """Return the assumed force limit of a muscle without f_max, in [N]."""
+    """Return the force limit that is assumed for muscles without f_max, in [N]."""
     weight = sum(link.inertia.mass for link in robot.links) * _GRAVITY
     return max(_UNLIMITED * weight, *(10.0 * m.f_min for m in robot.muscles), 1e-9)
 
@@ -167,24 +167,24 @@ def initial_pose(robot: Robot) -> FloatArray:
     """Return the initial pose, moved away from the joint limits."""
     pose = []
     for c in robot.coordinates:
-        room = c.upper - c.lower
-        distance = min(_LIMIT_DISTANCE * room, REACH[c.unit]) if room > 0.0 else 0.0
+        joint_range = c.upper - c.lower
+        distance = min(_LIMIT_DISTANCE * joint_range, REACH[c.unit]) if joint_range > 0.0 else 0.0
         low, high = c.lower + distance, c.upper - distance
         q = min(max(c.initial, c.lower), c.upper)
         pose.append(min(max(q, low), high))
     return np.array(pose)
 
 
-def _held_pose(
+def _find_pose(
     robot: Robot, dynamics: CoreDynamics, pose: FloatArray, reasons: Mapping[str, str]
 ) -> tuple[Drivable, FloatArray]:
-    """Find the pose at which the muscles drive most coordinates; nearby poses first."""
+    """Find the pose at which the muscles drive most coordinates; nearby poses are preferred."""
     free = [
         k
         for k, c in enumerate(robot.coordinates)
         if c.name not in reasons and not dynamics.dependent[k]
     ]
-    best, at = _driven(robot, dynamics, pose, free), pose
+    best, at = _drivable_at(robot, dynamics, pose, free), pose
     rng = np.random.default_rng(0)
     lower, upper = dynamics.q_min, dynamics.q_max
     spread = np.array([1.0 if c.unit == "rad" else 20.0 * _slide(robot) for c in robot.coordinates])
@@ -198,7 +198,7 @@ def _held_pose(
         q[free] = np.clip(pose + away, lower, upper)[free]
         if dynamics.dependent.any():
             q = try_close_loops(dynamics, q, pose)
-        found = _driven(robot, dynamics, q, free)
+        found = _drivable_at(robot, dynamics, q, free)
         if len(found.coordinates) > len(best.coordinates):
             best, at = found, q
     return best, at
@@ -214,7 +214,7 @@ def try_close_loops(
         return q if fallback is None else fallback
 
 
-def _driven(robot: Robot, dynamics: CoreDynamics, q: FloatArray, free: list[int]) -> Drivable:
+def _drivable_at(robot: Robot, dynamics: CoreDynamics, q: FloatArray, free: list[int]) -> Drivable:
     terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
     massless = massless_coordinates(robot, terms.M)
     return drivable(terms, [k for k in free if robot.coordinates[k].name not in massless])
@@ -233,14 +233,17 @@ def _slide(robot: Robot) -> float:
     return min(REACH["m"], _MAX_SLIDE * robot_size(robot))
 
 
-def _end(robot: Robot, dynamics: CoreDynamics, start: FloatArray, scale: float) -> FloatArray:
+def _end_pose(robot: Robot, dynamics: CoreDynamics, start: FloatArray, scale: float) -> FloatArray:
     """Return the end pose: as far from the start as all forces stay within their limits."""
     slide = _slide(robot)
     step = np.zeros(len(start))
     for k, c in enumerate(robot.coordinates):
         if not dynamics.dependent[k]:
-            most = scale * (REACH["rad"] if c.unit == "rad" else slide)
-            options = -min(most, 0.5 * (start[k] - c.lower)), min(most, 0.5 * (c.upper - start[k]))
+            max_step = scale * (REACH["rad"] if c.unit == "rad" else slide)
+            options = (
+                -min(max_step, 0.5 * (start[k] - c.lower)),
+                min(max_step, 0.5 * (c.upper - start[k])),
+            )
             step[k] = _signed_step(robot, dynamics, start, k, options)
     for _ in range(_HALVINGS):
         if _margin_along(robot, dynamics, start, step, _PATH) > MARGIN:
@@ -256,9 +259,9 @@ def _signed_step(
     for part in 0.5 ** np.arange(_HALVINGS):
         steps = [_unit_step(k, part * option, start) for option in options]
         margins = [_margin_along(robot, dynamics, start, step) for step in steps]
-        room = [max(t - MARGIN, 0.0) * abs(x) for t, x in zip(margins, options, strict=True)]
-        if max(room) > 0.0:
-            return float(part * options[int(np.argmax(room))])
+        gains = [max(t - MARGIN, 0.0) * abs(x) for t, x in zip(margins, options, strict=True)]
+        if max(gains) > 0.0:
+            return float(part * options[int(np.argmax(gains))])
     return 0.0
 
 
@@ -291,28 +294,28 @@ def _margin_along(
 def missing_drives(
     robot: Robot, dynamics: CoreDynamics, q: FloatArray, found: Drivable
 ) -> dict[int, str]:
-    """Describe for every coordinate without sufficient drive at a pose what is missing."""
+    """Return, by index, the reasons why coordinates are not sufficiently driven at a pose."""
     if not found.missing:
         return {}
     terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
-    counted = np.full(dynamics.m, assumed_force(robot))
-    high = np.append(np.maximum(terms.high[: dynamics.m], counted), terms.high[dynamics.m :])
+    limit = np.full(dynamics.m, assumed_force(robot))
+    high = np.append(np.maximum(terms.high[: dynamics.m], limit), terms.high[dynamics.m :])
     strong = replace(terms, high=high)
     driven = drivable(strong, sorted([*found.coordinates, *found.missing])).coordinates
-    words = {}
+    reasons = {}
     for k, missing in found.missing.items():
         name = robot.coordinates[k].name
         if k in driven:
-            words[k] = "its drives are too weak; `cardsflow size` computes the required forces"
+            reasons[k] = "its drives are too weak; `cardsflow size` computes the required forces"
         elif missing == "any muscle":
-            words[k] = UNDRIVEN
+            reasons[k] = UNDRIVEN
         elif missing == "one of its own":
-            words[k] = "muscles cannot move it independently of the others"
+            reasons[k] = "muscles cannot move it independently of the others"
         else:
             others = " while they hold the other joints" if found.coordinates else ""
             sign = "negative" if missing == "down" else "positive"
-            words[k] = f"no muscle produces {sign} torque at {name}{others}"
-    return words
+            reasons[k] = f"no muscle produces {sign} torque at {name}{others}"
+    return reasons
 
 
 def _initial_mass(robot: Robot, dynamics: CoreDynamics) -> FloatArray:

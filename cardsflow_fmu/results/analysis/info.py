@@ -24,11 +24,11 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
         InputError: The robot cannot be read or is invalid.
     """
     robot = read_robot(path, cable_set)
-    lengths, refused = _lengths(robot)
+    lengths, problems = _lengths(robot)
     return {
         "name": robot.name,
         "mass": sum(link.inertia.mass for link in robot.links),
-        "reach": _reach(robot),
+        "reach": _max_reach(robot),
         "links": [{"name": link.name, "mass": link.inertia.mass} for link in robot.links],
         "joints": [
             {"name": j.name, "type": j.type, "parent": j.parent, "child": j.child}
@@ -51,7 +51,7 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
             }
             for c in robot.coordinates
         ],
-        "not_simulated": [*refused, *not_simulated(robot)],
+        "not_simulated": [*problems, *not_simulated(robot)],
         "cable_set": robot.cable_set,
         "cable_sets": [cable_set.name for cable_set in robot.cable_sets],
         "muscles": [
@@ -79,7 +79,7 @@ def robot_info(path: str | Path, cable_set: str | None = None) -> dict[str, Any]
 
 
 def _lengths(robot: Robot) -> tuple[list[float] | list[None], list[str]]:
-    """Return path lengths at the initial pose, in [m]; otherwise a reason."""
+    """Return the path lengths at the initial pose, in [m], and problems that prevent it."""
     try:
         paths = MusclePaths(robot)
     except CardsflowError as error:
@@ -93,7 +93,7 @@ def fmu_info(path: str | Path) -> dict[str, Any]:
     Raises:
         InputError: The file is not an FMU.
     """
-    import fmpy  # not needed for robots
+    import fmpy  # only required for FMUs
 
     from cardsflow_fmu.cosim.fmu_description import read_description
 
@@ -123,18 +123,24 @@ def describe_robot(info: dict[str, Any]) -> str:
     title = (
         f"{info['name']}: {len(info['links'])} links, {len(info['coordinates'])} coordinates, "
         f"{len(info['muscles'])} muscles, "
-        f"{_motors(info)}{info['mass']:.6g} kg, reach {info['reach']:.4g} m"
+        f"{_motor_count(info)}{info['mass']:.6g} kg, reach {info['reach']:.4g} m"
     )
     parts = [*(f"WARNING: {line}" for line in info["not_simulated"]), title]
     joints = [[j["name"], j["type"], j["parent"], j["child"]] for j in info["joints"]]
     parts.append(table(["joint", "type", "parent", "child"], joints))
     coordinates = [
-        [c["name"], c["unit"], _bound(c["lower"], "-"), _bound(c["upper"], ""), f"{c['initial']:g}"]
+        [
+            c["name"],
+            c["unit"],
+            _limit_text(c["lower"], "-"),
+            _limit_text(c["upper"], ""),
+            f"{c['initial']:g}",
+        ]
         for c in info["coordinates"]
     ]
     parts.append(table(["coordinate", "unit", "lower", "upper", "initial"], coordinates))
     motors = [
-        [c["name"], _bound(c["tau_min"], "-"), _bound(c["tau_max"], ""), unit]
+        [c["name"], _limit_text(c["tau_min"], "-"), _limit_text(c["tau_max"], ""), unit]
         for c in info["coordinates"]
         for unit in ["N·m" if c["unit"] == "rad" else "N"]
         if c["actuated"]
@@ -146,7 +152,7 @@ def describe_robot(info: dict[str, Any]) -> str:
             m["model"],
             m["command"] or "none",
             f"{m['f_min']:g}",
-            _bound(m["f_max"], ""),
+            _limit_text(m["f_max"], ""),
             "" if m["length"] is None else f"{m['length']:.6g}",
             " - ".join(m["links"]),
         ]
@@ -163,7 +169,7 @@ def describe_robot(info: dict[str, Any]) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def _motors(info: dict[str, Any]) -> str:
+def _motor_count(info: dict[str, Any]) -> str:
     count = sum(c["actuated"] for c in info["coordinates"])
     return f"{count} motors, " if count else ""
 
@@ -181,20 +187,20 @@ def describe_fmu(info: dict[str, Any]) -> str:
     return f"{title}\n\n{table(['variable', 'causality', 'variability', 'unit', 'start'], rows)}"
 
 
-def _reach(robot: Robot) -> float:
-    """Return the length of the longest stretched chain to an end or a centre of mass."""
-    length = {WORLD: 0.0}  # of the chain to where a link hangs
-    hangs_at: dict[str, Vector3] = {}
+def _max_reach(robot: Robot) -> float:
+    """Return the maximum length of a stretched chain to an end or a centre of mass, in [m]."""
+    length = {WORLD: 0.0}  # length of the chain to the joint of each link
+    joint_position: dict[str, Vector3] = {}
     longest = 0.0
     for joint in robot.joints:
         chain = length[joint.parent]
-        if joint.parent in hangs_at:
-            chain += math.dist(hangs_at[joint.parent], joint.T_parent_joint.position)
+        if joint.parent in joint_position:
+            chain += math.dist(joint_position[joint.parent], joint.T_parent_joint.position)
         length[joint.child] = chain
-        hangs_at[joint.child] = joint.T_child_joint.position
+        joint_position[joint.child] = joint.T_child_joint.position
         link = robot.link(joint.child)
         longest = max(
-            longest, chain + math.dist(hangs_at[joint.child], link.end or link.inertia.com)
+            longest, chain + math.dist(joint_position[joint.child], link.end or link.inertia.com)
         )
     return longest
 
@@ -210,5 +216,6 @@ def _limit(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _bound(value: float | None, sign: str) -> str:
+def _limit_text(value: float | None, sign: str) -> str:
+    """Return a limit as text; None is unlimited."""
     return f"{sign}unlimited" if value is None else f"{value:g}"

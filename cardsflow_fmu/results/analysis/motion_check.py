@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 
 RANDOM = "random"
 _POSTURES = 500
-_WIDE = {"rad": math.pi, "m": 1.0}  # range of joints without limits
-_TOUCHING = 1e-9  # in [m]
-_NEAR = 1e-3  # collision distance of muscles, which have no thickness, in [m]
+_UNLIMITED_RANGE = {"rad": math.pi, "m": 1.0}  # default range of joints without limits
+_TOUCHING = 1e-9  # maximum distance of bodies that touch, in [m]
+_NEAR = 1e-3  # distance of muscles that collide, in [m]; paths have no thickness
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,8 @@ class Motion:
     postures: FloatArray
     times: FloatArray | None
 
-    def place(self, robot: Robot, sample: int) -> str:
-        """Return time or positions of a posture, for messages."""
+    def describe(self, robot: Robot, sample: int) -> str:
+        """Describe a posture for messages, by its time or its positions."""
         if self.times is not None:
             return f"at t = {self.times[sample]:.4g} s"
         values = zip(robot.coordinates, self.postures[sample], strict=True)
@@ -89,11 +89,11 @@ def _random_postures(robot: Robot) -> FloatArray:
 
 
 def _limits(coordinate: Coordinate) -> tuple[float, float]:
-    """Return the limits of a coordinate, or a finite range without limits."""
-    lower, upper, wide = coordinate.lower, coordinate.upper, _WIDE[coordinate.unit]
+    """Return the limits of a coordinate; infinite limits are replaced by a default range."""
+    lower, upper, default = coordinate.lower, coordinate.upper, _UNLIMITED_RANGE[coordinate.unit]
     return (
-        lower if math.isfinite(lower) else min(-wide, upper - 2 * wide),
-        upper if math.isfinite(upper) else max(wide, lower + 2 * wide),
+        lower if math.isfinite(lower) else min(-default, upper - 2 * default),
+        upper if math.isfinite(upper) else max(default, lower + 2 * default),
     )
 
 
@@ -157,10 +157,10 @@ def _numbers(row: Sequence[str], columns: Sequence[int], file: Path, line: int) 
 def motion_findings(
     reading: Reading, robot: Robot, motion: str, clearance: float, capsule_radius: float | None
 ) -> list[Finding]:
-    """Return a warning for each pair with less distance than a clearance.
+    """Return a warning for each pair of bodies whose distance is less than the clearance.
 
     Args:
-        reading: Where the robot comes from.
+        reading: Result of reading the robot.
         robot: The robot.
         motion: See `read_motion`.
         clearance: Minimum distance, in [m].
@@ -185,22 +185,22 @@ def motion_findings(
     for near in Interference(robot, scene).nearest(postures.postures):
         if near.distance > clearance:
             break
-        message = f"{_description(near)} {postures.place(robot, near.sample)}"
+        message = f"{_description(near)} {postures.describe(robot, near.sample)}"
         code = "muscle-meets-link" if near.is_link else "muscle-meets-muscle"
         findings.append(Finding("warning", code, message, Subject("muscle", near.muscle)))
     return findings
 
 
 def new_collisions(robot: Robot, mesh_folder: Path, postures: FloatArray) -> list[str]:
-    """Describe collisions of muscles with muscles or links that do not exist at the start.
+    """Describe collisions of muscles with muscles or links that are not present at the start.
 
     Args:
         robot: The robot.
-        mesh_folder: Folder of the collision meshes; without them only muscles are checked.
+        mesh_folder: Folder of the collision meshes. If a mesh is invalid, only muscles are checked.
         postures: The motion, shape (k, n), in [rad] or [m].
 
     Returns:
-        A line for each pair.
+        One line for each pair of bodies.
     """
     from sim_dart.dart.interference import Interference
     from sim_dart.scene import Scene
@@ -209,11 +209,11 @@ def new_collisions(robot: Robot, mesh_folder: Path, postures: FloatArray) -> lis
         pairs = Interference(robot, Scene(mesh_folder=mesh_folder))
     except InputError:
         pairs = Interference(robot, Scene(links="none"))
-    there = {(n.muscle, n.other): n.distance for n in pairs.nearest(postures[:1])}
+    initial = {(n.muscle, n.other): n.distance for n in pairs.nearest(postures[:1])}
     return [
         _description(near)
         for near in pairs.nearest(postures)
-        if near.distance <= _NEAR < there.get((near.muscle, near.other), 0.0)
+        if near.distance <= _NEAR < initial.get((near.muscle, near.other), 0.0)
     ]
 
 

@@ -1,4 +1,4 @@
-"""Observability of an experiment's reference poses from its sensors, before a run."""
+"""Observability of the reference poses from the sensors of an experiment, before a run."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
         poses = reference_motion(experiment, POSES).q
     except CardsflowError:  # the run reports unreachable points
         poses = np.array([experiment.start.q])
-    found = observability(experiment.robot, poses, settings.believed)
+    found = observability(experiment.robot, poses, settings.estimator_settings)
     names = [c.name for c in experiment.robot.coordinates]
     largest = found.sd.max(axis=0)
     return {
@@ -49,21 +49,29 @@ def observed_poses(experiment: Experiment) -> dict[str, Any]:
 
 
 def observability_warnings(found: dict[str, Any]) -> list[str]:
-    """Return warnings about unobservable poses, from the result of `observed_poses`."""
-    open_ = {name: count for name, count in found.get("open_poses", {}).items() if count}
-    if not open_:
+    """Return warnings about unobservable poses.
+
+    Args:
+        found: Result of `observed_poses`.
+    """
+    unobservable = {name: count for name, count in found.get("open_poses", {}).items() if count}
+    if not unobservable:
         return []
-    words = ", ".join(f"{name} at {count}" for name, count in open_.items())
+    coordinates = ", ".join(f"{name} at {count}" for name, count in unobservable.items())
     line = (
-        f"muscles and encoders do not determine the pose: {words} of {found['poses']} poses of the "
-        f"reference (least rank {found['least_rank']} of {found['coordinates']})"
+        f"muscles and encoders do not determine the pose: {coordinates} of {found['poses']} poses "
+        f"of the reference (minimum rank {found['least_rank']} of {found['coordinates']})"
     )
     units = "; the IMUs must provide it" if found["inertial_units"] else ""
     return [line + (units or "; add encoders, IMUs or muscles")]
 
 
-def observability_remarks(found: dict[str, Any]) -> list[str]:
-    """Describe the observability of the pose with taut and with slack muscles."""
+def observability_notes(found: dict[str, Any]) -> list[str]:
+    """Describe the observability of the pose with taut and with slack muscles.
+
+    Args:
+        found: Result of `observed_poses`.
+    """
     if not found or found["least_rank"] < found["coordinates"]:
         return []
     worst = max(found["sd"], key=lambda name: found["sd"][name])

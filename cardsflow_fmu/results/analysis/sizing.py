@@ -31,7 +31,7 @@ from sim_dart import IndependentDynamics, MuscleDrive, control_dynamics
 from sim_dart.muscles.paths import MusclePaths
 
 MAX_POINTS = 1000
-"""Most points of a motion that are looked at."""
+"""Maximum number of points of a motion."""
 
 MIN_POINTS = 5
 
@@ -51,8 +51,8 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
 
     Args:
         experiment: The experiment.
-        points: Number of points, at least 5; one a controller period when None, but at least 5 and
-            at most `MAX_POINTS`.
+        points: Number of points, at least 5 (default: one per controller period, limited to
+            5 to `MAX_POINTS`).
 
     Raises:
         InputError: A point is out of the robot's reach, or there are too few points.
@@ -71,11 +71,11 @@ def reference_motion(experiment: Experiment, points: int | None = None) -> Motio
     if experiment.reference.space == "operational":
         return _inverse_kinematics(experiment, times, q)
     if experiment.robot.loops:
-        _close(experiment, q, qd, qdd)
+        _close_loops(experiment, q, qd, qdd)
     return Motion(times, q, qd, qdd)
 
 
-def _close(experiment: Experiment, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> None:
+def _close_loops(experiment: Experiment, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> None:
     """Close the loops of a motion in place, point by point.
 
     Raises:
@@ -121,12 +121,14 @@ def size(
     Raises:
         InputError: The margin is invalid, or the robot cannot reach the reference.
     """
-    motion = _loaded(experiment, reference_motion(experiment))
-    robot, motion = driven_part(experiment, experiment.plant_robot, motion)
+    motion = _with_external_forces(experiment, reference_motion(experiment))
+    robot, motion = lock_passive_coordinates(experiment, experiment.plant_robot, motion)
     return size_robot(robot, motion, margin=margin, method=method)
 
 
-def driven_part(experiment: Experiment, robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
+def lock_passive_coordinates(
+    experiment: Experiment, robot: Robot, motion: Motion
+) -> tuple[Robot, Motion]:
     """Return a robot and its motion with passive coordinates locked at the first point.
 
     Args:
@@ -138,13 +140,13 @@ def driven_part(experiment: Experiment, robot: Robot, motion: Motion) -> tuple[R
     if not passive.any():
         return robot, motion
     names = np.array([c.name for c in robot.coordinates])
-    held = dict(zip(names[passive].tolist(), motion.q[0, passive].tolist(), strict=True))
+    locked = dict(zip(names[passive].tolist(), motion.q[0, passive].tolist(), strict=True))
     q, qd, qdd = (values[:, ~passive] for values in (motion.q, motion.qd, motion.qdd))
     w_e = None if motion.w_e is None else motion.w_e[:, ~passive]
-    return lock(robot, held), Motion(motion.times, q, qd, qdd, w_e)
+    return lock(robot, locked), Motion(motion.times, q, qd, qdd, w_e)
 
 
-def _loaded(experiment: Experiment, motion: Motion) -> Motion:
+def _with_external_forces(experiment: Experiment, motion: Motion) -> Motion:
     """Return the motion with w_e = -J_p'F of the external forces."""
     disturbance = experiment.disturbance
     if disturbance is None:
@@ -174,7 +176,7 @@ def size_robot(
     """
     if not robot.muscles and not robot.motors:
         raise InputError(f"the robot {robot.name!r} has no muscles to size, and no motors")
-    robot, motion = _without_passive(robot, motion)
+    robot, motion = _passive_muscles_as_load(robot, motion)
     terms = motion_terms(control_dynamics(robot), motion)
     sizes = size_muscles(terms, margin=margin, method=method)
     critical = sizes.critical
@@ -197,7 +199,7 @@ def size_robot(
     }
 
 
-def _without_passive(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
+def _passive_muscles_as_load(robot: Robot, motion: Motion) -> tuple[Robot, Motion]:
     """Return the robot without passive muscles, and the motion with their forces as load."""
     passive = [k for k in modelled_muscles(robot) if k not in driven_muscles(robot)]
     if not passive:
@@ -230,15 +232,15 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
     """
     q, tau = terms.motion.q[point], terms.tau[point]
     muscles, motor_rows = len(robot.muscles), terms.L[point][len(robot.muscles) :]
-    open_ways = np.full(terms.motors, -np.inf)
-    low = np.concatenate([terms.f_min[:muscles], open_ways])
-    counts = (np.arange(len(low) + terms.motors) < muscles).astype(float)
+    unlimited = np.full(terms.motors, -np.inf)
+    low = np.concatenate([terms.f_min[:muscles], unlimited])
+    is_counted = (np.arange(len(low) + terms.motors) < muscles).astype(float)
 
-    def least_peak(moved: Robot) -> float:
-        paths = MusclePaths(moved)  # it owns the memory of what it evaluates
+    def min_peak(moved: Robot) -> float:
+        paths = MusclePaths(moved)  # keeps the memory of the evaluated paths alive
         rows = np.concatenate([paths.evaluate(q).jacobian, motor_rows])
         L, f_min, f_max = one_way(rows, low, np.full(len(low), np.inf), terms.motors)
-        least = minimum_infinity_norm(L, tau, f_min, f_max, counts=counts)
+        least = minimum_infinity_norm(L, tau, f_min, f_max, counts=is_counted)
         return float(least.forces[:muscles].max(initial=0.0))
 
     found = []
@@ -246,10 +248,10 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
         for i, via in enumerate(muscle.via_points):
             gradient = np.zeros(3)
             for axis in range(3):
-                ahead, behind = (
-                    least_peak(_moved(robot, k, i, axis, sign * _SHIFT)) for sign in (1, -1)
+                forward, backward = (
+                    min_peak(_move_via_point(robot, k, i, axis, sign * _SHIFT)) for sign in (1, -1)
                 )
-                gradient[axis] = (ahead - behind) / (2.0 * 1e3 * _SHIFT)
+                gradient[axis] = (forward - backward) / (2.0 * 1e3 * _SHIFT)
             gain = float(np.linalg.norm(gradient))
             if math.isfinite(gain) and gain > _SMALL:
                 found.append(
@@ -264,7 +266,7 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
     return sorted(found, key=lambda entry: -entry["gain"])
 
 
-def _moved(robot: Robot, muscle: int, via: int, axis: int, shift: float) -> Robot:
+def _move_via_point(robot: Robot, muscle: int, via: int, axis: int, shift: float) -> Robot:
     """Return the robot with one via point moved along one axis of its link frame, in [m]."""
     muscles: list[Muscle] = list(robot.muscles)
     points = list(muscles[muscle].via_points)

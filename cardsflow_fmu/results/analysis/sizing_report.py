@@ -35,13 +35,13 @@ def describe_sizes(sizes: dict[str, Any]) -> str:
             [row["name"], _number(row["torque_down"]), _number(row["torque_up"])]
             for row in sizes["coordinates"]
         ]
-        parts.append(table(["coordinate", "least torque margin down", "up"], rows))
-    parts.append(_bottleneck_words(sizes))
+        parts.append(table(["coordinate", "minimum torque margin down", "up"], rows))
+    parts.append(_bottleneck_text(sizes))
     return "\n\n".join(part for part in parts if part)
 
 
 def _warnings(sizes: dict[str, Any]) -> Iterator[str]:
-    """Return warnings about infeasible points."""
+    """Yield warnings about infeasible points."""
     if sizes["impossible_points"]:
         yield (
             f"at {sizes['impossible_points']} of {sizes['points']} points no f_max is sufficient: "
@@ -55,7 +55,7 @@ def _warnings(sizes: dict[str, Any]) -> Iterator[str]:
 
 
 def _motor_tables(motors: list[dict[str, Any]]) -> Iterator[str]:
-    """Return one table per unit of torques or forces."""
+    """Yield one table per unit of torques or forces."""
     for unit in dict.fromkeys(row["unit"] for row in motors):
         per = f"[{unit.replace('.', '·')}]"
         heads = ["motor", f"peak {per}", "at [s]", f"rms {per}", f"required effort {per}"]
@@ -79,7 +79,7 @@ def _cells(row: dict[str, Any], needed: str, low: str, high: str) -> list[str]:
     ]
 
 
-def _bottleneck_words(sizes: dict[str, Any]) -> str:
+def _bottleneck_text(sizes: dict[str, Any]) -> str:
     peak = sizes["least_peak"]
     if peak is None:
         return ""

@@ -1,4 +1,4 @@
-"""Files of a calibration: the calibrated robot, parameter changes, unidentifiable parameters."""
+"""Calibration of a robot from recordings: calibrated robot, and report of all parameters."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from .readings import read_readings
 
 REPORT = "calibration.txt"
 
-_OPEN = 8
+_MAX_DIRECTIONS = 8
 
 
 @dataclass(frozen=True)
-class Calibrated:
-    """Written files of a calibration.
+class CalibrationFiles:
+    """Result of a calibration that was written to a folder.
 
     Attributes:
         files: Files of the robot, and the report as text and as JSON.
@@ -58,12 +58,12 @@ def calibrate_files(
     markers: Path | None = None,
     captures: Sequence[Path] = (),
     progress: Callable[[int, int], None] | None = None,
-) -> Calibrated:
+) -> CalibrationFiles:
     """Calibrate a robot from recordings and write it as SDF with CARDSFlow muscles.
 
     Args:
-        recordings: Recordings of motions; see `read_readings`. The last of several recordings is
-            held out for validation.
+        recordings: Recordings of motions; see `read_readings`. If there are several recordings, the
+            last one is held out for validation.
         robot: Robot file or its folder; it is not changed.
         free: Patterns of the parameters; see `sim_dart.calibration.parameters.GROUPS`.
         folder: New or empty folder of the robot and the report.
@@ -74,14 +74,14 @@ def calibrate_files(
 
     Raises:
         InputError: The recordings or the robot cannot be read, or do not identify the parameters.
-            Nothing is written.
-        CardsflowError: The result predicts the held-out data worse. Nothing is written.
+            No file is written.
+        CardsflowError: The result predicts the held-out data worse. No file is written.
     """
     with new_folder(folder, "calibration"):
         reading = read(robot, cable_set)
-        believed = reading.require()
-        worn = () if markers is None else read_markers(markers)
-        if captures and not worn:
+        nominal = reading.require()
+        marker_list = () if markers is None else read_markers(markers)
+        if captures and not marker_list:
             raise InputError(
                 "contains markers; specify their positions with --markers", key="--capture"
             )
@@ -89,23 +89,23 @@ def calibrate_files(
             what = f"must be given once per recording: {len(recordings)} times, not {len(captures)}"
             raise InputError(what, key="--capture")
         pairs = zip_longest(recordings, captures)
-        readings = [read_readings(path, believed, worn, capture) for path, capture in pairs]
-        result = calibrate(believed, readings, free, markers=worn, progress=progress)
+        readings = [read_readings(path, nominal, marker_list, capture) for path, capture in pairs]
+        result = calibrate(nominal, readings, free, markers=marker_list, progress=progress)
         text, table = describe(result), _table(result)
-        place = reading.files[0].parent
-        files, lost = convert(result.robot, "sdf", folder, mesh_folder=place)
+        mesh_folder = reading.files[0].parent
+        files, losses = convert(result.robot, "sdf", folder, mesh_folder=mesh_folder)
         files += write_files(
             folder, {REPORT: text + "\n", CALIBRATION_FILE: json_text(table, indent=1) + "\n"}
         )
-        return Calibrated(files, text, [*reading.findings, *lost])
+        return CalibrationFiles(files, text, [*reading.findings, *losses])
 
 
 def describe(result: Calibration) -> str:
     """Return the report as text."""
-    seen = identifiable(result)
+    is_known = identifiable(result)
     lines = [
-        f"{len(seen)} parameters from {result.windows} windows, {result.kept} held out; "
-        f"{seen.sum()} identifiable, {(~seen).sum()} determined by their priors",
+        f"{len(is_known)} parameters from {result.windows} windows, {result.kept} held out; "
+        f"{is_known.sum()} identifiable, {(~is_known).sum()} determined by their priors",
         f"misfit      {result.misfit:.3g} (1: as expected from the noise)",
         "",
         "RMS of measurement minus simulation          before     after",
@@ -114,39 +114,42 @@ def describe(result: Calibration) -> str:
         "",
         "parameter                                          change        sd",
     ]
-    rows = zip(result.parameters, result.change, result.sd, seen, strict=True)
-    for one, change, sd, is_seen in rows:
-        mark = "" if is_seen else "  unidentifiable: determined by its prior"
+    rows = zip(result.parameters, result.change, result.sd, is_known, strict=True)
+    for one, change, sd, known in rows:
+        mark = "" if known else "  unidentifiable: determined by its prior"
         lines.append(f"{one.name:45s} {change:11.4g} {sd:9.2g} {one.unit}{mark}")
-    return "\n".join([*lines, *_curved(result), *unidentified(result), *warnings(result)])
+    return "\n".join(
+        [*lines, *_curvature_lines(result), *unidentifiable_lines(result), *warnings(result)]
+    )
 
 
-def _curved(result: Calibration) -> list[str]:
-    """Report parameters whose standard deviation is dominated by curvature."""
-    straight = np.sqrt(np.diag(result.covariance))
-    bent = [
+def _curvature_lines(result: Calibration) -> list[str]:
+    """Return a line with the parameters whose standard deviation is dominated by curvature."""
+    linear_sd = np.sqrt(np.diag(result.covariance))
+    curved = [
         one.name
-        for one, sd, bend in zip(result.parameters, straight, result.bend, strict=True)
+        for one, sd, bend in zip(result.parameters, linear_sd, result.bend, strict=True)
         if bend > sd
     ]
-    if not bent:
+    if not curved:
         return []
     what = "sd is dominated by a curved direction that hardly changes the measurements"
-    return ["", f"{what}: {', '.join(bent)}"]
+    return ["", f"{what}: {', '.join(curved)}"]
 
 
-def unidentified(known: Knowledge) -> list[str]:
+def unidentifiable_lines(known: Knowledge) -> list[str]:
     """Describe unidentifiable parameters and directions, one line each."""
-    none, directions, lines = _without_effect(known), open_directions(known), []
-    if none:
-        lines += ["", f"no effect on the measurements: {', '.join(none)}"]
+    names, directions, lines = _without_effect(known), open_directions(known), []
+    if names:
+        lines += ["", f"no effect on the measurements: {', '.join(names)}"]
     if directions:
         lines += ["", f"{len(directions)} directions are unidentifiable; the least identifiable:"]
-        lines += [f"  {direction}" for direction in directions[:_OPEN]]
+        lines += [f"  {direction}" for direction in directions[:_MAX_DIRECTIONS]]
     return lines
 
 
 def _without_effect(known: Knowledge) -> list[str]:
+    """Return the names of the parameters without effect on the measurements."""
     rows = zip(known.parameters, without_effect(known), strict=True)
     return [one.name for one, idle in rows if idle]
 

@@ -16,7 +16,7 @@ def downsample(x: FloatArray, y: FloatArray, bins: int = BINS) -> tuple[FloatArr
 
     Args:
         x: Increasing values, shape (points,).
-        y: Shape (points,). The line stays interrupted at nan.
+        y: Values, shape (points,). The line remains interrupted at nan.
         bins: Number of groups; two points per group are selected.
 
     Returns:
@@ -28,14 +28,14 @@ def downsample(x: FloatArray, y: FloatArray, bins: int = BINS) -> tuple[FloatArr
     whole = len(y) // size * size
     groups = y[:whole].reshape(-1, size)
     firsts = np.arange(0, whole, size)
-    kept = [firsts + groups.argmin(axis=1), firsts + groups.argmax(axis=1)]
+    selected = [firsts + groups.argmin(axis=1), firsts + groups.argmax(axis=1)]
     if whole < len(y):
-        kept.append(whole + np.array([y[whole:].argmin(), y[whole:].argmax()]))
-    rows = np.unique(np.concatenate([*kept, [0, len(x) - 1]]))
+        selected.append(whole + np.array([y[whole:].argmin(), y[whole:].argmax()]))
+    rows = np.unique(np.concatenate([*selected, [0, len(x) - 1]]))
     return x[rows], y[rows]
 
 
-def every_few(count: int, points: int = 2 * BINS) -> NDArray[np.int64]:
+def evenly_spaced(count: int, points: int = 2 * BINS) -> NDArray[np.int64]:
     """Select evenly spaced rows, including the last one.
 
     Args:

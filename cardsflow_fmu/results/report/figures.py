@@ -19,13 +19,13 @@ from addin_sdfusion.robot import UnknownNameError
 from cardsflow_fmu.results.run_data import RunData
 from cardsflow_fmu.utils.overwrite import MARK, output_file, write_output
 
-from .chosen_curves import chosen, colours_of, short
+from .curve_selection import curve_colours, select_curves, shorten
 from .downsample import BINS, downsample
 from .panels import Panel, panels_of
 
 FORMATS = ("png", "svg", "pdf")
 
-# SVG files contain text, names are not parsed as formulas, equal results have equal files.
+# SVG files contain text. Names are not parsed as formulas. Equal results have equal files.
 STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 9,
@@ -61,18 +61,18 @@ def plot(
     form = file.suffix.lower().removeprefix(".")
     if form not in FORMATS:
         raise UnknownNameError("kind of figure", form, FORMATS, file=file)
-    place = output_file(file, [f".{form}"], overwrite=overwrite)
-    return write_output(place, image(figure_of(result, what, columns), form))
+    target = output_file(file, [f".{form}"], overwrite=overwrite)
+    return write_output(target, image(figure_of(result, what, columns), form))
 
 
 def figure_of(result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()) -> Figure:
     """Return a figure of a result. Arguments and errors as for `plot`."""
     panels = panels_of(result, what, columns)
-    return figure_of_panels(panels, title=title_of(result))
+    return figure_of_panels(panels, title=figure_title(result))
 
 
-def title_of(result: RunData) -> str:
-    """Return a note on an incomplete run; empty for a complete run."""
+def figure_title(result: RunData) -> str:
+    """Return the title of a figure: a note on an incomplete run, otherwise empty."""
     return "" if result.summary.get("status", "complete") == "complete" else "incomplete run"
 
 
@@ -86,10 +86,10 @@ def figure_of_panels(panels: Sequence[Panel], *, title: str = "", bins: int = BI
     """
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.0, 0.6 + 2.4 * len(panels)), layout="constrained")
-        every = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, panel in zip(every, panels, strict=True):
+        all_axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, panel in zip(all_axes, panels, strict=True):
             _draw(axes, panel, bins)
-        every[-1].set_xlabel("time [s]")
+        all_axes[-1].set_xlabel("time [s]")
         if title:
             figure.suptitle(title)
     return figure
@@ -101,7 +101,7 @@ def image(figure: Figure, form: str, *, salt: str = "cardsflow", mark: str | Non
     Args:
         figure: The figure.
         form: One of `FORMATS`.
-        salt: Makes ids in an SVG differ from other figures in the same page.
+        salt: Text that makes the ids in an SVG differ from those of other figures in a page.
         mark: Creator in the metadata; files with `MARK` may be overwritten.
     """
     dates = {"svg": "Date", "pdf": "CreationDate"}
@@ -111,17 +111,17 @@ def image(figure: Figure, form: str, *, salt: str = "cardsflow", mark: str | Non
     memory = io.BytesIO()
     large = np.errstate(over="ignore", invalid="ignore")  # axes of runs that diverged
     with mpl.rc_context(STYLE | {"svg.hashsalt": salt}), large, warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph", UserWarning)  # see `missing_signs`
+        warnings.filterwarnings("ignore", "Glyph", UserWarning)  # see `missing_characters`
         figure.savefig(memory, format=form, dpi=150, metadata=metadata)
     figure.set_layout_engine("none")  # the layout stays valid for other formats
     return memory.getvalue()
 
 
-def missing_signs(result: RunData) -> str:
+def missing_characters(result: RunData) -> str:
     """Return the characters of column names that the font of figures does not contain."""
     font = get_font(findfont(STYLE["font.family"]))
-    signs = dict.fromkeys(sign for name in result.names for sign in name)
-    return "".join(sign for sign in signs if not font.get_char_index(ord(sign)))
+    characters = dict.fromkeys(character for name in result.names for character in name)
+    return "".join(c for c in characters if not font.get_char_index(ord(c)))
 
 
 def inline_svg(figure: Figure, *, salt: str = "cardsflow") -> str:
@@ -131,13 +131,13 @@ def inline_svg(figure: Figure, *, salt: str = "cardsflow") -> str:
 
 
 def _draw(axes: Axes, panel: Panel, bins: int) -> None:
-    drawn = chosen(panel)
+    drawn = select_curves(panel)
     names = [curve.name for curve in drawn.curves]
-    colours = dict(zip(names, colours_of(names), strict=True))
+    colours = dict(zip(names, curve_colours(names), strict=True))
     for curve in drawn.curves:
         points = downsample(curve.time, curve.values, bins)
         axes.plot(*points, color=colours[curve.name], linewidth=1.1)
-    lines, labels = [*axes.lines], [_printable(short(name)) for name in names]
+    lines, labels = [*axes.lines], [_printable(shorten(name)) for name in names]
     for curve in drawn.references:
         points = downsample(curve.time, curve.values, bins)
         colour = curve.colour or colours[curve.of]
@@ -145,10 +145,10 @@ def _draw(axes: Axes, panel: Panel, bins: int) -> None:
     if drawn.references:
         lines.append(axes.lines[len(names)])
         labels.append("reference")
-    if drawn.left_out:
-        less = "with less change" if panel.by_change else "smaller"
+    if drawn.omitted:
+        comparison = "with less change" if panel.by_change else "smaller"
         lines += axes.plot([], [], " ")
-        labels.append(f"{drawn.left_out} {less} not shown")
+        labels.append(f"{drawn.omitted} {comparison} not shown")
     axes.set_ylabel(_printable(panel.label))
     # explicit labels, because matplotlib ignores line labels that begin with an underscore
     where = (1.0, 0.5)
@@ -159,4 +159,4 @@ def _draw(axes: Axes, panel: Panel, bins: int) -> None:
 
 def _printable(text: str) -> str:
     """Replace control characters, which SVG does not support."""
-    return "".join(sign if sign.isprintable() else "\N{REPLACEMENT CHARACTER}" for sign in text)
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)

@@ -31,7 +31,7 @@ def section(title: str, *parts: str) -> str:
     return "\n".join(("<section>", f"<h2>{escape(title)}</h2>", *parts, "</section>"))
 
 
-def folded(title: str, *parts: str) -> str:
+def collapsible_section(title: str, *parts: str) -> str:
     """Return a section that expands with a click on its title."""
     head = f"<details><summary><h2>{escape(title)}</h2></summary>"
     return "\n".join((head, *parts, "</details>"))

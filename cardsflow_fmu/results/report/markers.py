@@ -57,8 +57,8 @@ def marker_names(markers: Sequence[Marker]) -> list[str]:
     return [f"{one.name}.{axis}" for one in markers for axis in "xyz"]
 
 
-def seen_at(readings: Readings, first: float, times: FloatArray, markers: FloatArray) -> Readings:
-    """Resample measurements at the times of motion capture; tensions are means over the steps.
+def resample(readings: Readings, first: float, times: FloatArray, markers: FloatArray) -> Readings:
+    """Resample measurements at the times of motion capture; tensions are averaged over the steps.
 
     Args:
         readings: Measurements of the robot.

@@ -1,4 +1,4 @@
-"""The HTML view of a result in a notebook."""
+"""HTML view of a result in a notebook."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _BINS = 500
 
 
 def result_html(result: RunData) -> str:
-    """The summary and a figure of forces, tracking and errors."""
+    """Return the summary, and a figure of forces, tracking and errors, as HTML."""
     size = f"<p>{len(result.rows)} rows of {len(result.names)} columns</p>"
     found = result.summary.get("warnings") or ()
     lines = [f"<p><strong>Warning: {escape(str(w))}</strong></p>" for w in found]

@@ -21,9 +21,9 @@ from cardsflow_fmu.results.viewer.view import PAGES, act_of
 from cardsflow_fmu.utils.overwrite import output_file, write_output
 
 from .figures import figure_of_panels, inline_svg
-from .html import folded, page, section, table
+from .html import collapsible_section, page, section, table
 from .panels import all_panels
-from .summary_html import in_short, summary_tables
+from .summary_html import short_outcome, summary_tables
 
 _BINS = 500
 
@@ -34,10 +34,10 @@ def report(path: str | Path, file: str | Path, *, overwrite: bool = False) -> Pa
     Raises:
         InputError: The folder is not a results folder, or the file cannot be written.
     """
-    place = output_file(file, PAGES, overwrite=overwrite)
+    target = output_file(file, PAGES, overwrite=overwrite)
     with opened_run(path) as result:
         text = report_page(result)
-    return write_output(place, text)
+    return write_output(target, text)
 
 
 def report_page(result: ExperimentRunData) -> str:
@@ -54,10 +54,10 @@ def report_page(result: ExperimentRunData) -> str:
         *_verdict(result),
         section("Replay", _replay(act)),
         section("Figures", *_figures(result)),
-        folded("Summary", *summary_tables(result.summary)),
-        folded("Robot", *_robot(result)),
-        folded("Experiment", f"<pre>{escape(_experiment(result))}</pre>"),
-        folded("Versions", table(("what", "version"), _versions(result.summary))),
+        collapsible_section("Summary", *summary_tables(result.summary)),
+        collapsible_section("Robot", *_robot(result)),
+        collapsible_section("Experiment", f"<pre>{escape(_experiment(result))}</pre>"),
+        collapsible_section("Versions", table(("what", "version"), _versions(result.summary))),
     )
 
 
@@ -65,13 +65,13 @@ def _verdict(result: ExperimentRunData) -> list[str]:
     """Return warnings and the outcome of the run."""
     lines = []
     if not result.complete:
-        error = result.summary.get("error") or "it ended early"
+        error = result.summary.get("error") or "the run ended early"
         lines.append(f"Incomplete run: {error}")
     lines += [f"Warning: {warning}" for warning in result.summary.get("warnings") or ()]
     notices = [f'<p class="notice">{escape(line)}</p>' for line in lines]
     kind = "verdict" if lines else "verdict good"
-    course = "; ".join(in_short(result.summary))
-    return [*notices, f'<p class="{kind}">{escape(course)}</p>']
+    outcome = "; ".join(short_outcome(result.summary))
+    return [*notices, f'<p class="{kind}">{escape(outcome)}</p>']
 
 
 def _replay(act: Act) -> str:
@@ -87,19 +87,19 @@ def _figures(result: ExperimentRunData) -> Iterator[str]:
 
 
 def _robot(result: ExperimentRunData) -> Iterator[str]:
-    """Return links, joints, muscles, and the findings of `check`."""
+    """Yield tables of links, joints, muscles, and the findings of `check`."""
     experiment = result.experiment
     bounds = {m.name: (m.f_min, m.f_max) for m in experiment.robot.muscles}
     for part in experiment.parts:
         named = {m.name: bounds[f"{part.name}_{m.name}"] for m in part.robot.muscles}
         yield f"<h3>{escape(part.name)}</h3>"
-        yield from _one_robot(part.files[0], part.robot.cable_set, named, part.robot.motors)
+        yield from _robot_tables(part.files[0], part.robot.cable_set, named, part.robot.motors)
     if not experiment.parts:
         robot = experiment.robot
-        yield from _one_robot(experiment.robot_path, robot.cable_set, bounds, robot.motors)
+        yield from _robot_tables(experiment.robot_path, robot.cable_set, bounds, robot.motors)
 
 
-def _one_robot(
+def _robot_tables(
     path: Path,
     cable_set: str,
     bounds: Mapping[str, tuple[float, float]],
@@ -143,7 +143,7 @@ def _one_robot(
     )
     findings = read(path, cable_set or None).findings
     rows = [["error" if f.is_error else "warning", f.message] for f in findings]
-    yield table(("check", "finding"), rows) if rows else "<p>check: nothing found</p>"
+    yield table(("check", "finding"), rows) if rows else "<p>check: no findings</p>"
 
 
 def _experiment(result: ExperimentRunData) -> str:

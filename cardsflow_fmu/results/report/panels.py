@@ -16,7 +16,7 @@ from cardsflow_fmu.results.run_data import ExperimentRunData, RunData
 from cardsflow_fmu.utils.arrays import FloatArray
 from sim_dart.muscles.paths import MusclePaths
 
-from .downsample import every_few
+from .downsample import evenly_spaced
 
 _MAX_VALUE = 1e100
 
@@ -60,10 +60,11 @@ class Panel:
     by_change: bool = False
 
 
-_of_diverged_runs = np.errstate(over="ignore", invalid="ignore")
+# for diverged runs
+_ignore_overflow = np.errstate(over="ignore", invalid="ignore")
 
 
-@_of_diverged_runs
+@_ignore_overflow
 def panels_of(
     result: RunData, what: Sequence[str] = (), columns: Sequence[str] = ()
 ) -> list[Panel]:
@@ -90,21 +91,21 @@ def panels_of(
             raise InputError(f"the results have no data for {kind!r}", key="--panels")
         panels += found
     if columns:
-        panels += _chosen(result, columns)
+        panels += _column_panels(result, columns)
     elif not what:
-        panels = [panel for kind in _USUAL for panel in KINDS[kind](result)]
-        panels = panels or _chosen(result, ["*"])
+        panels = [panel for kind in _DEFAULT for panel in KINDS[kind](result)]
+        panels = panels or _column_panels(result, ["*"])
     return panels
 
 
-@_of_diverged_runs
+@_ignore_overflow
 def all_panels(result: RunData) -> dict[str, list[Panel]]:
-    """Return all kinds for which the result has data."""
+    """Return the panels of all kinds for which the result has data, by kind."""
     found = {kind: panels(result) for kind, panels in KINDS.items()}
     return {kind: panels for kind, panels in found.items() if panels}
 
 
-def _chosen(result: RunData, patterns: Sequence[str]) -> list[Panel]:
+def _column_panels(result: RunData, patterns: Sequence[str]) -> list[Panel]:
     """Return one panel per unit, or per prefix if the units are unknown."""
     groups: dict[str, list[str]] = {}
     for name in chosen_columns(result.names, patterns):
@@ -119,8 +120,10 @@ def _curves(result: RunData, names: Sequence[str]) -> list[Curve]:
     return [Curve(name, result["time"], result[name]) for name in names]
 
 
-def _starting(prefix: str, label: str, by_change: bool = False) -> Callable[[RunData], list[Panel]]:
-    """Return one panel per unit for all columns with a prefix."""
+def _panels_with_prefix(
+    prefix: str, label: str, by_change: bool = False
+) -> Callable[[RunData], list[Panel]]:
+    """Return a function that creates one panel per unit for all columns with a prefix."""
 
     def panels(result: RunData) -> list[Panel]:
         by_unit: dict[str, list[str]] = {}
@@ -135,7 +138,7 @@ def _starting(prefix: str, label: str, by_change: bool = False) -> Callable[[Run
     return panels
 
 
-def _followed(result: RunData) -> dict[str, list[Followed]]:
+def _signals_by_unit(result: RunData) -> dict[str, list[Followed]]:
     """Return the controlled positions by unit."""
     by_unit: dict[str, list[Followed]] = {}
     for signal in followed_by_name(result.names, result.units):
@@ -144,7 +147,7 @@ def _followed(result: RunData) -> dict[str, list[Followed]]:
 
 
 def tracking_curves(result: RunData, followed: Sequence[Followed]) -> list[Curve]:
-    """Return panels of positions and their references."""
+    """Return curves of positions and their references."""
     time = result["time"]
     return [
         *_curves(result, [signal.actual for signal in followed]),
@@ -153,7 +156,7 @@ def tracking_curves(result: RunData, followed: Sequence[Followed]) -> list[Curve
 
 
 def _tracking(result: RunData) -> list[Panel]:
-    by_unit = _followed(result)
+    by_unit = _signals_by_unit(result)
     return [
         Panel(f"position [{unit}]", tracking_curves(result, followed), by_change=True)
         for unit, followed in by_unit.items()
@@ -162,7 +165,7 @@ def _tracking(result: RunData) -> list[Panel]:
 
 def _errors(result: RunData) -> list[Panel]:
     time, panels = result["time"], []
-    for unit, followed in _followed(result).items():
+    for unit, followed in _signals_by_unit(result).items():
         errors = [(f.actual, f.error(result[f.actual], result[f.desired])) for f in followed]
         panels.append(Panel(f"error [{unit}]", [Curve(n, time, e) for n, e in errors]))
     return panels
@@ -173,15 +176,15 @@ def _estimates(result: RunData) -> list[Panel]:
     by_unit: dict[str, list[Curve]] = {}
     time = result["time"]
     for name in result.names:
-        prefix, _, rest = name.partition(".")
-        truth, sd = f"q.{rest}", f"{ESTIMATE['sd']}.{rest}"
+        prefix, _, suffix = name.partition(".")
+        truth, sd = f"q.{suffix}", f"{ESTIMATE['sd']}.{suffix}"
         if prefix != ESTIMATE["q"] or not {truth, sd} <= set(result.names):
             continue
         error, bound = result[name] - result[truth], 3.0 * result[sd]
         curves = by_unit.setdefault(result.units.get(truth) or "-", [])
         curves.append(Curve(name, time, error))
         curves.append(Curve(f"3 {sd}", time, bound, of=name, colour="black"))
-    return [Panel(f"error of the estimate [{unit}]", own) for unit, own in by_unit.items()]
+    return [Panel(f"error of the estimate [{unit}]", curves) for unit, curves in by_unit.items()]
 
 
 def _innovation(result: RunData) -> list[Panel]:
@@ -203,7 +206,7 @@ def _moment_arms(result: RunData) -> list[Panel]:
     signals = coordinate_signals("q", robot)
     if not set(signals) <= set(result.names):
         return []
-    rows = every_few(len(result.rows), _POSES)
+    rows = evenly_spaced(len(result.rows), _POSES)
     time, paths = result["time"][rows], MusclePaths(robot)
     poses = result.columns(signals)[rows]
     known = np.isfinite(poses).all(axis=1)
@@ -213,7 +216,7 @@ def _moment_arms(result: RunData) -> list[Panel]:
     arms = -np.stack([paths.evaluate(q).jacobian.copy() for q in poses[known]])
     panels = []
     for j, coordinate in enumerate(robot.coordinates):
-        acting = [k for k in range(len(robot.muscles)) if np.abs(arms[:, k, j]).max() > _NO_ARM]
+        acting = [k for k in range(len(robot.muscles)) if np.abs(arms[:, k, j]).max() > _MIN_ARM]
         curves = [Curve(identifier(robot.muscles[k].name), time, arms[:, k, j]) for k in acting]
         unit = "m" if coordinate.unit == "rad" else "1"
         panels += [Panel(f"moment arm, {coordinate.name} [{unit}]", curves)] if curves else []
@@ -221,20 +224,20 @@ def _moment_arms(result: RunData) -> list[Panel]:
 
 
 _POSES = 1000
-_NO_ARM = 1e-12
-_USUAL = ("forces", "torques", "tracking", "errors", "estimate")
+_MIN_ARM = 1e-12
+_DEFAULT = ("forces", "torques", "tracking", "errors", "estimate")
 
 KINDS: dict[str, Callable[[RunData], list[Panel]]] = {
-    "forces": _starting("f", "force command"),
-    "torques": _starting("tau", "motor command"),
+    "forces": _panels_with_prefix("f", "force command"),
+    "torques": _panels_with_prefix("tau", "motor command"),
     "tracking": _tracking,
     "errors": _errors,
     "estimate": _estimates,
-    "loads": _starting("w_hat", "estimated load"),
+    "loads": _panels_with_prefix("w_hat", "estimated load"),
     "innovation": _innovation,
-    "lengths": _starting("l", "muscle length", by_change=True),
+    "lengths": _panels_with_prefix("l", "muscle length", by_change=True),
     "moment_arms": _moment_arms,
     "solve_times": _solve_times,
-    "slack": _starting("slack", "missing"),
+    "slack": _panels_with_prefix("slack", "shortfall"),
 }
-"""Functions of panels by kind; they return an empty list without data."""
+"""Functions that create the panels of each kind; they return an empty list without data."""

@@ -24,7 +24,7 @@ from sim_dart.calibration.markers import Marker
 from sim_dart.calibration.readings import Readings
 from sim_dart.estimation.estimated_robot import passive_muscles
 
-from .markers import marker_names, read_capture, seen_at
+from .markers import marker_names, read_capture, resample
 
 _JITTER = 0.25
 """Tolerance of equal steps, as fraction of a step."""
@@ -58,11 +58,10 @@ def read_readings(
         path / RECORDING_FILE if is_folder(path) else path
     )  # states with the time of measurement
     is_hardware = recorded.is_file() and is_recording(recorded)
-    columns = _of_hardware(recorded) if is_hardware else _of_table(path)
+    columns = _hardware_columns(recorded) if is_hardware else _table_columns(path)
+    # replace signalling NaNs, which cause warnings of NumPy
     columns = {name: np.where(np.isnan(one), np.nan, one) for name, one in columns.items()}
-    _require_same_names(
-        path, columns, robot
-    )  # NumPy warns about signalling NaNs, which are removed here
+    _require_same_names(path, columns, robot)
     t = columns["time"]
     if len(t) < 3:
         raise InputError(f"has only {len(t)} measurements; record for a longer time", file=path)
@@ -73,7 +72,7 @@ def read_readings(
         found = np.full((rows, len(names)), np.nan)
         for k, name in enumerate(names):
             if name in columns:
-                _refuse_large(path, name, columns)
+                _reject_large_values(path, name, columns)
                 found[at, k] = columns[name]
             else:
                 found[:, k] = default
@@ -99,21 +98,26 @@ def read_readings(
     for name in names:
         if name not in columns:
             raise InputError(f"has no column {name!r} of a marker (position in m)", file=path)
-        _refuse_large(path, name, columns)
-    seen = np.column_stack([columns[name] for name in names])
-    shown = ~np.isnan(seen).all(axis=1)
-    if shown.sum() < 3:
+        _reject_large_values(path, name, columns)
+    positions = np.column_stack([columns[name] for name in names])
+    is_complete = ~np.isnan(positions).all(axis=1)
+    if is_complete.sum() < 3:
         raise InputError(
-            f"has markers at only {shown.sum()} times; record for a longer time", file=path
+            f"has markers at only {is_complete.sum()} times; record for a longer time", file=path
         )
-    times, seen = columns["time"][shown], seen[shown]
+    times, positions = columns["time"][is_complete], positions[is_complete]
     at, step = _equal_steps(path, times)
-    filled = np.full((int(at[-1]) + 1, seen.shape[1]), np.nan)
-    filled[at] = seen
-    return seen_at(readings, float(t[0]), times[0] + step * np.arange(len(filled)), filled)
+    filled = np.full((int(at[-1]) + 1, positions.shape[1]), np.nan)
+    filled[at] = positions
+    return resample(readings, float(t[0]), times[0] + step * np.arange(len(filled)), filled)
 
 
-def _refuse_large(path: Path, name: str, columns: Mapping[str, FloatArray]) -> None:
+def _reject_large_values(path: Path, name: str, columns: Mapping[str, FloatArray]) -> None:
+    """Reject a column with values above the maximum.
+
+    Raises:
+        InputError: A value is too large.
+    """
     values, t = columns[name], columns["time"]
     large = np.flatnonzero(np.abs(values) > _MAX_VALUE)
     if len(large):
@@ -140,11 +144,11 @@ def _tension(names: Sequence[str], columns: Mapping[str, FloatArray]) -> str:
     return next((name for name in names if name in columns), names[0])
 
 
-def _of_hardware(path: Path) -> dict[str, FloatArray]:
-    """Return the columns of a hardware.rec; the state at the end of a step is in the next row.
+def _hardware_columns(path: Path) -> dict[str, FloatArray]:
+    """Return the columns of a hardware.rec.
 
-    Measured tensions and torques act before the time of the state; the values that act afterwards
-    are in the following state.
+    The state at the end of a step is in the next row. Measured tensions and torques of a state
+    acted during the step before its time. The values during the next step are in the next state.
     """
     recording = read_recording(path)
     if recording.lost_bytes:
@@ -163,7 +167,7 @@ def _of_hardware(path: Path) -> dict[str, FloatArray]:
     return columns | {name: one for name, one in commands if name not in columns}
 
 
-def _of_table(path: Path) -> dict[str, FloatArray]:
+def _table_columns(path: Path) -> dict[str, FloatArray]:
     result = read_results(path)
     if result.summary.get("status", "complete") != "complete":
         raise InputError("is an incomplete run; record it again", file=path)
@@ -184,8 +188,8 @@ def _require_same_names(path: Path, columns: Mapping[str, FloatArray], robot: Ro
         "f": set(muscle_signals("f", robot)),
     }
     for kind, own in known.items():
-        there = {name for name in columns if name.partition(".")[0] == kind and "." in name}
-        unknown = sorted(there - own)
+        found = {name for name in columns if name.partition(".")[0] == kind and "." in name}
+        unknown = sorted(found - own)
         if unknown:
             what = f"{unknown[0]!r} is not a signal of robot {robot.name!r}; it is of another robot"
             raise InputError(what, file=path)

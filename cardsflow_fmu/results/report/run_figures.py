@@ -19,8 +19,8 @@ from cardsflow_fmu.cosim.signals.muscles import (
 from cardsflow_fmu.cosim.signals.ports import identifier, muscle_signals
 from cardsflow_fmu.results.run_data import ExperimentRunData
 
-from .downsample import every_few
-from .figures import STYLE, figure_of_panels, image, title_of
+from .downsample import evenly_spaced
+from .figures import STYLE, figure_of_panels, figure_title, image
 from .panels import KINDS, Curve, Panel, tracking_curves
 
 TRACKING, PATH, WORLD = "tracking", "path", "world"
@@ -34,7 +34,7 @@ def run_images(result: ExperimentRunData) -> dict[str, bytes]:
         figures[PATH] = _path_figure(result, point)
     world = _world_panels(result)
     if world:
-        figures[WORLD] = figure_of_panels(world, title=title_of(result))
+        figures[WORLD] = figure_of_panels(world, title=figure_title(result))
     return {
         f"{name}.{form}": image(figure, form, mark=None)
         for name, figure in figures.items()
@@ -45,11 +45,11 @@ def run_images(result: ExperimentRunData) -> dict[str, bytes]:
 def tracking_figure(result: ExperimentRunData) -> Figure:
     """Return force commands, and positions with dotted references: figures 10 and 12 of the paper.
 
-    Joint motors have torques. Muscles with laws have commands and tensions, with dotted desired
-    tensions.
+    The figure also contains the torques of joint motors. For muscles with muscle laws, it contains
+    commands, and tensions with dotted desired tensions.
     """
     panels = [_forces(result), *_commands(result), *KINDS["torques"](result), _positions(result)]
-    return figure_of_panels([p for p in panels if p.curves], title=title_of(result))
+    return figure_of_panels([p for p in panels if p.curves], title=figure_title(result))
 
 
 def _path_figure(result: ExperimentRunData, point: list[Followed]) -> Figure:
@@ -59,19 +59,19 @@ def _path_figure(result: ExperimentRunData, point: list[Followed]) -> Figure:
         figure = Figure(figsize=(5.8, 5.2))
         # layout engines do not support labels of 3-D axes
         axes: Any = figure.add_axes((0.02, 0.06, 0.84, 0.9), projection="3d")
-        rows = every_few(len(result.rows))
+        rows = evenly_spaced(len(result.rows))
         axes.plot(*result.columns(actual)[rows].T, label="path", linewidth=1.2)
         axes.plot(*result.columns(desired)[rows].T, ":", color="black", label="reference")
         for axis, name in zip("xyz", actual, strict=True):
             getattr(axes, f"set_{axis}label")(f"{name} [m]")
         axes.set_aspect("equal", adjustable="datalim")
         axes.legend(loc="upper left", frameon=False)
-        figure.suptitle(title_of(result))
+        figure.suptitle(figure_title(result))
     return figure
 
 
 def _point(result: ExperimentRunData) -> list[Followed]:
-    """Return the coordinates of the first controlled point with x, y and z; empty if none."""
+    """Return the signals of the first controlled point with x, y and z; empty if there is none."""
     followed = followed_by_name(result.names, result.units)
     for frame in result.experiment.robot.task_frames:
         prefix = f"y.{identifier(frame.name)}."
@@ -82,7 +82,7 @@ def _point(result: ExperimentRunData) -> list[Followed]:
 
 
 def _forces(result: ExperimentRunData) -> Panel:
-    """Return muscle tensions, and desired tensions of muscles with laws."""
+    """Return muscle tensions, and desired tensions of muscles with muscle laws."""
     time, robot = result["time"], result.experiment.robot
     desired = dict(zip(tension_signals(robot), muscle_signals("f", robot), strict=True))
     names = [name for name in desired if name in result.names]
@@ -96,7 +96,7 @@ def _forces(result: ExperimentRunData) -> Panel:
 
 
 def _commands(result: ExperimentRunData) -> list[Panel]:
-    """Return recorded commands of muscles with laws, one panel per kind."""
+    """Return recorded commands of muscles with muscle laws, one panel per kind."""
     robot = result.experiment.robot
     groups: dict[str, list[Curve]] = {}
     for name, k in zip(command_signals(robot), driven_muscles(robot), strict=True):
@@ -121,12 +121,12 @@ def _world_panels(result: ExperimentRunData) -> list[Panel]:
     time = result["time"]
     displacements = [
         Curve(name, time, result[name] - result[name][0])
-        for thing in _groups(result, "object", "x")
+        for thing in _bodies(result, "object", "x")
         for name in (f"{thing}.{axis}" for axis in "xyz")
     ]
     forces = [
         Curve(body, time, np.linalg.norm([result[f"{body}.f{axis}"] for axis in "xyz"], axis=0))
-        for body in _groups(result, "contact", "fx")
+        for body in _bodies(result, "contact", "fx")
     ]
     panels = [
         Panel("displacement of objects [m]", displacements),
@@ -135,8 +135,14 @@ def _world_panels(result: ExperimentRunData) -> list[Panel]:
     return [panel for panel in panels if panel.curves]
 
 
-def _groups(result: ExperimentRunData, prefix: str, axis: str) -> list[str]:
-    """Return names of recorded objects or bodies, without axis."""
+def _bodies(result: ExperimentRunData, prefix: str, axis: str) -> list[str]:
+    """Return the names of recorded objects or bodies.
+
+    Args:
+        result: Results of the run.
+        prefix: Prefix of the signals.
+        axis: Suffix of one signal of each object or body.
+    """
     ending = f".{axis}"
     named = [n for n in result.names if n.startswith(f"{prefix}.") and n.endswith(ending)]
     return [name.removesuffix(ending) for name in named]

@@ -22,7 +22,7 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
     return [
         part
         for part in (
-            table(("", ""), _course(summary)),
+            table(("", ""), _overview(summary)),
             table(
                 ("tracking", "RMS", "largest", "unit"),
                 ([name, e["rms"], e["max"], e["unit"]] for name, e in tracking.items()),
@@ -47,7 +47,7 @@ def summary_tables(summary: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def in_short(summary: Mapping[str, Any]) -> list[str]:
+def short_outcome(summary: Mapping[str, Any]) -> list[str]:
     """Return status, tracking errors and infeasible ticks of a run as plain text."""
     parts = [str(summary.get("status", "complete"))]
     tracking = summary.get("tracking") or {}
@@ -64,7 +64,7 @@ def in_short(summary: Mapping[str, Any]) -> list[str]:
     return parts
 
 
-def _course(summary: Mapping[str, Any]) -> list[list[Any]]:
+def _overview(summary: Mapping[str, Any]) -> list[list[Any]]:
     """Return labels and values of the summary, in the order of `_ROWS`."""
     unit = (summary.get("tracking") or {}).get("unit")
     rows = [[label.format(unit=unit), _value(summary, key)] for label, key in _ROWS]

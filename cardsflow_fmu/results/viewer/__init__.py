@@ -1,4 +1,4 @@
-"""Views of robots and runs: scenes, and adapters that draw them."""
+"""Views of robots and runs: scenes, live view, HTML page, and Rerun file."""
 
 from .scene.motion import Motion, motion_of
 from .scene.stage import Stage

@@ -1,7 +1,7 @@
-"""Recordings for Rerun: the shapes of every frame, and plots on the same time line.
+"""Recordings for Rerun: shapes of all frames, and plots with the same time axis.
 
-The viewer of Rerun sends usage data by default. Writing a file does not use the viewer and opens no
-connection.
+The viewer of Rerun sends usage data by default. Writing a file does not start the viewer and does
+not open a network connection.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .scene.act import Act
 from .scene.primitives import AXES
 
 _MAX_TRAIL_POINTS = 400
-"""Maximum number of points of a trail, because every frame contains the whole trail."""
+"""Maximum number of points of a trail; each frame contains the whole trail."""
 
 
 def require_rerun() -> Any:
@@ -48,8 +48,8 @@ def write_rrd(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False)
         InputError: rerun-sdk is not installed, or the file cannot be written.
     """
     target, rr = output_file(file, [".rrd"], overwrite=overwrite), require_rerun()
-    with temporary_folder() as aside:
-        draft = aside / "recording.rrd"
+    with temporary_folder() as scratch:
+        draft = scratch / "recording.rrd"
         recording = rr.RecordingStream(MARK, recording_id=acts[0].title)
         recording.save(draft)
         for number, act in enumerate(acts):
@@ -60,7 +60,7 @@ def write_rrd(acts: Sequence[Act], file: str | Path, *, overwrite: bool = False)
 
 
 class _Recorder:
-    """Logger of an act below a root entity."""
+    """Writer of an act below a root entity."""
 
     def __init__(self, rr: Any, recording: Any, root: str) -> None:
         self._rr, self._recording, self._root = rr, recording, root
@@ -137,7 +137,7 @@ class _Recorder:
 
 
 def _lines(shapes: Sequence[s.Shape]) -> tuple[list[FloatArray], list[s.Colour], list[float]]:
-    """Corners, colours and radii of lines."""
+    """Return corners, colours and radii of lines."""
     found: list[tuple[FloatArray, s.Colour, float]] = []
     for shape in shapes:
         if isinstance(shape, s.Line | s.Capsule | s.Cylinder):
@@ -152,7 +152,7 @@ def _lines(shapes: Sequence[s.Shape]) -> tuple[list[FloatArray], list[s.Colour],
 
 
 def _balls(shapes: Sequence[s.Shape]) -> tuple[list[FloatArray], list[s.Colour], list[float]]:
-    """Centres, colours and radii of balls."""
+    """Return centres, colours and radii of balls."""
     centres: list[FloatArray] = []
     tints: list[s.Colour] = []
     radii: list[float] = []

@@ -16,7 +16,7 @@ from cardsflow_fmu.results.saved_run import is_run, opened_run
 from cardsflow_fmu.utils.overwrite import output_file, write_output
 
 from .html.page import replay_page
-from .live.live import Ended, address, pose, replay, server
+from .live.live import Ended, address, server, show_replay, show_robot
 from .scene.act import Act
 from .scene.meshes import link_meshes
 from .scene.motion import Motion, motion_of
@@ -141,13 +141,13 @@ def view(
         InputError: A path cannot be shown, viser is not installed, or the port is used.
     """
     acts = acts_of(paths, cable_set=cable_set, full_scale=full_scale, note=note)
-    with interruption() as ended, server(port, browser=browser) as opened:
+    with catch_interrupt() as ended, server(port, browser=browser) as opened:
         report(f"{address(opened)}  (press Ctrl-C to stop)")
         if is_run(Path(paths[0])):
-            replay(opened, acts, ended)
+            show_replay(opened, acts, ended)
         else:
             stage = acts[0].stage
-            pose(opened, stage.robot, stage.meshes, ended)
+            show_robot(opened, stage.robot, stage.meshes, ended)
 
 
 def acts_of(
@@ -176,8 +176,8 @@ def acts_of(
 
 
 @contextlib.contextmanager
-def interruption() -> Iterator[Ended]:
-    """Event of a view that Ctrl-C ends."""
+def catch_interrupt() -> Iterator[Ended]:
+    """Provide a function that returns whether Ctrl-C was pressed."""
     pressed = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield pressed.is_set

@@ -43,13 +43,13 @@ def system_hardware(path: Path) -> HardwareSettings | None:
         The settings; None without a hardware FMU of CARDSFlow.
     """
     for files in _all_carried(path, first=f"{HARDWARE}.fmu"):
-        with temporary_folder() as aside:
-            archive = aside / "experiment.zip"
+        with temporary_folder() as scratch:
+            archive = scratch / "experiment.zip"
             archive.write_bytes(archive_bytes(files))
             try:
                 if HARDWARE not in json.loads(files[EXPERIMENT_FILE]):
                     continue
-                folder = unpack_archive(archive, aside / "it", "archive", "an experiment")
+                folder = unpack_archive(archive, scratch / "it", "archive", "an experiment")
                 return Experiment.from_resources(folder).hardware
             except (CardsflowError, ValueError, TypeError):
                 continue

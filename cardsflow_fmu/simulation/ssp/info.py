@@ -19,7 +19,7 @@ def system_info(path: str | Path) -> dict[str, Any]:
         InputError: The file cannot be read or uses unsupported features.
     """
     path = Path(path)
-    with temporary_folder() as aside, archive_named(path, aside) as folder:
+    with temporary_folder() as scratch, archive_named(path, scratch) as folder:
         unpack_ssp(path, folder)
         system = read_system(folder)
         variants = sorted(file.stem for file in folder.glob("*.ssd"))

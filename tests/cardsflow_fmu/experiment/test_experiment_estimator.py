@@ -16,7 +16,7 @@ from cardsflow_fmu import Experiment, run
 from cardsflow_fmu.experiment.writer import experiment_data
 from cardsflow_fmu.hardware.protocol.recording import read_recording
 from cardsflow_fmu.results.analysis.observable import (
-    observability_remarks,
+    observability_notes,
     observability_warnings,
     observed_poses,
 )
@@ -167,7 +167,7 @@ def test_unobservable_poses_are_reported_before_a_run() -> None:
     found = observed_poses(roboy(0.1))
     assert not observability_warnings(found)
     assert set(found["critical"]) == {"motor9", "motor10"}
-    assert any("motor10 and motor9" in line for line in observability_remarks(found))
+    assert any("motor10 and motor9" in line for line in observability_notes(found))
     blind = roboy(0.1, length_noise={"motor9": 0.0, "motor10": 0.0, "*": 1e-4})
     (line,) = observability_warnings(observed_poses(blind))
     assert "joint_4 at 33 of 33 poses" in line

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cardsflow_fmu.results.report.downsample import downsample, every_few
+from cardsflow_fmu.results.report.downsample import downsample, evenly_spaced
 
 
 @pytest.mark.parametrize("count", [1, 5, 4000, 4001, 30_000, 99_999])
@@ -37,7 +37,7 @@ def test_gaps_stay() -> None:
 
 @pytest.mark.parametrize("count", [0, 1, 7, 4000, 4001, 600_000])
 def test_every_few_keeps_the_ends(count: int) -> None:
-    rows = every_few(count)
+    rows = evenly_spaced(count)
     assert len(rows) <= 4001
     assert (len(rows) == 0) == (count == 0)
     if count:

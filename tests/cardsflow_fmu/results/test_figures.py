@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.command_line import CommandLine
 
-from cardsflow_fmu.results.report.chosen_curves import chosen, colours_of
+from cardsflow_fmu.results.report.curve_selection import curve_colours, select_curves
 from cardsflow_fmu.results.report.figures import figure_of_panels
 from cardsflow_fmu.results.report.panels import Curve, Panel, all_panels, panels_of
 from cardsflow_fmu.results.run_data import RunData
@@ -49,10 +49,10 @@ def test_ten_largest_curves_are_drawn_and_the_others_are_counted(
 
 def test_positions_count_by_their_change_and_keep_their_references(many: Path) -> None:
     (panel,) = panels_of(read_results(many), ["tracking"])
-    drawn = chosen(panel)
+    drawn = select_curves(panel)
     assert [c.name for c in drawn.curves] == [f"q.joint_{k}" for k in range(51, 61)]
     assert [c.name for c in drawn.references] == [f"q_d.joint_{k}" for k in range(51, 61)]
-    assert drawn.left_out == 51
+    assert drawn.omitted == 51
 
 
 @pytest.mark.slow
@@ -80,7 +80,7 @@ def test_values_that_are_no_numbers_do_not_choose() -> None:
     time = np.arange(3.0)
     curves = [Curve(f"f.{k}", time, np.full(3, np.nan)) for k in range(10)]
     curves.append(Curve("f.ten", time, np.array([0.0, np.inf, 5.0])))
-    assert "f.ten" in [c.name for c in chosen(Panel("N", curves)).curves]
+    assert "f.ten" in [c.name for c in select_curves(Panel("N", curves)).curves]
 
 
 def test_runs_that_diverged_have_panels() -> None:
@@ -107,7 +107,7 @@ def test_signs_that_the_font_lacks_are_named(
 
 def test_a_group_has_a_hue_and_its_members_differ() -> None:
     names = ["f.left_motor1", "f.left_motor2", "f.right_motor1", "f.right_motor2"]
-    left, light_left, right, light_right = colours_of(names)
+    left, light_left, right, light_right = curve_colours(names)
     assert len({left, light_left, right, light_right}) == 4
     for dark, light in ((left, light_left), (right, light_right)):
         away_from_white = [
@@ -115,4 +115,4 @@ def test_a_group_has_a_hue_and_its_members_differ() -> None:
         ]
         cosine = np.dot(*away_from_white) / np.prod(np.linalg.norm(away_from_white, axis=1))
         assert cosine > 0.999  # the same hue
-    assert len(set(colours_of([f"f.cable_{k}" for k in range(1, 11)]))) == 10
+    assert len(set(curve_colours([f"f.cable_{k}" for k in range(1, 11)]))) == 10

@@ -133,7 +133,7 @@ def test_a_disk_without_room_is_refused_before_the_run(
     (tmp_path / "summary.json").write_text(json.dumps(SUMMARY))
     with (
         OutputFolder(tmp_path) as folder,
-        pytest.raises(MachineError, match=r"no room for a run of \d+ rows, \d+ MiB"),
+        pytest.raises(MachineError, match=r"not enough space for a run of \d+ rows, \d+ MiB"),
     ):
         begun(folder, 2**52)
     assert (tmp_path / "results.csv").read_text() == "time\n"

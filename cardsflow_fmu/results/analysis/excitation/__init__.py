@@ -1,1 +1,1 @@
-"""Motions that identify a robot's numbers."""
+"""Motions for the identification of robot parameters."""

@@ -1,12 +1,12 @@
-"""Design of motions that identify a robot's numbers: Bayesian D-optimal splines.
+"""Design of motions for the identification of robot parameters: Bayesian D-optimal splines.
 
-The control points of a B-spline of fifth order are free, but for the first and the last five, which
-are the pose where the motion begins and ends, at rest. Greatest is
+The motion is a B-spline of fifth order. The first and last five control points are the start pose,
+so that the motion begins and ends at rest. The other control points are optimised:
 
-    log det (H + H0),   H = sum over windows of the information that a calibration has of them
+    max log det (H + H0),   H = sum of the information of all windows of a calibration
 
-with the prior H0, by exchange of one control point after the other (Meyer & Nachtsheim 1995,
-Technometrics 37), as long as muscles can make the motion within their bounds.
+with the prior H0. Single control points are exchanged (Meyer & Nachtsheim 1995, Technometrics 37).
+Only motions that are feasible within the force limits are accepted.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from .spline import GRID, KNOTS, ORDER
 DURATION = 20.0
 SPEED = 1.5
 NOISE = 1e-4
-"""Of one reading of a position, in [rad] or [m], and of a length, in [m], at `READ`."""
+"""Noise of each measurement of a position, in [rad] or [m], or length, in [m], at `READ`."""
 
 READ = 1e-3
-"""Time between two readings of the recording that deviations are predicted for, in [s]."""
+"""Time between two measurements of the recording that is predicted, in [s]."""
 
 _ROWS = round(WINDOW / GRID) + 1
 _FIRST = 10
-"""First row of the window of a span."""
+"""Index of the first row of the window in a span."""
 
 _MAX_STEP = 4e-3
 _MAX_SPANS = 1000
@@ -48,9 +48,10 @@ _MAX_SPEED = 100.0
 _SWEEPS = 6
 _TRIES = 4
 _WORK = 1.2e5
-"""Limit of windows times parameters of all tries."""
+"""Maximum number of simulated windows times the number of parameters."""
 
-_REFINED = 80
+_REFINED_WINDOWS = 80
+"""Maximum number of windows for the final information."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +59,13 @@ class Excitation:
     """Motion, and the information of a recording of it.
 
     Attributes:
-        motion: At times `GRID` apart, from rest to rest.
+        motion: The motion from rest to rest, with rows at time steps of `GRID`.
         forces: Minimum forces of the motion, shape (T, m), in [N].
         parameters: Parameters to identify.
-        information: H by readings with `NOISE` at `READ`, scaled by the prior standard deviations.
-        prior: H0, shape (P, P).
-        notes: Further notes, one line each.
+        information: H of measurements with `NOISE` at `READ`, scaled by the prior standard
+            deviations, shape (P, P).
+        prior: H0, scaled in the same way, shape (P, P).
+        notes: Notes for users, one line each.
     """
 
     motion: Motion
@@ -75,7 +77,7 @@ class Excitation:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Covariance of the parameters with prior, shape (P, P)."""
+        """Covariance of the parameters, including the prior, shape (P, P)."""
         sd = np.array([one.sd for one in self.parameters])
         C: FloatArray = np.linalg.inv(self.information + self.prior) * sd[:, None] * sd
         return C
@@ -112,28 +114,28 @@ def excitations(
     """
     if robot.loops:
         raise InputError(f"robot {robot.name!r} has closed loops, which are not supported")
-    least, most = 2 * ORDER * KNOTS, _MAX_SPANS * KNOTS
-    if not least <= duration <= most:
+    shortest, longest = 2 * ORDER * KNOTS, _MAX_SPANS * KNOTS
+    if not shortest <= duration <= longest:
         raise InputError(
-            f"must be from {least:g} to {most:g} s, not {duration:g}", key="--duration"
+            f"must be from {shortest:g} to {longest:g} s, not {duration:g}", key="--duration"
         )
     if not 0.0 < speed <= _MAX_SPEED:
         what = f"must be above 0 and at most {_MAX_SPEED:g} rad/s, not {speed:g}"
         raise InputError(what, key="--speed")
     motions = Motions(robot, np.asarray(start, float), round(duration / KNOTS), speed)
     rng = np.random.default_rng(seed)
-    points = motions.random(rng)
+    points = motions.random_motion(rng)
     torque = np.sqrt(np.mean(motions.terms(points, range(motions.spans)).tau ** 2, axis=0))
     priors = PriorSettings()
     parameters, notes = free_parameters(robot, free, np.maximum(torque, 1e-3), priors)
     design = Design(motions, parameters, priors)
-    points = design.exchanged(points, rng, progress)
+    points = design.exchange(points, rng, progress)
     while True:
-        points = motions.shrunk(points)
+        points = motions.make_feasible(points)
         motion, forces = motions.whole(points)
-        H = design.refined(motion, forces)
+        H = design.measured_information(motion, forces)
         yield Excitation(motion, forces, parameters, H, design.prior, notes)
-        points = motions.smaller(points)
+        points = motions.scale_down(points)
 
 
 class Design:
@@ -152,45 +154,56 @@ class Design:
         n, m = len(motions.robot.coordinates), len(motions.robot.muscles)
         self._columns = n, m
         noise = np.full(n + m, NOISE)
-        thin = _ROWS * READ / KNOTS  # few measurements represent a whole span
+        share = (
+            _ROWS * READ / KNOTS
+        )  # the few simulated measurements represent all measurements of the span
         robot, sd = motions.robot, priors.inertia
-        few = noise * np.sqrt(thin)
+        few = noise * np.sqrt(share)
         self._problem = CalibrationProblem(robot, parameters, few, sd, _MAX_STEP)
         self._exact = CalibrationProblem(robot, parameters, noise, sd)
         self.prior = self._problem.prior(np.zeros(len(parameters)))[2]
 
-    def exchanged(
+    def exchange(
         self,
         points: FloatArray,
         rng: np.random.Generator,
         progress: Callable[[int, int], None] | None = None,
     ) -> FloatArray:
-        """Return control points of a motion with more information."""
+        """Improve the information of a motion by exchanging single control points.
+
+        Args:
+            points: Control points of a feasible motion.
+            rng: Source of the random proposals.
+            progress: Called with the number of completed proposals and their total.
+
+        Returns:
+            Control points of the improved motion.
+        """
         motions = self._motions
         none = np.zeros_like(self.prior)
         information = [self._information(points, span) for span in range(motions.spans)]
-        each = [none if H is None else H for H in information]
-        whole = self.prior + sum(each, none)
+        spans = [none if H is None else H for H in information]
+        whole = self.prior + sum(spans, none)
         best = np.linalg.slogdet(whole)[1]
         work = len(self._parameters) * (ORDER + 1) * len(motions.free) * _SWEEPS
         tries = int(np.clip(round(_WORK / work), 1, _TRIES))
-        tried = [k for _ in range(_SWEEPS) for k in motions.free for _ in range(tries)]
-        for count, k in enumerate(tried):
+        candidates = [k for _ in range(_SWEEPS) for k in motions.free for _ in range(tries)]
+        for count, k in enumerate(candidates):
             if progress is not None:
-                progress(count, len(tried))
+                progress(count, len(candidates))
             new = points.copy()
-            new[k] = motions.proposed(points, k, rng)
+            new[k] = motions.propose(points, k, rng)
             around = range(k - ORDER, k + 1)
             parts = self._all_information(new, around)
             if parts is None:
                 continue
-            changed = whole + sum((H - each[s] for s, H in zip(around, parts, strict=True)), none)
+            changed = whole + sum((H - spans[s] for s, H in zip(around, parts, strict=True)), none)
             gain = np.linalg.slogdet(changed)[1]
             if gain > best:
                 points, whole, best = new, changed, gain
-                each[around.start : around.stop] = parts
+                spans[around.start : around.stop] = parts
         if progress is not None:
-            progress(len(tried), len(tried))
+            progress(len(candidates), len(candidates))
         return points
 
     def _all_information(self, points: FloatArray, spans: range) -> list[FloatArray] | None:
@@ -216,18 +229,18 @@ class Design:
         found = self._problem.informations([window], [start])
         return None if found is None else found[0]
 
-    def refined(self, motion: Motion, forces: FloatArray) -> FloatArray:
+    def measured_information(self, motion: Motion, forces: FloatArray) -> FloatArray:
         """Return the information of measurements at `READ`, from windows of the whole motion.
 
         Raises:
             CardsflowError: The robot diverges within a window.
         """
-        whole = _finer(motion, forces)
+        whole = _resample(motion, forces)
         rows = round(WINDOW / READ)
         firsts = np.arange(0, len(whole[0].times) - rows, rows)
-        some = firsts[:: max(1, len(firsts) // _REFINED)]
-        made = [self._window(*whole, int(first), rows) for first in some]
-        cut, starts = [w for w, _ in made], [s for _, s in made]
+        some = firsts[:: max(1, len(firsts) // _REFINED_WINDOWS)]
+        windows = [self._window(*whole, int(first), rows) for first in some]
+        cut, starts = [w for w, _ in windows], [s for _, s in windows]
         found = self._exact.informations(cut, starts)
         if found is None:
             raise CardsflowError("the robot diverges along the motion")
@@ -249,7 +262,7 @@ class Design:
         return Window(readings, first, nothing[first : first + rows]), start
 
 
-def _finer(motion: Motion, forces: FloatArray) -> tuple[Motion, FloatArray]:
+def _resample(motion: Motion, forces: FloatArray) -> tuple[Motion, FloatArray]:
     """Resample a motion at `READ` with cubic interpolation, and its forces linearly."""
     t = motion.times
     fine = READ * np.arange(round(t[-1] / READ) + 1)

@@ -18,16 +18,16 @@ _MARGIN = 0.05
 """Margin to upper force limits and joint limits, as fraction of the range."""
 
 _AT_BOUND = 0.7
-"""Fraction of proposals, and of their coordinates, at bounds; these identify most."""
+"""Fraction of proposals, and of their coordinates, at limits, where the information is largest."""
 
-_SMALLER = 0.8
-_SPARSE = 4
+_SCALE = 0.8
+_ROW_STRIDE = 4
 
 _SLIDE = 0.3
 """Ratio of sliding and rotational speed, as fraction of the robot size."""
 
-_WIDE = 1.5
-"""Range of coordinates without limits, in [rad], or as fraction of the robot size."""
+_UNLIMITED_RANGE = 1.5
+"""Maximum distance from the start, in [rad], or as fraction of the robot size."""
 
 
 class Motions:
@@ -35,7 +35,7 @@ class Motions:
 
     Args:
         robot: The robot.
-        start: Pose at rest.
+        start: Pose at the begin and end, at rest.
         spans: Number of spans between knots.
         speed: Maximum speed, in [rad/s].
     """
@@ -46,29 +46,29 @@ class Motions:
         turns = np.array([c.unit == "rad" for c in robot.coordinates])
         size = robot_size(robot)
         self._step = KNOTS * speed * np.where(turns, 1.0, _SLIDE * size)
-        wide = _WIDE * np.where(turns, 1.0, size)
+        default = _UNLIMITED_RANGE * np.where(turns, 1.0, size)
         low, high = np.array([(c.lower, c.upper) for c in robot.coordinates]).reshape(-1, 2).T
-        room = np.where(np.isfinite(high - low), high - low, 0.0)
-        self._low = np.maximum(low + _MARGIN * room, start - wide)
-        self._high = np.minimum(high - _MARGIN * room, start + wide)
+        joint_range = np.where(np.isfinite(high - low), high - low, 0.0)
+        self._low = np.maximum(low + _MARGIN * joint_range, start - default)
+        self._high = np.minimum(high - _MARGIN * joint_range, start + default)
         self._low, self._high = np.minimum(self._low, start), np.maximum(self._high, start)
-        most = np.minimum(self.dynamics.f_max, assumed_force(robot))
-        least = np.maximum(self.dynamics.f_min, -assumed_force(robot))
-        self._bounds = least, most - _MARGIN * (most - least)
+        high_force = np.minimum(self.dynamics.f_max, assumed_force(robot))
+        low_force = np.maximum(self.dynamics.f_min, -assumed_force(robot))
+        self._bounds = low_force, high_force - _MARGIN * (high_force - low_force)
         self._basis = [basis(order) for order in range(3)]
         self.passive = passive_muscles(robot)
         self.motors = [k for k, c in enumerate(robot.coordinates) if c.actuated]
 
     @property
     def free(self) -> range:
-        """Indices of the control points after the start."""
+        """Indices of the control points that are optimised."""
         return range(ORDER, self.spans)
 
     def at_rest(self) -> FloatArray:
         """Return control points of a robot at rest, shape (spans + 5, n)."""
         return np.tile(self.start, (self.spans + ORDER, 1))
 
-    def proposed(self, points: FloatArray, k: int, rng: np.random.Generator) -> FloatArray:
+    def propose(self, points: FloatArray, k: int, rng: np.random.Generator) -> FloatArray:
         """Draw a control point k within limits and speeds, often at a bound, shape (n,)."""
         near = points[[k - 1, k + 1]]
         low = np.maximum(self._low, near.max(axis=0) - self._step)
@@ -77,16 +77,16 @@ class Motions:
         at_bound = rng.uniform(size=len(low)) < _AT_BOUND * (rng.uniform() < _AT_BOUND)
         return np.asarray(low + (high - low) * np.where(at_bound, np.round(share), share))
 
-    def random(self, rng: np.random.Generator) -> FloatArray:
+    def random_motion(self, rng: np.random.Generator) -> FloatArray:
         """Return control points of a random feasible motion."""
         points = self.at_rest()
         for k in self.free:
-            points[k] = self.proposed(points, k, rng)
-        for k in reversed(self.free):  # back to the start in time
+            points[k] = self.propose(points, k, rng)
+        for k in reversed(self.free):  # limits the speed of the return to the start
             points[k] = np.clip(points[k], points[k + 1] - self._step, points[k + 1] + self._step)
-        return self.shrunk(points)
+        return self.make_feasible(points)
 
-    def shrunk(self, points: FloatArray) -> FloatArray:
+    def make_feasible(self, points: FloatArray) -> FloatArray:
         """Shrink a motion towards the start until it is feasible.
 
         Raises:
@@ -95,18 +95,25 @@ class Motions:
         for _ in range(40):
             if np.isfinite(self.whole(points)[1]).all():
                 return points
-            points = self.smaller(points)
+            points = self.scale_down(points)
         raise CardsflowError(
             f"robot {self.robot.name!r}: the muscles hold the start pose with less than "
             f"{100 * _MARGIN:g} % force margin; no motion is possible"
         )
 
-    def smaller(self, points: FloatArray) -> FloatArray:
+    def scale_down(self, points: FloatArray) -> FloatArray:
         """Return the motion scaled towards the start."""
-        return np.asarray(self.start + _SMALLER * (points - self.start))
+        return np.asarray(self.start + _SCALE * (points - self.start))
 
     def rows(self, points: FloatArray, span: int, first: int, count: int) -> Motion:
-        """Return rows of the motion on the grid, from a row of a span."""
+        """Return rows of the motion on the grid.
+
+        Args:
+            points: Control points.
+            span: Index of the span.
+            first: First row, counted from the begin of the span.
+            count: Number of rows.
+        """
         at = first + np.arange(count)
         which = np.minimum(span + at // PER_SPAN, self.spans - 1)
         inside = at - (which - span) * PER_SPAN
@@ -117,7 +124,7 @@ class Motions:
     def terms(self, points: FloatArray, spans: range) -> MotionTerms:
         """Return torques and Jacobians in spans, at selected rows of the grid."""
         m = self.rows(points, spans[0], 0, PER_SPAN * len(spans) + 1)
-        some = slice(None, None, _SPARSE)
+        some = slice(None, None, _ROW_STRIDE)
         return motion_terms(
             self.dynamics, Motion(m.times[some], m.q[some], m.qd[some], m.qdd[some])
         )

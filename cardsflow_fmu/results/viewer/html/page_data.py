@@ -1,8 +1,8 @@
-"""The compressed data of a replay page: all frames in a few hundred kilobytes.
+"""Compressed data of a replay page: all frames in a few hundred kilobytes.
 
-The points of every shape over all frames are a table. Each table is scaled to 16-bit integers
-between its smallest and largest number, stored as differences from row to row, column by column,
-and deflated, as neighbouring frames are similar.
+The points of a shape in all frames form a table. Each table is scaled to 16-bit integers between
+its minimum and maximum. It is stored column by column as differences between rows, and compressed
+with deflate. The differences are small because successive frames are similar.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from cardsflow_fmu.results.viewer.scene.stage import Stage
 _LEVELS = 0xFFFF
 
 
-class _Tables:
-    """Tables of numbers as 16-bit integers, one after another."""
+class _TableSequence:
+    """Sequence of tables of 16-bit integers."""
 
     def __init__(self) -> None:
         self._parts: list[NDArray[np.uint16]] = []
         self._size = 0
 
     def add(self, values: ArrayLike, *, exact: bool = False) -> dict[str, Any]:
-        """Add a table; returns its entry in the header. Rows that are all equal become one.
+        """Add a table and return its entry in the header; only one of equal rows is stored.
 
         Args:
-            values: Shape (rows, columns).
-            exact: Whether they are whole numbers below 65536, which are not scaled.
+            values: Table, shape (rows, columns).
+            exact: Whether the values are integers from 0 to 65535, which are not scaled.
         """
         table = np.asarray(values, dtype=np.float64)
         if len(table) > 1 and not exact and (table == table[0]).all():
@@ -51,7 +51,7 @@ class _Tables:
         return entry | {"columns": table.shape[1]}
 
     def encode(self) -> bytes:
-        """All low bytes, and then all high bytes, which are mostly 0 or 255."""
+        """Return all low bytes, then all high bytes. High bytes are mostly 0 or 255."""
         numbers = np.concatenate(self._parts) if self._parts else np.zeros(0, np.uint16)
         low, high = (numbers & 0xFF).astype(np.uint8), (numbers >> 8).astype(np.uint8)
         return low.tobytes() + high.tobytes()
@@ -67,13 +67,13 @@ def _bounds(table: NDArray[np.float64]) -> tuple[float, float]:
 
 @dataclass
 class _Track:
-    """A shape over all frames.
+    """Shape in all frames.
 
     Attributes:
         last: The shape in the last frame.
-        points: Of every frame, in a row.
-        colours: Of every frame.
-        values: Of a label, its value; of a trail, its number of points.
+        points: Points of each frame, as a row.
+        colours: Colour of each frame.
+        values: Value of a label, or number of points of a trail, in each frame.
     """
 
     last: shapes.Shape
@@ -83,7 +83,7 @@ class _Track:
 
     def add(self, shape: shapes.Shape) -> None:
         self.last = shape
-        if isinstance(shape, shapes.Trail):  # its last frame contains all others
+        if isinstance(shape, shapes.Trail):  # the path of the last frame contains all earlier paths
             self.values.append(len(shape.path))
         else:
             self.points.append(shape.points.reshape(-1))
@@ -93,8 +93,8 @@ class _Track:
 
 
 def encode(acts: Sequence[Act]) -> bytes:
-    """The deflated data: length of the header, header as JSON, tables."""
-    tables = _Tables()
+    """Return the compressed data: length of the header, header as JSON, tables."""
+    tables = _TableSequence()
     header = {
         "groups": list(shapes.GROUPS),
         "hidden": list(shapes.HIDDEN_AT_FIRST),
@@ -105,7 +105,7 @@ def encode(acts: Sequence[Act]) -> bytes:
     return zlib.compress(struct.pack("<I", len(text)) + text + tables.encode(), 9)
 
 
-def _act(act: Act, tables: _Tables) -> dict[str, Any]:
+def _act(act: Act, tables: _TableSequence) -> dict[str, Any]:
     stage = act.stage
     tracks: dict[str, _Track] = {}
     for k in range(len(stage)):
@@ -125,14 +125,14 @@ def _act(act: Act, tables: _Tables) -> dict[str, Any]:
 
 
 def _legend(stage: Stage) -> list[list[float]]:
-    """The different ranges of the colours, in [N]."""
+    """Return the distinct tension ranges of the colours, in [N]."""
     if stage.motion.tensions is None:
         return []
     count = len(stage.robot.muscles)
     return [list(bounds) for bounds in dict.fromkeys(map(stage.tension_range, range(count)))]
 
 
-def _shape(track: _Track, tables: _Tables) -> dict[str, Any]:
+def _shape(track: _Track, tables: _TableSequence) -> dict[str, Any]:
     shape = track.last
     points = shape.points if isinstance(shape, shapes.Trail) else np.stack(track.points)
     data: dict[str, Any] = {

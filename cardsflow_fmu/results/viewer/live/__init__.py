@@ -1,1 +1,1 @@
-"""The live view in a browser."""
+"""Live view in a browser."""

@@ -1,8 +1,9 @@
-"""Viser server that only answers its own pages.
+"""Viser server that only accepts requests from its own pages.
 
-A page of any site can request `http://127.0.0.1:8080` and open a socket to it. The browser reports
-the site in `Origin`; a site whose name resolves to 127.0.0.1 is visible in `Host`. Viser checks
-neither, and any client can make it open a tunnel to the internet.
+A page of any web site can send requests to `http://127.0.0.1:8080` and open a socket to it. The
+browser sends the address of the site in the header `Origin`, and the host name of the request in
+`Host`. Viser checks neither header. In addition, any client can make viser open a tunnel to the
+internet.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ from urllib.parse import urlsplit
 from addin_sdfusion.robot import InputError
 
 if TYPE_CHECKING:
-    from websockets.datastructures import Headers  # as viser does
+    from websockets.datastructures import Headers  # dependency of viser
 
 HOST = "127.0.0.1"
 _NAMES = (HOST, "localhost")
 
-# Only content of the server, so that no text of a file makes the browser connect elsewhere.
+# The page may only load content of this server, so that a file cannot add external addresses.
 _POLICY = (
     "default-src 'self' 'unsafe-inline' 'unsafe-eval' 'wasm-unsafe-eval' data: blob:; "
     "connect-src 'self' ws://127.0.0.1:* ws://localhost:* data: blob:; "
@@ -47,10 +48,10 @@ def guarded_server(port: int) -> Any:
     import viser
 
     class LocalServer(viser.ViserServer):  # type: ignore[misc]
-        """Server without tunnels."""
+        """Viser server that does not open tunnels."""
 
         def request_share_url(self, verbose: bool = True) -> None:
-            """Reject tunnels."""
+            """Do nothing instead of opening a tunnel."""
 
     with _guard() as applied:
         opened = LocalServer(HOST, port, verbose=False)
@@ -63,16 +64,16 @@ def guarded_server(port: int) -> Any:
     return opened
 
 
-def is_own(headers: Headers) -> bool:
-    """Return whether a request has a local host name and is not from a page of another site."""
+def is_local_request(headers: Headers) -> bool:
+    """Return whether a request has a local host name and does not come from another web site."""
     hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
-    if len(hosts) != 1 or len(origins) > 1 or _name(hosts[0]) not in _NAMES:
+    if len(hosts) != 1 or len(origins) > 1 or _host_name(hosts[0]) not in _NAMES:
         return False
     return not origins or origins[0] == f"http://{hosts[0]}"
 
 
-def _name(host: str) -> str | None:
-    """Return the name in `name:port`."""
+def _host_name(host: str) -> str | None:
+    """Return the host name in `name:port`; None if invalid."""
     try:
         parts = urlsplit(f"//{host}")
         whole = parts.port is None or host.endswith(f":{parts.port}")
@@ -83,7 +84,7 @@ def _name(host: str) -> str | None:
 
 @contextlib.contextmanager
 def _guard() -> Iterator[list[bool]]:
-    """Make the server of viser check `Origin` and `Host`; return whether this worked."""
+    """Add checks of `Origin` and `Host` to viser; the yielded list is not empty after success."""
     import websockets.asyncio.server as websockets_server
     from websockets.datastructures import Headers
     from websockets.http11 import Response
@@ -94,8 +95,8 @@ def _guard() -> Iterator[list[bool]]:
         applied.append(True)
 
         def checked(connection: Any, request: Any) -> Any:
-            if not is_own(request.headers):
-                text = b"This view is for its own page on this machine.\n"
+            if not is_local_request(request.headers):
+                text = b"This view only accepts requests from its own page on this computer.\n"
                 head = Headers({"Content-Length": str(len(text)), "Content-Type": "text/plain"})
                 status = http.HTTPStatus.FORBIDDEN
                 return Response(status.value, status.phrase, head, text)

@@ -30,9 +30,9 @@ from .viser_scene import ViserScene
 
 PORT = 8080
 _FRAME_RATE = 25.0  # in [1/s]
-_FIELD = 0.72  # of the camera, in [rad]
+_FIELD_OF_VIEW = 0.72  # in [rad]
 _SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4")
-_FREE = {"rad": np.pi, "m": 0.5}  # range of a slider without limits
+_UNLIMITED_RANGE = {"rad": np.pi, "m": 0.5}  # range of a slider without limits
 
 Ended = Callable[[], bool]
 
@@ -49,62 +49,64 @@ def server(port: int | None = None, *, browser: bool = False) -> Iterator[Any]:
         InputError: viser is not installed, or the port is used.
     """
     try:
-        with contextlib.redirect_stdout(io.StringIO()):  # its banner
-            opened = guarded_server(PORT if port is None else port)
+        with contextlib.redirect_stdout(io.StringIO()):  # hides the banner of viser
+            viser_server = guarded_server(PORT if port is None else port)
     except ImportError:
         what = "the live view requires viser, which is not installed; or write a page with --html"
         raise InputError(what) from None
-    opened.gui.configure_theme(show_logo=False, show_share_button=False)
+    viser_server.gui.configure_theme(show_logo=False, show_share_button=False)
     try:
-        if port and opened.get_port() != port:
+        if port and viser_server.get_port() != port:
             raise InputError(f"port {port} is already used; choose another with --port")
         if browser:
-            webbrowser.open(address(opened))
-        yield opened
+            webbrowser.open(address(viser_server))
+        yield viser_server
     finally:
         with contextlib.redirect_stdout(io.StringIO()):
-            opened.stop()
+            viser_server.stop()
 
 
-def address(opened: Any) -> str:
+def address(viser_server: Any) -> str:
     """Return the address for a browser."""
-    return f"http://{HOST}:{opened.get_port()}"
+    return f"http://{HOST}:{viser_server.get_port()}"
 
 
-def _viser_scenes(opened: Any, stages: Sequence[Stage]) -> list[ViserScene]:
+def _viser_scenes(viser_server: Any, stages: Sequence[Stage]) -> list[ViserScene]:
     """Create a viser scene per stage, side by side, and a camera that shows all."""
     view = view_of(stages[0])
     apart = 1.1 * max(stage.reach for stage in stages)
-    opened.scene.set_up_direction(tuple(view.up))
+    viser_server.scene.set_up_direction(tuple(view.up))
     scenes = []
     for i, stage in enumerate(stages):
-        scene = ViserScene(opened, f"/{i}", i * apart * view.aside)
-        scene.floor(view_of(stage))
+        scene = ViserScene(viser_server, f"/{i}", i * apart * view.right)
+        scene.draw_floor(view_of(stage))
         scenes.append(scene)
-    _look(opened, view, 0.5 * (len(stages) - 1) * apart * view.aside, len(stages))
+    _set_camera(viser_server, view, 0.5 * (len(stages) - 1) * apart * view.right, len(stages))
     return scenes
 
 
-def _look(opened: Any, view: CameraView, middle: FloatArray, count: int) -> None:
-    camera = opened.initial_camera
+def _set_camera(viser_server: Any, view: CameraView, middle: FloatArray, count: int) -> None:
+    camera = viser_server.initial_camera
     camera.up = tuple(view.up)
-    camera.fov = _FIELD
-    middle = view.centre + middle + 0.15 * view.reach * view.aside  # the controls are to the right
+    camera.fov = _FIELD_OF_VIEW
+    middle = (
+        view.centre + middle + 0.15 * view.reach * view.right
+    )  # leaves space for the controls on the right
     camera.look_at = tuple(middle)
     camera.position = tuple(middle + (view.eye - view.centre) * (0.4 + 0.6 * count))
 
 
-def _switches(opened: Any, scenes: Sequence[ViserScene], stages: Sequence[Stage]) -> None:
+def _add_switches(viser_server: Any, scenes: Sequence[ViserScene], stages: Sequence[Stage]) -> None:
     """Add one switch per group with shapes."""
     used = {shape.group for stage in stages for shape in stage.scene(len(stage) - 1)}
-    with opened.gui.add_folder("Show"):
+    with viser_server.gui.add_folder("Show"):
         for group in s.GROUPS:
             if group in used:
-                box = opened.gui.add_checkbox(group, group not in s.HIDDEN_AT_FIRST)
-                box.on_update(_shower(scenes, group))
+                box = viser_server.gui.add_checkbox(group, group not in s.HIDDEN_AT_FIRST)
+                box.on_update(_visibility_handler(scenes, group))
 
 
-def _shower(scenes: Sequence[ViserScene], group: str) -> Callable[[Any], None]:
+def _visibility_handler(scenes: Sequence[ViserScene], group: str) -> Callable[[Any], None]:
     def show(event: Any) -> None:
         for scene in scenes:
             scene.show(group, event.target.value)
@@ -112,27 +114,27 @@ def _shower(scenes: Sequence[ViserScene], group: str) -> Callable[[Any], None]:
     return show
 
 
-def replay(opened: Any, acts: Sequence[Act], ended: Ended) -> None:
-    """Show motions side by side with player controls, until `ended`."""
-    opened.scene.reset()
-    opened.gui.reset()
+def show_replay(viser_server: Any, acts: Sequence[Act], ended: Ended) -> None:
+    """Show motions side by side with player controls until `ended` returns true."""
+    viser_server.scene.reset()
+    viser_server.gui.reset()
     stages = [act.stage for act in acts]
-    scenes = _viser_scenes(opened, stages)
+    scenes = _viser_scenes(viser_server, stages)
     for act in acts:
-        opened.gui.add_html(heading(act.title, *act.notes))
+        viser_server.gui.add_html(heading(act.title, *act.notes))
     end = max(float(stage.motion.time[-1]) for stage in stages)
     clock = _Clock(end)
-    button = opened.gui.add_button("Play")
+    button = viser_server.gui.add_button("Play")
     button.on_click(lambda event: clock.toggle())
-    slider = opened.gui.add_slider("time [s]", 0.0, max(end, 1e-3), 1e-3, 0.0)
-    speed = opened.gui.add_dropdown("speed", _SPEEDS, initial_value="1")
-    _legend(opened, stages[0])
-    _switches(opened, scenes, stages)
+    slider = viser_server.gui.add_slider("time [s]", 0.0, max(end, 1e-3), 1e-3, 0.0)
+    speed = viser_server.gui.add_dropdown("speed", _SPEEDS, initial_value="1")
+    _add_legend(viser_server, stages[0])
+    _add_switches(viser_server, scenes, stages)
     drawn, before = None, time.perf_counter()
     while not ended():
         now = time.perf_counter()
         if clock.playing:
-            slider.value = clock.advanced(slider.value, float(speed.value) * (now - before))
+            slider.value = clock.advance(slider.value, float(speed.value) * (now - before))
         label = "Pause" if clock.playing else "Play"
         if button.label != label:
             button.label = label
@@ -149,55 +151,62 @@ class _Clock:
 
     def __init__(self, end: float) -> None:
         self._end = end
-        self._again = False
+        self._restarts = False
         self.playing = False
 
     def toggle(self) -> None:
         self.playing = not self.playing
-        self._again = self.playing
+        self._restarts = self.playing
 
-    def advanced(self, at: float, seconds: float) -> float:
-        """Return the time after a number of seconds."""
-        begin = 0.0 if self._again and at >= self._end else at
-        self._again = False
+    def advance(self, at: float, seconds: float) -> float:
+        """Return the replay time after a number of seconds.
+
+        Args:
+            at: Current replay time, in [s].
+            seconds: Elapsed time, in [s].
+        """
+        begin = 0.0 if self._restarts and at >= self._end else at
+        self._restarts = False
         self.playing = begin + seconds < self._end
         return min(begin + seconds, self._end)
 
 
 def frame_at(motion: Motion, t: float) -> int:
-    """Return the last frame up to time t, or the first frame."""
+    """Return the index of the last frame at or before time t, at least 0."""
     return max(int(np.searchsorted(motion.time, t + 1e-9, side="right")) - 1, 0)
 
 
-def _legend(opened: Any, stage: Stage) -> None:
+def _add_legend(viser_server: Any, stage: Stage) -> None:
     if stage.motion.tensions is None or not stage.robot.muscles:
         return
     low, high = stage.tension_range(0)
     ramp = ",".join(f"rgb{colour}" for colour in colours.RAMP)
     bar = f"height:9px;border-radius:4px;background:linear-gradient(90deg,{ramp})"
-    opened.gui.add_html(
+    viser_server.gui.add_html(
         f'<div style="padding:4px 12px">tension {low:.4g} to {high:.4g} N'
         f'<div style="{bar}"></div></div>'
     )
 
 
-def pose(opened: Any, robot: Robot, meshes: LinkMeshes, ended: Ended) -> None:
-    """Show a robot with joint sliders, muscle lengths and moment arms, until `ended`."""
+def show_robot(viser_server: Any, robot: Robot, meshes: LinkMeshes, ended: Ended) -> None:
+    """Show a robot with joint sliders and a table of muscles until `ended` returns true."""
     paths = MusclePaths(robot)
     sliders = []
-    opened.gui.add_html(heading(robot.name))
-    with opened.gui.add_folder("Joints"):
+    viser_server.gui.add_html(heading(robot.name))
+    with viser_server.gui.add_folder("Joints"):
         for c in robot.coordinates:
-            low = c.lower if np.isfinite(c.lower) else -_FREE[c.unit]
-            high = c.upper if np.isfinite(c.upper) else _FREE[c.unit]
+            low = c.lower if np.isfinite(c.lower) else -_UNLIMITED_RANGE[c.unit]
+            high = c.upper if np.isfinite(c.upper) else _UNLIMITED_RANGE[c.unit]
             high = max(high, low + 1e-6)
             start = float(np.clip(c.initial, low, high))
             step = (high - low) / 1000.0
-            sliders.append(opened.gui.add_slider(f"{c.name} [{c.unit}]", low, high, step, start))
+            sliders.append(
+                viser_server.gui.add_slider(f"{c.name} [{c.unit}]", low, high, step, start)
+            )
     stage = Stage(robot, Motion.still([slider.value for slider in sliders]), meshes)
-    scenes = _viser_scenes(opened, [stage])
-    table = opened.gui.add_html("")
-    _switches(opened, scenes, [stage])
+    scenes = _viser_scenes(viser_server, [stage])
+    table = viser_server.gui.add_html("")
+    _add_switches(viser_server, scenes, [stage])
     drawn = None
     while not ended():
         q = [slider.value for slider in sliders]
@@ -239,8 +248,10 @@ def _row(tag: str, cells: Sequence[str]) -> str:
     return f"<tr>{''.join(f'<{tag}>{escape(cell)}</{tag}>' for cell in cells)}</tr>"
 
 
-def follower(opened: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None = None) -> Watch:
-    """Live drawing of a run in progress, for `run(..., watch=...)`."""
+def live_drawing(
+    viser_server: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None = None
+) -> Watch:
+    """Return a function that draws a run in progress, for `run(..., watch=...)`."""
     scenes: list[ViserScene] = []
     due = 0.0
 
@@ -252,9 +263,9 @@ def follower(opened: Any, robot: Robot, meshes: LinkMeshes, world: Scene | None 
         motion = motion_of(robot, RunData(names, rows, {}, {}), world=world)
         stage = Stage(robot, motion, meshes, world=world)
         if not scenes:
-            scenes.extend(_viser_scenes(opened, [stage]))
+            scenes.extend(_viser_scenes(viser_server, [stage]))
         scenes[0].draw(stage.scene(len(stage) - 1))
-        # leaves at least three quarters of the time to the run
+        # at least three quarters of the time remain for the run
         due = begin + max(1.0 / _FRAME_RATE, 4.0 * (time.perf_counter() - begin))
 
     return watch

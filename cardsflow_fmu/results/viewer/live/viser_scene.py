@@ -1,4 +1,4 @@
-"""The scene of a viser server, drawn from shapes."""
+"""Drawing of shapes in the scene of a viser server."""
 
 from __future__ import annotations
 
@@ -10,28 +10,35 @@ import numpy as np
 
 from cardsflow_fmu.results.viewer.scene import shapes as s
 from cardsflow_fmu.results.viewer.scene.camera import CameraView
-from cardsflow_fmu.results.viewer.scene.primitives import Body, Kind, bodies, directions, unit_body
+from cardsflow_fmu.results.viewer.scene.primitives import (
+    Body,
+    Kind,
+    bodies,
+    rotations_from_z,
+    unit_body,
+)
 from cardsflow_fmu.utils.arrays import FloatArray
 
 
 class _Batch(NamedTuple):
-    """The properties of viser's batched meshes, for one kind of body in one group."""
+    """Properties of batched meshes of viser, for one kind of body in one group."""
 
     batched_positions: FloatArray
     batched_wxyzs: FloatArray
     batched_scales: FloatArray
     batched_colors: FloatArray
 
-    def fits(self, other: _Batch) -> bool:
+    def has_size_of(self, other: _Batch) -> bool:
+        """Return whether two batches have the same number of bodies."""
         return len(self.batched_positions) == len(other.batched_positions)
 
 
 class ViserScene:
-    """A scene on a viser server, which is sent the changes of each frame.
+    """Scene on a viser server; only the changes of each frame are sent.
 
     Args:
         server: The viser server.
-        root: Name of everything drawn, such as `/left`.
+        root: Prefix of the names of all drawn parts, such as `/left`.
         offset: Position of the origin, in [m].
     """
 
@@ -53,7 +60,7 @@ class ViserScene:
         self._groups[group].visible = visible
 
     def draw(self, shapes: Sequence[s.Shape]) -> None:
-        """Draw a frame in place of the last one."""
+        """Draw a frame; it replaces the last frame."""
         with self._server.atomic():
             self._draw_bodies(shapes)
             for shape in shapes:
@@ -62,7 +69,7 @@ class ViserScene:
                 elif isinstance(shape, s.Label):
                     self._draw_label(shape)
 
-    def floor(self, view: CameraView) -> None:
+    def draw_floor(self, view: CameraView) -> None:
         """Draw a grid below the robot."""
         cell = 10.0 ** np.floor(np.log10(view.reach / 2.0))
         self._scene.add_grid(
@@ -75,7 +82,7 @@ class ViserScene:
             section_size=float(5.0 * cell),
             section_color=(196, 204, 214),
             position=tuple(view.floor),
-            wxyz=tuple(directions(view.up[np.newaxis])[0]),
+            wxyz=tuple(rotations_from_z(view.up[np.newaxis])[0]),
         )
 
     def _name(self, group: str, *more: str) -> str:
@@ -93,7 +100,7 @@ class ViserScene:
 
     def _draw_batch(self, key: tuple[str, Kind, float], batch: _Batch) -> None:
         handle, before = self._batches.get(key, (None, None))
-        if handle is None or before is None or not before.fits(batch):
+        if handle is None or before is None or not before.has_size_of(batch):
             handle = self._add_batch(key, batch)
         else:
             for name, old, new in zip(_Batch._fields, before, batch, strict=True):
@@ -155,14 +162,14 @@ def _batch(found: Sequence[Body]) -> _Batch:
     height = np.where(is_ball, radius, np.maximum(length, 1e-9))
     return _Batch(
         a.astype(np.float32),
-        directions(along).astype(np.float32),
+        rotations_from_z(along).astype(np.float32),
         np.column_stack([radius, radius, height]).astype(np.float32),
         np.array([body.colour for body in found], dtype=np.uint8),
     )
 
 
 def _quaternion(R: FloatArray) -> FloatArray:
-    """(w, x, y, z) of a rotation matrix."""
+    """Return the quaternion (w, x, y, z) of a rotation matrix."""
     from scipy.spatial.transform import Rotation
 
     x, y, z, w = Rotation.from_matrix(R).as_quat()

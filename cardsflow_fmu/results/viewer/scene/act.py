@@ -1,4 +1,4 @@
-"""A stage with its title."""
+"""Stage with a title and notes."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from .stage import Stage
 
 @dataclass(frozen=True)
 class Act:
-    """A stage with its title.
+    """Stage with a title and notes.
 
     Attributes:
         stage: The stage.
-        title: Its title.
+        title: Title of the stage.
         notes: Lines below the title.
     """
 

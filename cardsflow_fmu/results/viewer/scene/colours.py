@@ -1,4 +1,4 @@
-"""The colours of a scene, and the ramp that shows tensions."""
+"""Colours of a scene, and the colour ramp of tensions."""
 
 from __future__ import annotations
 
@@ -31,28 +31,28 @@ RAMP: tuple[Colour, ...] = (
     (232, 52, 96),
     (255, 112, 32),
 )
-"""From the smallest tension to the largest, evenly spaced: dark to light, blue to orange."""
+"""Evenly spaced colours from minimum to maximum tension: dark blue to light orange."""
 
 
 def tension_colour(tension: float, low: float, high: float) -> Colour:
-    """The colour of a muscle.
+    """Return the colour of a muscle.
 
     Args:
-        tension: In [N].
-        low: Where the ramp begins, in [N].
-        high: Where it ends, in [N].
+        tension: Tension, in [N].
+        low: Tension at the first colour of the ramp, in [N].
+        high: Tension at the last colour of the ramp, in [N].
     """
     red, green, blue = tension_colours(np.array([tension]), low, high)[0].tolist()
     return red, green, blue
 
 
 def tension_colours(tensions: FloatArray, low: float, high: float) -> NDArray[np.int64]:
-    """The colours of a muscle at many times, shape (K, 3).
+    """Return the colours of a muscle at K times, shape (K, 3).
 
     Args:
-        tensions: Shape (K,), in [N].
-        low: Where the ramp begins, in [N].
-        high: Where it ends, in [N].
+        tensions: Tensions, shape (K,), in [N].
+        low: Tension at the first colour of the ramp, in [N].
+        high: Tension at the last colour of the ramp, in [N].
     """
     parts = (tensions - low) / (high - low) if high > low else np.zeros(len(tensions))
     known = np.isfinite(tensions)

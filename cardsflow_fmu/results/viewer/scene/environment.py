@@ -18,7 +18,7 @@ from .meshes import read_triangles
 from .shapes import Triangles
 
 _WIDE = 3.0
-"""Edge of the ground that is drawn, as a multiple of the diagonal of the box above it."""
+"""Edge length of the drawn ground, as multiple of the diagonal of the box above it."""
 
 _BOX_SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 _BOX_FACES = np.array([face for a, b, c, d in _BOX_SIDES for face in ((a, b, c), (a, c, d))])
@@ -29,7 +29,7 @@ class Environment:
 
     Args:
         world: Objects and ground.
-        moved: Poses of moving objects, shape (K, 4, 4), by name; the others stay at their start.
+        moved: Poses of moving objects, shape (K, 4, 4), by name. Other objects do not move.
 
     Attributes:
         positions: Position of every object, shape (K, 3) or (1, 3), by name.

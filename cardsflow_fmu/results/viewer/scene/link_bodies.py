@@ -17,7 +17,11 @@ _WIDE = 0.3
 
 
 def link_capsules(robot: Robot, link: Link) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Return the ends of the capsules of a link: joints or end, and end-effector points."""
+    """Yield the end points of the capsules of a link.
+
+    Capsules reach from the link origin to the joints or the end of the link, and from there to
+    end-effector points.
+    """
     origin = np.zeros(3)
     ends = [np.array(link.end)] if link.end is not None else []
     if not any(end.any() for end in ends):

@@ -12,7 +12,7 @@ from sim_dart.core.frames import moving_frames, transform
 from sim_dart.core.variables import robot_variables, variable_values
 
 Poses = Mapping[str, FloatArray]
-"""T_world_link of all frames by link name, including `world`, shape (K, 4, 4)."""
+"""T_world_link by link name, including `world`, at K frames, shape (K, 4, 4)."""
 
 
 def link_poses(robot: Robot, q: FloatArray) -> Poses:

@@ -20,7 +20,7 @@ MAX_FACES = 6000
 """Maximum number of faces of a link mesh; CAD meshes have about 100 times more."""
 
 LinkMeshes = Mapping[str, tuple[Triangles, ...]]
-"""Surfaces of the links in their link frames; links without mesh have no entry."""
+"""Surfaces of the links in their link frames; links without a mesh have no entry."""
 
 
 def link_meshes(robot: Robot, folder: Path, roots: Sequence[Path] | None = None) -> LinkMeshes:
@@ -34,7 +34,7 @@ def link_meshes(robot: Robot, folder: Path, roots: Sequence[Path] | None = None)
     read = {uri: read_triangles(file) for uri, file in visual_files(robot, folder, roots).items()}
     meshes = {}
     for link in robot.links:
-        placed = [_placed(mesh, read.get(mesh.uri)) for mesh in visuals(link)]
+        placed = [_in_link_frame(mesh, read.get(mesh.uri)) for mesh in visuals(link)]
         whole = tuple(triangles for triangles in placed if triangles is not None)
         if whole and len(whole) == len(placed):
             meshes[link.name] = whole
@@ -44,13 +44,13 @@ def link_meshes(robot: Robot, folder: Path, roots: Sequence[Path] | None = None)
 def read_triangles(file: Path) -> Triangles | None:
     """Read the surface in a single file; None if trimesh cannot read it."""
     try:
-        return simplified(Triangles(*read_mesh(file)))
+        return simplify(Triangles(*read_mesh(file)))
     except InputError:
         return None
 
 
-def _placed(mesh: Mesh, triangles: Triangles | None) -> Triangles | None:
-    """Return a mesh in its link frame, in [m]."""
+def _in_link_frame(mesh: Mesh, triangles: Triangles | None) -> Triangles | None:
+    """Transform a mesh to its link frame, in [m]."""
     if triangles is None:
         return None
     T = transform(mesh.pose)
@@ -67,18 +67,18 @@ def _colour(mesh: Mesh) -> Colour | None:
     return red, green, blue
 
 
-def simplified(triangles: Triangles, most: int = MAX_FACES) -> Triangles:
+def simplify(triangles: Triangles, most: int = MAX_FACES) -> Triangles:
     """Simplify a surface to a maximum number of faces by merging vertices in grid cells."""
     cells = 256
     while len(triangles.faces) > most and cells >= 2:
-        candidate = _clustered(triangles, cells)
+        candidate = _merge_vertices(triangles, cells)
         if len(candidate.faces) <= most or cells == 2:
             return candidate
         cells = cells * 4 // 5
     return triangles
 
 
-def _clustered(triangles: Triangles, cells: int) -> Triangles:
+def _merge_vertices(triangles: Triangles, cells: int) -> Triangles:
     """Merge vertices in a grid of cubes; remove degenerate faces."""
     vertices = triangles.vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)
@@ -89,17 +89,17 @@ def _clustered(triangles: Triangles, cells: int) -> Triangles:
     means = np.zeros((len(count), 3))
     np.add.at(means, cell, vertices)
     faces = cell[triangles.faces]
-    kept = _distinct(faces)
-    return Triangles(_rows(means, count), faces[kept])
+    kept = _has_distinct_corners(faces)
+    return Triangles(_means(means, count), faces[kept])
 
 
-def _rows(sums: FloatArray, count: NDArray[np.int64]) -> FloatArray:
+def _means(sums: FloatArray, count: NDArray[np.int64]) -> FloatArray:
     means: FloatArray = sums / count[:, np.newaxis]
     return means
 
 
-def _distinct(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which faces have three different corners."""
+def _has_distinct_corners(faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return whether each face has three different corners, shape (faces,)."""
     a, b, c = faces.T
     kept: NDArray[np.bool_] = (a != b) & (b != c) & (c != a)
     return kept

@@ -1,4 +1,4 @@
-"""The motion of a run at an even frame rate."""
+"""Motion of a run at a constant frame rate."""
 
 from __future__ import annotations
 
@@ -24,23 +24,24 @@ from sim_dart.scene import Scene
 _MAX_DISTANCE = 1e9
 
 RATE = 25.0
-"""Frames a second of a replay."""
+"""Frame rate of a replay, in [1/s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A robot's motion at K frames.
+    """Motion of a robot at K frames.
 
     Attributes:
-        time: In [s], shape (K,).
+        time: Times, shape (K,), in [s].
         q: Joint positions, shape (K, n), in [rad] or [m].
-        tensions: Muscle forces, shape (K, m), in [N]; None where they are not known.
-        q_d: Desired joint positions, shape (K, n); None where they are not known.
-        y_d: Desired task points, shape (K, 3), in [m], by the name of the task frame; nan for
-            axes without reference.
-        contacts: Contact force on a link or an object, world axes, shape (K, 3), in [N], by name.
-        objects: Poses of the objects that move, shape (K, 4, 4), by their names.
-        torques: Of motors at joints, shape (K, motors), in [N·m] or [N]; None where not known.
+        tensions: Muscle forces, shape (K, m), in [N]; None if unknown.
+        q_d: Desired joint positions, shape (K, n), in [rad] or [m]; None if unknown.
+        y_d: Desired positions of end-effector points, shape (K, 3), in [m], by task frame; nan
+            for axes without reference.
+        contacts: Contact force on a link or object in world axes, shape (K, 3), in [N], by name.
+        objects: Poses of the moving objects, shape (K, 4, 4), by name.
+        torques: Torques or forces of joint motors, shape (K, motors), in [N·m] or [N]; None if
+            unknown.
     """
 
     time: FloatArray
@@ -54,16 +55,16 @@ class Motion:
 
     @staticmethod
     def still(q: ArrayLike) -> Motion:
-        """A single frame at joint positions q, without forces."""
+        """Return a single frame at joint positions q, without forces."""
         return Motion(np.zeros(1), np.atleast_2d(np.asarray(q, dtype=np.float64)))
 
 
 def frame_rows(time: FloatArray, rate: float = RATE) -> NDArray[np.int64]:
-    """The rows of a result that make frames at an even rate, the last row always among them.
+    """Return the rows of a result for a constant frame rate; the last row is always included.
 
     Args:
-        time: Time of every row, rising, in [s].
-        rate: Frames a second.
+        time: Increasing times of the rows, shape (rows,), in [s].
+        rate: Frame rate, in [1/s].
     """
     if not len(time):
         return np.zeros(0, dtype=np.int64)
@@ -78,12 +79,12 @@ def motion_of(
     rows: NDArray[np.int64] | None = None,
     world: Scene | None = None,
 ) -> Motion:
-    """The frames of a result.
+    """Return the motion in a result.
 
     Args:
         robot: The robot of the run.
         result: Results of the run.
-        rows: Rows of the frames; those of `frame_rows` when None.
+        rows: Rows of the frames (default: rows from `frame_rows`).
         world: Objects around the robot.
 
     Raises:
@@ -102,7 +103,7 @@ def motion_of(
         q,
         columns.all(_tensions(robot, result)),
         columns.all(coordinate_signals("q_d", robot)),
-        _followed_points(robot, columns),
+        _desired_points(robot, columns),
         _contacts(robot.links, world, columns),
         {} if world is None else _objects(world, columns),
         columns.all(motor_signals(TORQUE, robot)),
@@ -110,33 +111,33 @@ def motion_of(
 
 
 def _tensions(robot: Robot, result: RunData) -> list[str]:
-    """Columns of the tensions: the actual ones where recorded, else the commands."""
+    """Return the columns of recorded tensions, or of commands if tensions are not recorded."""
     pairs = zip(muscle_signals("tension", robot), muscle_signals("f", robot), strict=True)
     return [actual if actual in result.names else desired for actual, desired in pairs]
 
 
-def drawable(values: FloatArray) -> FloatArray:
-    """The values, with nan for those of a diverged run that cannot be drawn."""
+def drop_huge_values(values: FloatArray) -> FloatArray:
+    """Replace values by nan if they are too large to draw, as in a diverged run."""
     within = np.abs(values) < _MAX_DISTANCE
     return values if within.all() else np.where(within, values, np.nan)
 
 
 class _Columns:
-    """Columns at the chosen rows."""
+    """Columns at the selected rows."""
 
     def __init__(self, result: RunData, rows: NDArray[np.int64]) -> None:
         self._result, self._rows = result, rows
 
     def all(self, names: list[str]) -> FloatArray | None:
-        """The columns, shape (K, len(names)); None if one is missing."""
+        """Return the columns, shape (K, len(names)); None if one is missing."""
         if not set(names) <= set(self._result.names):
             return None
         if not names:
             return np.zeros((len(self._rows), 0))
-        return drawable(self._result.columns(names)[self._rows])
+        return drop_huge_values(self._result.columns(names)[self._rows])
 
     def any(self, names: list[str]) -> FloatArray | None:
-        """The columns, nan where one is missing; None where all are."""
+        """Return the columns, with nan for missing columns; None if all are missing."""
         found = [self.all([name]) for name in names]
         if all(column is None for column in found):
             return None
@@ -145,11 +146,11 @@ class _Columns:
 
 
 def task_points(robot: Robot) -> list[TaskFrame]:
-    """The task frames that are points, the first of them called the end effector."""
+    """Return the task frames that are points; the first one is the end effector."""
     return [frame for frame in robot.task_frames if not frame.is_orientation]
 
 
-def _followed_points(robot: Robot, columns: _Columns) -> dict[str, FloatArray]:
+def _desired_points(robot: Robot, columns: _Columns) -> dict[str, FloatArray]:
     frames = task_points(robot)
     names = signal_names("y_d", [frame.name for frame in frames])
     found = {
@@ -172,7 +173,7 @@ def _contacts(
 
 
 def _objects(world: Scene, columns: _Columns) -> dict[str, FloatArray]:
-    """The poses of the objects that move, where the results have them."""
+    """Return the poses of the moving objects that the results contain."""
     names = [thing.name for thing in world.moving_objects]
     signals = signal_names("object", names)
     axes = (*"xyz", "qx", "qy", "qz", "qw")
@@ -184,7 +185,7 @@ def _objects(world: Scene, columns: _Columns) -> dict[str, FloatArray]:
 
 
 def _poses(values: FloatArray) -> FloatArray:
-    """Positions and quaternions (x, y, z, w), shape (K, 7), as poses."""
+    """Convert positions and quaternions (x, y, z, w), shape (K, 7), to poses, shape (K, 4, 4)."""
     turns = np.nan_to_num(values[:, 3:])
     turns[~turns.any(axis=1)] = (0.0, 0.0, 0.0, 1.0)
     T = np.tile(np.eye(4), (len(values), 1, 1))

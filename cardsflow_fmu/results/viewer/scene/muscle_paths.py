@@ -1,4 +1,4 @@
-"""The paths of all muscles in the world, as simulated."""
+"""Muscle paths in the world frame, as in the simulation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .link_poses import Poses, moved_point
 
 @dataclass(frozen=True, eq=False)
 class MusclePath:
-    """The path of a muscle at K frames.
+    """Path of a muscle at K frames.
 
     Attributes:
         points: Corners of the path, shape (K, p, 3), in [m]; consecutive ones may be equal.
@@ -28,12 +28,12 @@ class MusclePath:
 
 
 def muscle_paths(robot: Robot, q: FloatArray, poses: Poses) -> list[MusclePath]:
-    """The paths of the muscles, in their order.
+    """Return the paths of the muscles, in the order of the robot.
 
     Args:
         robot: A valid robot.
         q: Joint positions, shape (K, n), in [rad] or [m].
-        poses: Poses of its links.
+        poses: Poses of the links.
     """
     paths = []
     for muscle in robot.muscles:
@@ -43,12 +43,21 @@ def muscle_paths(robot: Robot, q: FloatArray, poses: Poses) -> list[MusclePath]:
         paths.append(MusclePath(points, via))
     bent = [k for k, m in enumerate(robot.muscles) if m.via_points and not m.is_straight]
     if bent:
-        _follow_surfaces(robot, q, paths, bent)
+        _replace_bent_paths(robot, q, paths, bent)
     return paths
 
 
-def _follow_surfaces(robot: Robot, q: FloatArray, paths: list[MusclePath], bent: list[int]) -> None:
-    """Replace the straight paths of muscles over surfaces and pulleys."""
+def _replace_bent_paths(
+    robot: Robot, q: FloatArray, paths: list[MusclePath], bent: list[int]
+) -> None:
+    """Replace straight paths by the paths over wrap surfaces and pulleys.
+
+    Args:
+        robot: The robot.
+        q: Joint positions, shape (K, n), in [rad] or [m].
+        paths: Straight paths; changed in place.
+        bent: Indices of the muscles with wrap surfaces or pulleys.
+    """
     core = MusclePaths(robot)
     lines = [core.path_points(row) for row in q]
     for k in bent:
@@ -60,7 +69,7 @@ def _follow_surfaces(robot: Robot, q: FloatArray, paths: list[MusclePath], bent:
 
 
 def _indices_of(points: FloatArray, path: FloatArray) -> list[int]:
-    """Indices of the via points in a path, in order."""
+    """Return the indices of the via points in a path, in order."""
     indices, begin = [], 0
     for point in points:
         begin += int(np.argmin(np.linalg.norm(path[begin:] - point, axis=1)))
@@ -69,8 +78,8 @@ def _indices_of(points: FloatArray, path: FloatArray) -> list[int]:
     return indices
 
 
-def pulls(path: MusclePath) -> FloatArray:
-    """The force at each via point of a muscle with tension 1, shape (K, v, 3)."""
+def unit_forces(path: MusclePath) -> FloatArray:
+    """Return the force at each via point of a muscle with tension 1 N, shape (K, v, 3), in [N]."""
     step = np.diff(path.points, axis=1)
     length = np.linalg.norm(step, axis=2, keepdims=True)
     ahead = np.divide(step, length, out=np.zeros_like(step), where=length > 0.0)

@@ -1,4 +1,4 @@
-"""Shapes as balls, rods and cones, which every viewer draws in batches."""
+"""Shapes as balls, rods and cones, which viewers draw in batches."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from .shapes import (
 Kind = Literal["ball", "rod", "cone"]
 
 AXES: tuple[Colour, ...] = ((214, 58, 58), (52, 160, 76), (52, 104, 220))
-_HEAD_LENGTH, _HEAD_RADIUS = 13.0, 4.5  # of an arrow, in radii of its shaft
+_HEAD_LENGTH, _HEAD_RADIUS = 13.0, 4.5  # size of an arrow head, as multiple of the shaft radius
 
 
 class Body(NamedTuple):
-    """Something round from a to b; a ball is at a.
+    """Ball at a, or rod or cone from a to b.
 
     Attributes:
         kind: `ball`, `rod`, or `cone` with its tip at b.
-        a, b: Shape (3,), in [m].
-        radius: In [m].
+        a, b: Points, shape (3,), in [m].
+        radius: Radius, in [m].
         colour: Red, green and blue.
     """
 
@@ -47,7 +47,7 @@ class Body(NamedTuple):
 
 
 def bodies(shapes: Iterable[Shape]) -> Iterator[Body]:
-    """The bodies of shapes; labels and meshes have none."""
+    """Yield the bodies of shapes; labels and meshes have no bodies."""
     for shape in shapes:
         match shape:
             case Line(colour=colour, path=path, radius=radius):
@@ -81,38 +81,38 @@ def _arrow(arrow: Arrow) -> Iterator[Body]:
 
 
 def unit_body(kind: Kind) -> Triangles:
-    """A ball of radius 1 about the origin; a rod or cone of radius 1 from the origin to z = 1."""
+    """Return a ball of radius 1 at the origin, or a rod or cone of radius 1 up to z = 1."""
     rings = np.linspace(0.0, np.pi, 9)
     profiles = {
         "ball": np.column_stack([np.sin(rings), -np.cos(rings)]),
         "rod": np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [1.0, 1.0], [0.0, 1.0]]),
         "cone": np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
     }
-    return _turned(profiles[kind], around=16)
+    return _revolve(profiles[kind], around=16)
 
 
-def _turned(profile: FloatArray, around: int) -> Triangles:
-    """The surface that a profile of (radius, z) makes when it turns about z."""
+def _revolve(profile: FloatArray, around: int) -> Triangles:
+    """Return the surface of revolution of a profile (radius, z) about the z axis."""
     angles = 2.0 * np.pi * np.arange(around) / around
     ring = np.column_stack([np.cos(angles), np.sin(angles)])
     vertices = np.concatenate([np.column_stack([r * ring, np.full(around, z)]) for r, z in profile])
-    here = np.arange(around)
-    beside = (here + 1) % around
+    first = np.arange(around)
+    second = (first + 1) % around
     faces = []
     for level in range(len(profile) - 1):
         low, high = level * around, (level + 1) * around
-        faces.append(np.column_stack([low + here, low + beside, high + beside]))
-        faces.append(np.column_stack([low + here, high + beside, high + here]))
+        faces.append(np.column_stack([low + first, low + second, high + second]))
+        faces.append(np.column_stack([low + first, high + second, high + first]))
     return Triangles(vertices, np.concatenate(faces))
 
 
-def directions(vectors: FloatArray) -> FloatArray:
-    """Quaternions (w, x, y, z) that turn the z axis along vectors of shape (N, 3)."""
+def rotations_from_z(vectors: FloatArray) -> FloatArray:
+    """Return quaternions (w, x, y, z) that rotate the z axis to vectors of shape (N, 3)."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     z = np.divide(
         vectors, lengths, out=np.tile([0.0, 0.0, 1.0], (len(vectors), 1)), where=lengths > 0
     )
-    w = 1.0 + z[:, 2:]  # half-way between the z axis and the vector: (1 + cos, axis sin)
+    w = 1.0 + z[:, 2:]  # (1 + cos, axis sin): twice the half-angle quaternion, before normalisation
     halves = np.hstack([w, -z[:, 1:2], z[:, 0:1], np.zeros_like(w)])
     halves[w[:, 0] < 1e-9] = (0.0, 1.0, 0.0, 0.0)
     unit: FloatArray = halves / np.linalg.norm(halves, axis=1, keepdims=True)

@@ -1,7 +1,7 @@
-"""The shapes of a scene: plain records in world coordinates, independent of any viewer.
+"""Shapes of a scene in world coordinates, independent of the viewer.
 
-A shape keeps its name from frame to frame, and a list of points defines its position: a motion is
-fully described by these points.
+A shape has the same name in all frames. A list of points defines its position, so that the points
+of all frames describe its motion.
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ HIDDEN_AT_FIRST = (LINK_FRAMES, JOINT_VALUES)
 
 @dataclass(frozen=True, eq=False)
 class Shape(ABC):
-    """Something to draw.
+    """Shape of a scene.
 
     Attributes:
-        group: The group that it is shown and hidden with; one of GROUPS.
-        key: Unique in its group, and the same in every frame; may be empty.
-        colour: Red, green and blue, 0 to 255.
-        opacity: 0 to 1.
+        group: Group of shapes that are shown and hidden together; one of GROUPS.
+        key: Name that is unique in the group and the same in all frames; may be empty.
+        colour: Red, green and blue, from 0 to 255.
+        opacity: Opacity, from 0 to 1.
     """
 
     group: str
@@ -74,16 +74,16 @@ class Shape(ABC):
     @property
     @abstractmethod
     def points(self) -> FloatArray:
-        """The points that define its position, shape (p, 3), in [m]."""
+        """Points that define the position of the shape, shape (p, 3), in [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Path(Shape):
-    """Something round along a path.
+    """Shape along a path.
 
     Attributes:
-        path: Shape (p, 3), in [m].
-        radius: In [m].
+        path: Points of the path, shape (p, 3), in [m].
+        radius: Radius, in [m].
     """
 
     path: FloatArray
@@ -91,27 +91,27 @@ class _Path(Shape):
 
     @property
     def points(self) -> FloatArray:
-        """The path."""
+        """Points of the path."""
         return self.path
 
 
 @dataclass(frozen=True, eq=False)
 class Line(_Path):
-    """A round line through the points of its path."""
+    """Line with round cross-section through the points of the path."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trail(_Path):
-    """Spheres about the points of its path; a later frame's trail begins with an earlier one's."""
+    """Spheres at the points of the path; the path grows from frame to frame."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Between(Shape):
-    """Something round from one point to another.
+class _Segment(Shape):
+    """Shape between two points.
 
     Attributes:
-        start, end: Its ends, shape (3,), in [m].
-        radius: In [m].
+        start, end: The points, shape (3,), in [m].
+        radius: Radius, in [m].
     """
 
     start: FloatArray
@@ -120,32 +120,32 @@ class _Between(Shape):
 
     @property
     def points(self) -> FloatArray:
-        """The two ends."""
+        """Start and end."""
         return np.stack([self.start, self.end])
 
 
 @dataclass(frozen=True, eq=False)
-class Arrow(_Between):
-    """An arrow whose tip is at the end; invisible where it has no length."""
+class Arrow(_Segment):
+    """Arrow with its tip at the end; invisible if its length is zero."""
 
 
 @dataclass(frozen=True, eq=False)
-class Capsule(_Between):
-    """A cylinder with round caps about its ends."""
+class Capsule(_Segment):
+    """Cylinder with hemispheres at its ends."""
 
 
 @dataclass(frozen=True, eq=False)
-class Cylinder(_Between):
-    """A cylinder with flat caps."""
+class Cylinder(_Segment):
+    """Cylinder with flat ends."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sphere(Shape):
-    """A sphere.
+    """Sphere.
 
     Attributes:
-        centre: Shape (3,), in [m].
-        radius: In [m].
+        centre: Centre, shape (3,), in [m].
+        radius: Radius, in [m].
     """
 
     centre: FloatArray
@@ -153,18 +153,18 @@ class Sphere(Shape):
 
     @property
     def points(self) -> FloatArray:
-        """The centre."""
+        """Centre."""
         return self.centre[np.newaxis]
 
 
 @dataclass(frozen=True, eq=False)
 class Frame(Shape):
-    """Three axes: x red, y green, z blue.
+    """Coordinate frame: x axis red, y axis green, z axis blue.
 
     Attributes:
-        T: Its pose in the world, shape (4, 4).
-        length: Of an axis, in [m].
-        radius: Of an axis, in [m].
+        T: Pose in the world, shape (4, 4).
+        length: Length of an axis, in [m].
+        radius: Radius of an axis, in [m].
     """
 
     T: FloatArray
@@ -173,18 +173,18 @@ class Frame(Shape):
 
     @property
     def points(self) -> FloatArray:
-        """The origin and the tips of the three axes."""
+        """Origin and tips of the three axes."""
         return _origin_and_tips(self.T, self.length)
 
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """A surface.
+    """Triangle mesh.
 
     Attributes:
-        vertices: Shape (v, 3), in [m].
-        faces: Three vertices each, shape (t, 3).
-        colour: Red, green and blue; None where its file does not say.
+        vertices: Positions of the vertices, shape (v, 3), in [m].
+        faces: Indices of the three vertices of each triangle, shape (t, 3).
+        colour: Red, green and blue; None if the file does not specify it.
     """
 
     vertices: FloatArray
@@ -194,12 +194,12 @@ class Triangles:
 
 @dataclass(frozen=True, eq=False)
 class MeshShape(Shape):
-    """A rigid mesh.
+    """Rigid mesh.
 
     Attributes:
-        T: Its pose in the world, shape (4, 4).
-        triangles: In its own frame.
-        lever: Distance of the axes' points from the origin, in [m].
+        T: Pose in the world, shape (4, 4).
+        triangles: Mesh in its local frame.
+        lever: Distance between the origin and the points on the axes, in [m].
     """
 
     T: FloatArray
@@ -208,19 +208,19 @@ class MeshShape(Shape):
 
     @property
     def points(self) -> FloatArray:
-        """The origin and a point on each of the three axes."""
+        """Origin, and one point on each of the three axes."""
         return _origin_and_tips(self.T, self.lever)
 
 
 @dataclass(frozen=True, eq=False)
 class Label(Shape):
-    """A named number.
+    """Text with a name and a number.
 
     Attributes:
-        position: Shape (3,), in [m].
-        title: Its name.
-        value: In its unit.
-        unit: Such as `rad`.
+        position: Position, shape (3,), in [m].
+        title: Name of the number.
+        value: The number.
+        unit: Unit of the number, such as `rad`.
     """
 
     position: FloatArray
@@ -230,12 +230,12 @@ class Label(Shape):
 
     @property
     def points(self) -> FloatArray:
-        """The position."""
+        """Position."""
         return self.position[np.newaxis]
 
     @property
     def text(self) -> str:
-        """The text, such as `elbow: 1.424`."""
+        """Text, such as `elbow: 1.424`."""
         return f"{self.title}: {self.value:.3f}"
 
 

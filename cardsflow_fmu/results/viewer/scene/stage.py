@@ -1,4 +1,4 @@
-"""The scene of a run at any frame, as shapes."""
+"""Shapes of a run at any frame."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from .link_bodies import link_capsules, platform_hull
 from .link_poses import link_poses, motor_axes, moved_point
 from .meshes import LinkMeshes
 from .motion import Motion, frame_rows, motion_of, task_points
-from .muscle_paths import MusclePath, muscle_paths, pulls
+from .muscle_paths import MusclePath, muscle_paths, unit_forces
 from .shapes import Triangles
 from .trail import trail_points
 from .wrap_surfaces import wrap_shape
 
 _NEAR = 0.05
-"""Distance of joints whose labels are stacked, as a part of the robot's reach."""
+"""Maximum distance of joints with stacked labels, as fraction of the reach."""
 
 _UPRIGHT = 0.999
 
 _TRAIL_RADIUS = 0.0045
-"""Radius of a sphere of the trail, as a part of the robot's reach."""
+"""Radius of the spheres of a trail, as fraction of the reach."""
 
 
 def scene(robot: Robot, result: RunData, k: int, world: Scene | None = None) -> list[s.Shape]:
@@ -51,21 +51,21 @@ def scene(robot: Robot, result: RunData, k: int, world: Scene | None = None) -> 
 class Stage:
     """Robot and motion with the geometry of all frames.
 
-    Every frame has shapes with the same names; some may have no size.
+    All frames have shapes with the same names. Some shapes may have zero size.
 
     Args:
         robot: The robot.
-        motion: Its motion.
-        meshes: Surfaces of its links; links without are drawn as capsules, and as the hull of
-            the attachment points of muscles where these span an area, as on platforms.
+        motion: Motion of the robot.
+        meshes: Surfaces of the links. Other links are drawn as capsules, and as the convex hull of
+            their muscle attachments if these span an area, as on platforms.
         world: Objects and ground around the robot.
-        full_scale: Whether colours reach to f_max, instead of the largest tension of the motion.
+        full_scale: Whether colours range to f_max instead of the maximum tension of the motion.
 
     Attributes:
-        robot, motion, meshes: As given.
+        robot, motion, meshes: Arguments of the constructor.
         environment: Objects and ground around the robot.
-        box: The two corners of a box that holds the robot and its meshes in all frames, in [m].
-        reach: The diagonal of that box, in [m].
+        box: Two opposite corners of a box around the robot and its meshes in all frames, in [m].
+        reach: Length of the diagonal of the box, in [m].
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class Stage:
         self.meshes = meshes or {}
         self._poses = link_poses(robot, motion.q)
         self._paths = muscle_paths(robot, motion.q, self._poses)
-        self._pulls = [pulls(path) for path in self._paths]
+        self._unit_forces = [unit_forces(path) for path in self._paths]
         self._tips = {
             frame.name: moved_point(self._poses[frame.link], frame.position)
             for frame in task_points(robot)
@@ -94,7 +94,7 @@ class Stage:
         self._full_scale = full_scale
 
     def __len__(self) -> int:
-        """Number of frames."""
+        """Return the number of frames."""
         return len(self.motion.time)
 
     def scene(self, k: int) -> list[s.Shape]:
@@ -109,19 +109,19 @@ class Stage:
             *self._frames(k),
             *self._labels(k),
             *self._contacts(k),
-            *self._point_paths(k),
+            *self._paths_of_points(k),
         ]
 
     def tension_range(self, muscle: int) -> tuple[float, float]:
-        """The range of a muscle's colours, in [N]: f_min to f_max, or to the largest tension."""
+        """Return the tensions at both ends of the colour ramp of a muscle, in [N]."""
         low, high = self.robot.muscles[muscle].f_min, self.robot.muscles[muscle].f_max
         if self._full_scale and np.isfinite(high):
             return low, high
-        return low, min(high, max(self._largest_tension, low))
+        return low, min(high, max(self._max_tension, low))
 
     @cached_property
     def reference(self) -> dict[str, FloatArray]:
-        """The desired path of each task point, shape (K, 3), by the frame's name."""
+        """Desired path of each end-effector point, shape (K, 3), in [m], by task frame."""
         motion = self.motion
         if motion.q_d is not None and motion.q_d.shape[1]:
             poses = link_poses(self.robot, motion.q_d)
@@ -132,7 +132,7 @@ class Stage:
         }
 
     @cached_property
-    def _largest_tension(self) -> float:
+    def _max_tension(self) -> float:
         tensions = self.motion.tensions
         return 0.0 if tensions is None else float(np.nanmax(tensions, initial=0.0))
 
@@ -140,14 +140,14 @@ class Stage:
         points = [T[:, :3, 3] for T in self._poses.values()]
         points += [path.points.reshape(-1, 3) for path in self._paths]
         points += [moved_point(self._poses[link], corner) for link, corner in self._mesh_corners()]
-        everything = np.concatenate([*points, *self._tips.values()])
-        everything = everything[np.isfinite(everything).all(axis=1)]
-        if not len(everything):
+        all_points = np.concatenate([*points, *self._tips.values()])
+        all_points = all_points[np.isfinite(all_points).all(axis=1)]
+        if not len(all_points):
             return np.zeros(3), np.zeros(3)
-        return everything.min(axis=0), everything.max(axis=0)
+        return all_points.min(axis=0), all_points.max(axis=0)
 
     def _mesh_corners(self) -> Iterator[tuple[str, tuple[float, float, float]]]:
-        """The corners of a box about each mesh, in the frame of its link."""
+        """Yield the corners of the bounding box of each mesh, in the link frame."""
         for link, meshes in self.meshes.items():
             for mesh in meshes:
                 low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
@@ -156,23 +156,23 @@ class Stage:
 
     @cached_property
     def _hulls(self) -> dict[str, Triangles]:
-        """Of the links without a mesh whose attachment points span an area."""
+        """Hulls of links without a mesh, if their muscle attachments span an area, by link name."""
         bare = [link for link in self.robot.links if link.name not in self.meshes]
         hulls = {link.name: platform_hull(self.robot, link, 0.01 * self.reach) for link in bare}
         return {name: hull for name, hull in hulls.items() if hull is not None}
 
     @cached_property
     def _trails(self) -> dict[str, tuple[FloatArray, NDArray[np.int64]]]:
-        """The trail of each task point, and its number of points passed at each frame."""
+        """Trail of each end-effector point, and the number of trail points at each frame."""
         distance = 3.0 * _TRAIL_RADIUS * self.reach
         return {name: trail_points(path, distance) for name, path in self._tips.items()}
 
     def _joint_poses(self) -> list[FloatArray]:
-        """The frame behind the motions of every joint, shape (K, 4, 4), in their order."""
+        """Return the poses of the child frames of all joints, shape (K, 4, 4), in order."""
         return [self._poses[j.child] @ transform(j.T_child_joint) for j in self.robot.joints]
 
     def _stacked_labels(self) -> list[int]:
-        """For every joint, the number of labels below its own, of joints at the same position."""
+        """Return the number of labels below the label of each joint, for joints at one position."""
         positions = [T[0, :3, 3] for T in self._joints]
         rows: list[int] = []
         for k, joint in enumerate(self.robot.joints):
@@ -223,21 +223,21 @@ class Stage:
                 yield s.Sphere(s.VIA_POINTS, key, colours.VIA_POINT, centre, 0.007 * reach)
 
     def _forces(self, k: int) -> Iterator[s.Shape]:
-        """Return muscle forces at via points; the largest force of the run has a fixed length."""
+        """Yield muscle forces at via points; the largest force of the run has a fixed length."""
         if self.motion.tensions is None:
             return
-        per_newton = 0.16 * self.reach / (self._largest_tension or 1.0)
+        per_newton = 0.16 * self.reach / (self._max_tension or 1.0)
         for i, muscle in enumerate(self.robot.muscles):
             tension = max(float(np.nan_to_num(self.motion.tensions[k, i])), 0.0)
             path: MusclePath = self._paths[i]
             for v, corner in enumerate(path.via[k]):
                 start = path.points[k, corner]
-                end = start + per_newton * tension * self._pulls[i][k, v]
+                end = start + per_newton * tension * self._unit_forces[i][k, v]
                 key, radius = f"{muscle.name}/{v}", 0.0026 * self.reach
                 yield s.Arrow(s.FORCES, key, colours.FORCE, start, end, radius)
 
     def _torques(self, k: int) -> Iterator[s.Shape]:
-        """Return motor torques along their axes (right-hand rule); the largest has a fixed length.
+        """Yield motor torques along their axes (right-hand rule); the largest has a fixed length.
 
         Torques and forces have different scales.
         """
@@ -283,7 +283,7 @@ class Stage:
 
     @cached_property
     def up(self) -> FloatArray:
-        """Return the unit vector against gravity; z without gravity."""
+        """Unit vector against gravity; z axis if gravity is zero."""
         gravity = np.array(self.robot.gravity)
         size = np.linalg.norm(gravity)
         up: FloatArray = -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
@@ -291,23 +291,23 @@ class Stage:
 
     @property
     def floor(self) -> float | None:
-        """Height of a horizontal ground, in [m]."""
+        """Height of the ground, in [m]; None if it is not horizontal or does not exist."""
         return self.environment.floor if self.up[2] > _UPRIGHT else None
 
     def _contacts(self, k: int) -> Iterator[s.Shape]:
-        """Return the contact force at the centre of a body; the largest has a fixed length."""
+        """Yield the contact force at the centre of each body; the largest has a fixed length."""
         contacts = self.motion.contacts
         largest = max(
             (float(np.nanmax(np.abs(f), initial=0.0)) for f in contacts.values()), default=0
         )
         per_newton, radius = 0.2 * self.reach / (largest or 1.0), 0.003 * self.reach
         for name, forces in contacts.items():
-            com = self._middle(name, k)
+            com = self._centre(name, k)
             start = com - per_newton * np.nan_to_num(forces[k])
             yield s.Arrow(s.CONTACTS, name, colours.CONTACT, start, com, radius)
 
-    def _middle(self, name: str, k: int) -> FloatArray:
-        """The centre of mass of a link, or the position of an object."""
+    def _centre(self, name: str, k: int) -> FloatArray:
+        """Return the centre of mass of a link, or the position of an object, in [m]."""
         if name in self.environment.positions:
             positions = self.environment.positions[name]
         else:
@@ -315,7 +315,7 @@ class Stage:
         middle: FloatArray = positions[min(k, len(positions) - 1)]
         return middle
 
-    def _point_paths(self, k: int) -> Iterator[s.Shape]:
+    def _paths_of_points(self, k: int) -> Iterator[s.Shape]:
         for name, path in self.reference.items():
             yield s.Line(s.REFERENCE, name, colours.REFERENCE, path, 0.002 * self.reach)
         if len(self) == 1:

@@ -1,4 +1,4 @@
-"""The points of a trail."""
+"""Points of a trail."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ _MAX_POINTS = 4000
 
 
 def trail_points(path: FloatArray, distance: float) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Points at even distances along a path.
+    """Return points at equal distances along a path.
 
     Args:
-        path: Its corners, shape (K, 3), in [m].
-        distance: Their distance along it, in [m]; larger where there would be too many.
+        path: Corners of the path, shape (K, 3), in [m].
+        distance: Distance of the points along the path, in [m]. It is increased if the number of
+            points would exceed 4000.
 
     Returns:
-        The points, shape (b, 3), and the number of them before each corner, shape (K,).
+        The points, shape (b, 3), and the number of points before each corner, shape (K,).
     """
     path = np.nan_to_num(path)
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)

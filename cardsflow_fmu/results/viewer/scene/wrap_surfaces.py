@@ -11,17 +11,17 @@ from . import colours
 from . import shapes as s
 
 _OPACITY = 0.45
-_ROUND, _UP = 24, 12
-"""Corners of a drawn ellipsoid about its z axis, and from pole to pole."""
+_AROUND, _RINGS = 24, 12
+"""Number of mesh vertices of an ellipsoid around its z axis, and of rings from pole to pole."""
 
 
 def wrap_shape(surface: WrapSurface, T: FloatArray, reach: float) -> s.Shape:
-    """A wrap surface, translucent; an infinite cylinder is cut.
+    """Return the translucent shape of a wrap surface; an infinite cylinder has a finite length.
 
     Args:
         surface: The surface.
-        T: Its pose in the world, shape (4, 4).
-        reach: Of the robot, in [m].
+        T: Pose in the world, shape (4, 4).
+        reach: Reach of the robot, in [m].
     """
     shared, radius, middle = (s.WRAP_SURFACES, surface.name, colours.WRAP), surface.radius, T[:3, 3]
     if surface.half_axes is not None:
@@ -35,11 +35,11 @@ def wrap_shape(surface: WrapSurface, T: FloatArray, reach: float) -> s.Shape:
 
 def _ellipsoid(half_axes: FloatArray) -> s.Triangles:
     longitude, latitude = np.meshgrid(
-        np.linspace(0.0, 2.0 * np.pi, _ROUND, endpoint=False), np.linspace(0.0, np.pi, _UP + 1)
+        np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False), np.linspace(0.0, np.pi, _RINGS + 1)
     )
     level = np.sin(latitude)
     unit = np.stack([level * np.cos(longitude), level * np.sin(longitude), np.cos(latitude)], -1)
-    corners = np.arange(_ROUND * (_UP + 1)).reshape(_UP + 1, _ROUND)
+    corners = np.arange(_AROUND * (_RINGS + 1)).reshape(_RINGS + 1, _AROUND)
     a, b = corners[:-1], corners[1:]
     c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
     faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)

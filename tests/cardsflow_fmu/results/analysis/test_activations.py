@@ -16,7 +16,7 @@ from cardsflow_fmu import Experiment
 from cardsflow_fmu.results.analysis.activations import (
     activation_summary,
     describe_activations,
-    recorded,
+    read_recorded_motion,
     static_optimisation,
 )
 from cardsflow_fmu.utils.opensim_table import opensim_text, read_opensim_table
@@ -99,7 +99,7 @@ def test_the_command_writes_tables_of_opensim(tmp_path: Path, cardsflow: Command
     assert out.startswith("21 points from 0.5 to 2.5 s")
     table = read_opensim_table(tmp_path / "out/activations.sto")
     assert table.names == ("time", *(m.name for m in robot.muscles))
-    expected = static_optimisation(robot, recorded(robot, file, 0.0))
+    expected = static_optimisation(robot, read_recorded_motion(robot, file, 0.0))
     np.testing.assert_array_equal(table.rows[:, 1:], expected.activations)
     assert cardsflow(*words)[0] == 0  # its own files are replaced
     (tmp_path / "out/forces.sto").write_text("something else\n")
@@ -108,8 +108,8 @@ def test_the_command_writes_tables_of_opensim(tmp_path: Path, cardsflow: Command
 
 def test_degrees_and_states_are_read_as_radians(tmp_path: Path) -> None:
     robot = planar_2r()
-    plain = recorded(robot, written(robot, tmp_path, degrees=False), 0.0)
-    turned = recorded(robot, written(robot, tmp_path, degrees=True, name="d.sto"), 0.0)
+    plain = read_recorded_motion(robot, written(robot, tmp_path, degrees=False), 0.0)
+    turned = read_recorded_motion(robot, written(robot, tmp_path, degrees=True, name="d.sto"), 0.0)
     np.testing.assert_allclose(turned.q, plain.q, atol=1e-12)
     names = [
         f"/jointset/j/{c.name}/{kind}" for kind in ("value", "speed") for c in robot.coordinates
@@ -117,7 +117,7 @@ def test_degrees_and_states_are_read_as_radians(tmp_path: Path) -> None:
     motion = waving(robot)
     rows = np.column_stack([motion.times, motion.q, motion.qd])
     (tmp_path / "s.sto").write_text(opensim_text("states", ["time", *names], rows))
-    states = recorded(robot, tmp_path / "s.sto", 0.0)
+    states = read_recorded_motion(robot, tmp_path / "s.sto", 0.0)
     np.testing.assert_array_equal(states.qd, motion.qd)
     np.testing.assert_allclose(states.qdd[2:-2], motion.qdd[2:-2], atol=2e-3)
 
@@ -186,7 +186,7 @@ def test_opensims_static_optimisation_has_the_same_activations(
     names = ["time", *(c.name for c in robot.coordinates)]
     text = opensim_text("m", names, np.column_stack(columns))
     (tmp_path / "m.mot").write_text(text.replace("inDegrees=no", "inDegrees=yes"))
-    found = static_optimisation(robot, recorded(robot, tmp_path / "m.mot", 0.0))
+    found = static_optimisation(robot, read_recorded_motion(robot, tmp_path / "m.mot", 0.0))
     assert found.undriven == ("pelvis_tilt", "pelvis_tx", "pelvis_ty")
     expected = np.array([OPENSIM[name] for name in found.muscle_names]).T
     np.testing.assert_allclose(found.activations[[15, 25]], expected, atol=2e-5)

@@ -69,7 +69,7 @@ def test_a_designed_motion_tells_more_than_sines() -> None:
         sine = Motion(m.times, START + A * s, A * w * np.cos(w * t), -A * w**2 * s)
         forces = motions.forces(motion_terms(motions.dynamics, sine))
         if np.isfinite(forces).all():
-            told.append(log_det(design.refined(sine, forces)))
+            told.append(log_det(design.measured_information(sine, forces)))
     assert told
     assert log_det(designed.information) > max(told) + 2.0
 

@@ -88,10 +88,10 @@ def test_no_name_reaches_markdown(opened: Any, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(opened.gui, "add_markdown", refused)
     robot = evil_robot()
     pictures = iter(range(2))
-    live.pose(opened, robot, {}, lambda: next(pictures, None) is None)
+    live.show_robot(opened, robot, {}, lambda: next(pictures, None) is None)
     pictures = iter(range(2))
     act = Act(Stage(robot, motion_of(robot, waving(robot, 1.0))), EVIL, (EVIL,))
-    live.replay(opened, [act], lambda: next(pictures, None) is None)
+    live.show_replay(opened, [act], lambda: next(pictures, None) is None)
     assert any("&lt;img" in text for text in texts)
     assert all(map(is_plain, texts))
 
@@ -192,7 +192,7 @@ def test_evil_names_do_nothing_in_a_browser(opened: Any, tmp_path: Path, kind: s
             return bool(page.evaluate(f"!!({seen})"))
 
         if kind == "live":
-            live.replay(opened, [act], over)
+            live.show_replay(opened, [act], over)
         page.wait_for(seen)
         assert not page.evaluate("!!document.querySelector('iframe, img[src=x]')")
         assert not [url for url in page.requests if "evil.example" in url or "passwd" in url]

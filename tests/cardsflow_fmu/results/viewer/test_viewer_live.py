@@ -126,11 +126,11 @@ def test_without_viser_the_message_names_it(monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_run_is_followed_and_comes_out_the_same(opened: Any) -> None:
     experiment = Experiment.load(PLANAR_2R, {"run.duration": 1.0})
     seen: list[int] = []
-    follow = live.follower(opened, experiment.robot, {})
+    draw = live.live_drawing(opened, experiment.robot, {})
 
     def watch(names: tuple[str, ...], rows: np.ndarray) -> None:
         seen.append(len(rows))
-        follow(names, rows)
+        draw(names, rows)
 
     result = simulate(experiment, compute="python", coupling="direct", watch=watch)
     alone = simulate(experiment, compute="python", coupling="direct")
@@ -144,7 +144,7 @@ def test_two_runs_play_side_by_side(opened: Any) -> None:
     robot = planar_2r()
     acts = [Act(Stage(robot, motion_of(robot, waving(robot, t))), f"{t} s") for t in (1.0, 2.0)]
     pictures = iter(range(30))
-    live.replay(opened, acts, lambda: next(pictures, None) is None)
+    live.show_replay(opened, acts, lambda: next(pictures, None) is None)
     for side in "01":
         rods = opened.scene.get_handle_by_name(f"/{side}/muscles/rod_100")
         assert len(rods.batched_positions) == 4
@@ -161,7 +161,7 @@ def test_sliders_move_the_robot_and_its_table(opened: Any, monkeypatch: pytest.M
             opened.gui, name, lambda *a, m=made, k=kept, **w: k.append(m(*a, **w)) or k[-1]
         )
     over = threading.Event()
-    shown = threading.Thread(target=live.pose, args=(opened, planar_2r(), {}, over.is_set))
+    shown = threading.Thread(target=live.show_robot, args=(opened, planar_2r(), {}, over.is_set))
     shown.start()
     try:
         assert eventually(lambda: tables and "<table>" in tables[-1].content)

@@ -12,7 +12,7 @@ from support.robots.robots import planar_2r
 from addin_sdfusion.robot import Mesh, Pose, Robot
 from cardsflow_fmu.results.viewer import Motion, Stage
 from cardsflow_fmu.results.viewer.scene import shapes as s
-from cardsflow_fmu.results.viewer.scene.meshes import MAX_FACES, link_meshes, simplified
+from cardsflow_fmu.results.viewer.scene.meshes import MAX_FACES, link_meshes, simplify
 
 
 def arm_with(*meshes: Mesh) -> Robot:
@@ -85,7 +85,7 @@ def test_collision_meshes_are_not_drawn(folder: Path) -> None:
 def test_large_meshes_become_small_and_keep_their_shape() -> None:
     sphere = trimesh.creation.icosphere(subdivisions=6, radius=2.0)
     assert len(sphere.faces) > 10 * MAX_FACES
-    small = simplified(s.Triangles(np.array(sphere.vertices), np.array(sphere.faces)))
+    small = simplify(s.Triangles(np.array(sphere.vertices), np.array(sphere.faces)))
     assert 0.3 * MAX_FACES < len(small.faces) <= MAX_FACES
     np.testing.assert_allclose(np.linalg.norm(small.vertices, axis=1), 2.0, rtol=0.02)
     a, b, c = (small.vertices[small.faces[:, k]] for k in range(3))

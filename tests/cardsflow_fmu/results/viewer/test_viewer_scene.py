@@ -18,8 +18,8 @@ from cardsflow_fmu.results.viewer.scene.colours import RAMP, SLACK, tension_colo
 from cardsflow_fmu.results.viewer.scene.link_bodies import link_capsules
 from cardsflow_fmu.results.viewer.scene.link_poses import link_poses, moved_point
 from cardsflow_fmu.results.viewer.scene.motion import frame_rows
-from cardsflow_fmu.results.viewer.scene.muscle_paths import muscle_paths, pulls
-from cardsflow_fmu.results.viewer.scene.primitives import Body, bodies, directions, unit_body
+from cardsflow_fmu.results.viewer.scene.muscle_paths import muscle_paths, unit_forces
+from cardsflow_fmu.results.viewer.scene.primitives import Body, bodies, rotations_from_z, unit_body
 from cardsflow_fmu.results.viewer.scene.stage import scene
 from cardsflow_fmu.simulation.result import SystemResult
 from sim_dart import DartDynamics
@@ -81,7 +81,7 @@ def test_force_arrows_do_the_work_that_the_muscle_does() -> None:
         moved = q + h * np.eye(dynamics.n)[k] * np.array([[-1.0], [0.0], [1.0]])
         for i, path in enumerate(muscle_paths(robot, moved, link_poses(robot, moved))):
             speed = (path.points[2] - path.points[0]) / (2 * h)
-            assert np.sum(pulls(path)[1] * speed) == pytest.approx(-L[i, k], abs=1e-7)
+            assert np.sum(unit_forces(path)[1] * speed) == pytest.approx(-L[i, k], abs=1e-7)
 
 
 def test_the_two_link_arm_is_drawn_at_its_closed_form() -> None:
@@ -260,15 +260,15 @@ def test_unit_bodies_are_closed_and_their_faces_look_outwards(kind: str) -> None
     assert volume < exact
 
 
-def test_directions_turn_the_z_axis() -> None:
+def test_rotations_from_z_turn_the_z_axis() -> None:
     from scipy.spatial.transform import Rotation
 
     vectors = np.random.default_rng(0).normal(size=(50, 3))
     vectors[:3] = [[0, 0, 2.0], [0, 0, -2.0], [1e-12, 0, -1.0]]
-    turned = Rotation.from_quat(directions(vectors)[:, [1, 2, 3, 0]]).apply([0.0, 0.0, 1.0])
+    turned = Rotation.from_quat(rotations_from_z(vectors)[:, [1, 2, 3, 0]]).apply([0.0, 0.0, 1.0])
     unit = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     np.testing.assert_allclose(turned, unit, atol=1e-9)
-    np.testing.assert_array_equal(directions(np.zeros((1, 3))), [[1.0, 0.0, 0.0, 0.0]])
+    np.testing.assert_array_equal(rotations_from_z(np.zeros((1, 3))), [[1.0, 0.0, 0.0, 0.0]])
 
 
 def test_an_arrow_ends_at_its_end_and_vanishes_without_length() -> None:

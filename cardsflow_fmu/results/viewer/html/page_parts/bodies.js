@@ -1,5 +1,5 @@
-// The unit bodies that everything round is made of. A vertex stands at a + t (b - a) + radius * (x, y, z),
-// the z axis pointing from a to b: [x, y, z, t, normal].
+// Unit bodies. A vertex is [x, y, z, t, normal]; its position is a + t (b - a) + radius * (x, y, z).
+// The z axis points from a to b.
 
 function ball(around, rings) {
   const vertices = [], faces = [];
@@ -16,7 +16,7 @@ function ball(around, rings) {
   return { vertices: new Float32Array(vertices), faces: new Uint16Array(faces) };
 }
 
-// From radius 1 at a to radius `top` at b; closed by discs where asked for.
+// Returns a tube with radius 1 at a and radius `top` at b; discs close it if `closed` is true.
 function tube(around, top, closed) {
   const vertices = [], faces = [];
   const ring = (radius, t, normal) => {
@@ -46,7 +46,7 @@ const BODIES = {
   cone: tube(14, 0, true),
 };
 
-// Adds what a shape is made of: put(body, a, b, radius, colour), points being a flat list at one moment.
+// Calls put(body, a, b, radius, colour) for each body of a shape; `points` is the flat list of its points at one time.
 function compose(shape, points, shown, colour, put) {
   const at = i => points.subarray(3 * i, 3 * i + 3), last = points.length / 3 - 1, r = shape.radius;
   const far = (a, b) => Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);

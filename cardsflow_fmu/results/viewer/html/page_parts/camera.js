@@ -1,27 +1,27 @@
-// A camera that turns about a point: drag turns, drag with the other button or Shift shifts, the wheel zooms.
+// Camera that orbits a point. Dragging rotates it, dragging with Shift or another button moves it, the wheel zooms.
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const unit = a => { const l = Math.hypot(...a); return a.map(x => x / l); };
 const sum = (a, b, factor = 1) => a.map((x, i) => x + factor * b[i]);
 
-// The eight corners of a box.
+// Returns the eight corners of a box.
 const corners = (low, high) => [0, 1, 2, 3, 4, 5, 6, 7].map(k => low.map((x, j) => k >> j & 1 ? high[j] : x));
 
-// What holds everything that moves: its middle, its size, the floor below it, and where to look from.
+// Returns the surroundings of a motion: bounding box, centre, floor, and axes of the camera.
 function surroundings(act) {
   const up = act.up, east = unit(cross(Math.abs(up[1]) < 0.9 ? [0, 1, 0] : [0, 0, 1], up)), north = cross(up, east);
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  const hold = p => [east, north, up].forEach((axis, j) => {
+  const include = p => [east, north, up].forEach((axis, j) => {
     low[j] = Math.min(low[j], dot(axis, p));
     high[j] = Math.max(high[j], dot(axis, p));
   });
-  corners(...act.box).forEach(hold);
+  corners(...act.box).forEach(include);
   for (const { kind, name, points } of act.shapes) {
-    if (kind === "Frame" || kind === "Arrow" || kind === "Label") continue; // their points are not all their own
+    if (kind === "Frame" || kind === "Arrow" || kind === "Label") continue; // their points include points of other parts
     if (kind === "MeshShape" && !name.startsWith("objects/")) continue;
-    const step = kind === "MeshShape" ? points.columns : 3; // of a mesh, its origin alone
-    for (let i = 0; i < points.numbers.length; i += step) hold(points.numbers.subarray(i, i + 3));
+    const step = kind === "MeshShape" ? points.columns : 3; // only the origin of a mesh
+    for (let i = 0; i < points.numbers.length; i += step) include(points.numbers.subarray(i, i + 3));
   }
   const size = high.map((x, j) => x - low[j]), mid = high.map((x, j) => (x + low[j]) / 2);
   const place = (e, n, u) => sum(sum(east.map(x => e * x), north, n), up, u);
@@ -34,21 +34,21 @@ function surroundings(act) {
   };
 }
 
-const SLOPE = Math.tan(0.36), FILLED = 0.88; // of half the field of view; the part of it that is filled at first
+const SLOPE = Math.tan(0.36), FILLED = 0.88; // slope of half the field of view; filled fraction of the view at the start
 
 class Camera {
   constructor(world, aspect) {
     this.world = world;
     this.target = world.centre;
     this.aspect = aspect;
-    const turned = world.flat ? 0.22 : 0.5;
-    this.turn = (world.alongEast ? 0 : -Math.PI / 2) + turned;
+    const rotation = world.flat ? 0.22 : 0.5;
+    this.turn = (world.alongEast ? 0 : -Math.PI / 2) + rotation;
     this.tilt = world.flat ? 0.14 : 0.3;
-    this.distance = this.fitting();
+    this.distance = this.fittingDistance();
   }
 
-  // The distance from which all corners of the world's box are in the picture.
-  fitting() {
+  // Returns the distance from which all corners of the bounding box are visible.
+  fittingDistance() {
     const { back, right, top } = this.axes();
     return Math.max(1e-6, ...this.world.corners.map(corner => {
       const p = sum(corner, this.target, -1);
@@ -63,7 +63,7 @@ class Camera {
     return { back, right, top: cross(back, right) };
   }
 
-  follow(canvas, changed) {
+  handleInput(canvas, changed) {
     const fingers = new Map();
     canvas.addEventListener("contextmenu", event => event.preventDefault());
     canvas.addEventListener("pointerdown", event => { canvas.setPointerCapture(event.pointerId); fingers.set(event.pointerId, event); });
@@ -93,13 +93,13 @@ class Camera {
     }, { passive: false });
   }
 
-  // The matrix that projects the world, by columns, and where the eye is.
+  // Returns the column-major projection matrix and the position of the eye.
   uniforms(aspect) {
     const { back, right, top } = this.axes();
     const far = Math.max(1, this.aspect / aspect) * this.distance, eye = sum(this.target, back, far);
     const near = far / 50, end = far * 20, f = 1 / SLOPE;
     const row = (axis, factor) => [...axis.map(x => factor * x), -factor * dot(axis, eye)];
-    const x = row(right, f / aspect), y = row(top, f), w = row(back, -1); // w: how far before the eye
+    const x = row(right, f / aspect), y = row(top, f), w = row(back, -1); // w: distance in front of the eye
     const z = w.map((d, i) => (d * (end + near) - (i === 3 ? 2 * end * near : 0)) / (end - near));
     const view = new Float32Array(16);
     for (let i = 0; i < 4; i++) [x, y, z, w].forEach((line, j) => { view[4 * i + j] = line[i]; });
@@ -107,7 +107,7 @@ class Camera {
   }
 }
 
-// Where a point is in the window, as parts of its width and height; null behind the eye.
+// Returns the position of a point in the window, as fractions of width and height; null behind the camera.
 function project(view, p) {
   const at = j => view[j] * p[0] + view[4 + j] * p[1] + view[8 + j] * p[2] + view[12 + j];
   const w = at(3);

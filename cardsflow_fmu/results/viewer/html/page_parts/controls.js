@@ -1,9 +1,9 @@
-// Titles, switches, the legend and the bar with play, scrub and speed.
+// Titles, switches, legend, and the control bar with play button, time slider and speed.
 
 function element(tag, into, properties = {}) {
-  const made = Object.assign(document.createElement(tag), properties);
-  into.append(made);
-  return made;
+  const created = Object.assign(document.createElement(tag), properties);
+  into.append(created);
+  return created;
 }
 
 const short = x => Number(x.toPrecision(4)).toString();
@@ -14,7 +14,7 @@ function addTitle(act, into) {
   for (const note of act.notes) element("span", title, { textContent: note });
 }
 
-// One switch a group that has shapes; returns the set of the groups that are shown.
+// Adds one switch for each group with shapes; returns the set of visible groups.
 function addSwitches(motion, changed) {
   const panel = element("details", document.body, { className: "panel", open: innerWidth > 700 });
   element("summary", panel, { textContent: "Show" });
@@ -44,7 +44,7 @@ function addLegend(motion, panel) {
   }
 }
 
-// The clock: { now, playing }, moved by `tick(seconds)`; a bar to steer it where there is a motion.
+// Returns the clock { now, playing }, which `tick(seconds)` advances. A motion also has a control bar.
 function addClock(end, changed) {
   const clock = { now: 0, playing: false, speed: 1, tick() {} };
   if (!(end > 0)) return clock;

@@ -1,4 +1,4 @@
-// The motion that the page carries: see page_data.py for how it is packed.
+// Decodes the motion in the page; page_data.py defines the format.
 
 async function unpack(text) {
   const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
@@ -14,7 +14,7 @@ async function unpack(text) {
   return motion;
 }
 
-// A table as its file has it -> { rows, columns, numbers }, row by row.
+// Decodes a table to { rows, columns, numbers }, with numbers row by row.
 function decodeTable(bytes, { at, rows, columns, low, high }) {
   const size = bytes.length / 2, numbers = new Float32Array(rows * columns);
   const unit = (high - low) / 65535;
@@ -29,7 +29,7 @@ function decodeTable(bytes, { at, rows, columns, low, high }) {
   return { rows, columns, numbers };
 }
 
-// The row at a moment between frames k and k + 1.
+// Interpolates a row between frames k and k + 1; `part` is from 0 to 1.
 function rowAt(table, k, part, into) {
   const { rows, columns, numbers } = table;
   const a = Math.min(k, rows - 1) * columns, b = Math.min(k + 1, rows - 1) * columns;

@@ -1,4 +1,4 @@
-// Draws bodies, meshes, their shadow and the floor with WebGL 2; no library.
+// Draws bodies, meshes, shadows and the floor with WebGL 2, without a library.
 
 const SHADE = `
   vec3 shade(vec3 colour, vec3 normal, vec3 toEye, vec3 up) {
@@ -13,7 +13,7 @@ const SHADE = `
 
 const PLACE = `
   uniform mat4 view; uniform vec3 eye, up; uniform float floorHeight, isShadow;
-  vec3 dropped(vec3 p) { return mix(p, p - up * (dot(p, up) - floorHeight), isShadow); }`;
+  vec3 projectShadow(vec3 p) { return mix(p, p - up * (dot(p, up) - floorHeight), isShadow); }`;
 
 const BODY_VERTEX = `#version 300 es
   precision highp float; ${PLACE}
@@ -25,7 +25,7 @@ const BODY_VERTEX = `#version 300 es
     vec3 along = b - a; float l = length(along);
     vec3 z = l > 1e-9 ? along / l : vec3(0, 0, 1);
     vec3 x = normalize(cross(abs(z.z) < 0.9 ? vec3(0, 0, 1) : vec3(1, 0, 0), z)), y = cross(z, x);
-    vec3 place = dropped(a + along * corner.w + radius * (x * corner.x + y * corner.y + z * corner.z));
+    vec3 place = projectShadow(a + along * corner.w + radius * (x * corner.x + y * corner.y + z * corner.z));
     normal = x * direction.x + y * direction.y + z * direction.z;
     toEye = eye - place; tint = colour; gl_Position = view * vec4(place, 1);
   }`;
@@ -40,7 +40,7 @@ const BODY_PIXEL = `#version 300 es
 const MESH_VERTEX = `#version 300 es
   precision highp float; ${PLACE}
   layout(location=0) in vec3 corner; uniform mat4 pose; out vec3 place;
-  void main() { place = dropped((pose * vec4(corner, 1)).xyz); gl_Position = view * vec4(place, 1); }`;
+  void main() { place = projectShadow((pose * vec4(corner, 1)).xyz); gl_Position = view * vec4(place, 1); }`;
 
 const MESH_PIXEL = `#version 300 es
   precision highp float; uniform vec3 eye, up, colour; uniform float isShadow;
@@ -143,7 +143,7 @@ class Drawing {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   }
 
-  // One act, in part `i` of `count` beside each other.
+  // Draws act `i` of `count` acts side by side.
   draw(i, count, camera, world, lists, meshes) {
     const gl = this.gl, width = this.canvas.width / count;
     gl.viewport(i * width, 0, width, this.canvas.height);

@@ -1,4 +1,4 @@
-// Puts it together: at every picture, the shapes at the present time, as bodies.
+// Starts the replay and draws the shapes at the current time in each animation frame.
 
 function playAct(act, index, count, drawing) {
   const box = element("div", document.body, { className: "act" });
@@ -13,7 +13,7 @@ function playAct(act, index, count, drawing) {
   return { act, box, world, end: act.time.at(-1) };
 }
 
-// The frame at or before a time, and how far the time is on its way to the next.
+// Returns the last frame at or before a time, and the fraction of time to the next frame, from 0 to 1.
 function frameAt(times, now) {
   let k = 0;
   for (let step = 1 << 20; step; step >>= 1) if (k + step < times.length && times[k + step] <= now) k += step;
@@ -34,10 +34,10 @@ function drawAct(played, index, count, drawing, camera, shown, now, pointer) {
     if (shape.kind === "Label") placeLabel(shape, points, rowAt(shape.values, k, part, value)[0], box, uniforms.view, visible, pointer);
     else if (shape.kind === "MeshShape") meshes.push({ mesh: shape.mesh, pose: poseOf(points, shape.lever), colour: colour.map(c => c / 255) });
     else {
-      const kept = alpha < 1 ? [lists.clear] : trail || shape.kind === "Frame" || points.length > 200 ? [lists.solid] : [lists.solid, lists.shadowed];
-      const reached = trail ? rowAt(shape.values, k, 0, value)[0] : 0;
-      compose(shape, points, reached, colour, (body, a, b, radius, [red, green, blue]) => {
-        for (const list of kept)
+      const targets = alpha < 1 ? [lists.clear] : trail || shape.kind === "Frame" || points.length > 200 ? [lists.solid] : [lists.solid, lists.shadowed];
+      const shownPoints = trail ? rowAt(shape.values, k, 0, value)[0] : 0;
+      compose(shape, points, shownPoints, colour, (body, a, b, radius, [red, green, blue]) => {
+        for (const list of targets)
           (list[body] ||= []).push(a[0], a[1], a[2], b[0], b[1], b[2], radius, red / 255, green / 255, blue / 255, alpha);
       });
     }
@@ -50,20 +50,20 @@ function poseOf(p, lever) {
   return new Float32Array([...axis(1), 0, ...axis(2), 0, ...axis(3), 0, p[0], p[1], p[2], 1]);
 }
 
-const NEAR = 70; // pixels from the pointer within which a label is shown that is not asked for
+const NEAR = 70; // in pixels: a hidden label is shown if the pointer is closer
 
-function placeLabel({ element: label, label: title }, point, value, box, view, asked, pointer) {
+function placeLabel({ element: label, label: title }, point, value, box, view, visible, pointer) {
   const place = project(view, point);
   const x = place && place[0] * box.clientWidth, y = place && place[1] * box.clientHeight;
   const near = place && Math.hypot(x + box.offsetLeft - pointer[0], y + box.offsetTop - pointer[1]) < NEAR;
-  label.hidden = !place || !(asked || near);
+  label.hidden = !place || !(visible || near);
   if (label.hidden) return;
   label.textContent = `${title}: ${value.toFixed(3)}`;
   label.style.transform = `translate(${x}px, ${y}px) translate(-50%, -50%)`;
 }
 
-// Where the pointer is over the picture; far away when it is not.
-function followPointer(canvas, changed) {
+// Returns the pointer position, [x, y]; NaN if the pointer is outside of the canvas.
+function trackPointer(canvas, changed) {
   const pointer = [NaN, NaN];
   const at = (x, y) => { [pointer[0], pointer[1]] = [x, y]; changed(); };
   canvas.addEventListener("pointermove", event => at(event.clientX, event.clientY));
@@ -79,11 +79,11 @@ async function start() {
   const played = motion.acts.map((act, i) => playAct(act, i, motion.acts.length, drawing));
   const { clientWidth, clientHeight } = played[0].box;
   const camera = new Camera(played[0].world, clientWidth / clientHeight || 1);
-  const pointer = followPointer(canvas, changed);
+  const pointer = trackPointer(canvas, changed);
   const shown = addSwitches(motion, changed), clock = addClock(Math.max(...played.map(act => act.end)), changed);
-  camera.follow(canvas, changed);
+  camera.handleInput(canvas, changed);
   addEventListener("resize", changed);
-  const picture = now => {
+  const drawFrame = now => {
     clock.tick((now - before) / 1000);
     before = now;
     if (stale) {
@@ -92,9 +92,9 @@ async function start() {
       played.forEach((act, i) => drawAct(act, i, played.length, drawing, camera, shown, clock.now, pointer));
       document.body.dataset.drawn = clock.now;
     }
-    requestAnimationFrame(picture);
+    requestAnimationFrame(drawFrame);
   };
-  requestAnimationFrame(picture);
+  requestAnimationFrame(drawFrame);
 }
 
 start().catch(error => { element("div", document.body, { className: "message", textContent: `The replay cannot be shown: ${error.message}.` }); });

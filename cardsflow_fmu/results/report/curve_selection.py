@@ -13,36 +13,36 @@ from matplotlib.colors import to_hex, to_rgb
 from .panels import Curve, Panel
 
 MAX_CURVES = 10
-"""Maximum number of curves in a panel; more cannot be distinguished."""
+"""Maximum number of curves in a panel; more curves cannot be distinguished."""
 
-_LIGHTEST = 0.6  # fraction of white in the last colour of a group
+_MAX_WHITE = 0.6  # fraction of white in the last colour of a group
 _MAX_LETTERS = 28  # maximum length of a name in a legend
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
+class SelectedCurves:
     """Selected curves of a panel.
 
     Attributes:
         curves: Curves in the order of the panel.
         references: References of these curves.
-        left_out: Number of curves that are not drawn.
+        omitted: Number of curves that are not drawn.
     """
 
     curves: list[Curve]
     references: list[Curve]
-    left_out: int
+    omitted: int
 
 
-def chosen(panel: Panel, most: int = MAX_CURVES) -> Chosen:
+def select_curves(panel: Panel, count: int = MAX_CURVES) -> SelectedCurves:
     """Select the curves with the largest magnitude or change, and their references."""
     curves = [curve for curve in panel.curves if not curve.of]
     effects = np.array([_effect(curve, panel.by_change) for curve in curves])
-    kept = sorted(np.argsort(-effects, kind="stable")[:most])
-    drawn = [curves[k] for k in kept]
+    selected = sorted(np.argsort(-effects, kind="stable")[:count])
+    drawn = [curves[k] for k in selected]
     names = {curve.name for curve in drawn}
     references = [curve for curve in panel.curves if curve.of in names]
-    return Chosen(drawn, references, len(curves) - len(drawn))
+    return SelectedCurves(drawn, references, len(curves) - len(drawn))
 
 
 def _effect(curve: Curve, by_change: bool) -> float:
@@ -52,11 +52,11 @@ def _effect(curve: Curve, by_change: bool) -> float:
     return float(np.ptp(known) if by_change else np.abs(known).max())
 
 
-def colours_of(names: Sequence[str]) -> list[str]:
+def curve_colours(names: Sequence[str]) -> list[str]:
     """Return a colour for each name: one hue per group, from dark to light.
 
-    Names that only differ in their last number form a group: motor_1 and motor_2. With a single
-    group, or without groups of several names, each name has a hue.
+    Names that only differ in their last number form a group, such as motor_1 and motor_2. If there
+    is a single group, or if all groups have a single name, each name has its own hue.
     """
     hues = mpl.colormaps["tab10"].colors  # type: ignore[attr-defined]
     groups = [re.sub(r"\d+\D{0,2}$", "", name) for name in names]
@@ -67,13 +67,13 @@ def colours_of(names: Sequence[str]) -> list[str]:
     colours = []
     for k, group in enumerate(groups):
         place = groups[:k].count(group) / max(1, members[group] - 1)
-        white = _LIGHTEST * place
+        white = _MAX_WHITE * place
         red, green, blue = (white + (1.0 - white) * part for part in to_rgb(hue_of[group]))
         colours.append(to_hex((red, green, blue)))
     return colours
 
 
-def short(name: str) -> str:
+def shorten(name: str) -> str:
     """Shorten a long name for a legend by omitting its middle."""
     if len(name) <= _MAX_LETTERS:
         return name
