@@ -98,6 +98,18 @@ def test_a_robot_without_muscles_and_motors_is_refused(
     assert "no muscles and no motors" in capsys.readouterr().err
 
 
+def test_results_of_a_robot_without_muscles_open(pendulum: Path, tmp_path: Path) -> None:
+    results = tmp_path / "out"
+    run(load(pendulum, 50.0, **{"run.duration": 0.1}), results)
+    for words, name in (
+        (["view", str(results), "--html"], "page.html"),
+        (["report", str(results), "-o"], "report.html"),
+        (["plot", str(results), "-o"], "figure.png"),
+    ):
+        assert main([*words, str(tmp_path / name)]) == 0
+        assert (tmp_path / name).stat().st_size > 1000
+
+
 AROUND = {"controller.ki": 500.0, "controller.observer": 20.0, "controller.delay": 1}
 ELBOW = {"robot.joints.joint_2.motor": True, "robot.joints.joint_2.effort": 3.0}
 HAND = {"robot.coordinates.joint_3.actuated": True, "robot.coordinates.joint_3.tau_max": 40.0}

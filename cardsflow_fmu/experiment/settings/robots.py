@@ -155,10 +155,12 @@ def combined(
 
 def robot_data(robot: Robot, path: Path, overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Return the table [robot] of a robot, with all keys."""
-    data = {"path": str(path), "cable_set": robot.cable_set, "gravity": list(robot.gravity)}
-    return (
-        data | ({"operational_space": robot.task_set} if robot.task_set else {}) | dict(overrides)
-    )
+    data: dict[str, Any] = {"path": str(path), "gravity": list(robot.gravity)}
+    if robot.cable_set:
+        data["cable_set"] = robot.cable_set
+    if robot.task_set:
+        data["operational_space"] = robot.task_set
+    return data | dict(overrides)
 
 
 def part_data(part: RobotPart) -> dict[str, Any]:
