@@ -92,22 +92,31 @@ def _has_macros(root: Node) -> bool:
 def _with_motors_by_effort(
     robot: Robot, node: Node, motors: set[str], beside: Sequence[Node]
 ) -> Robot:
-    """Where nothing says what drives the robot, each joint with an effort has a motor."""
-    if motors or beside or robot.motors:
+    """Return the robot with a motor at each joint with an effort limit if no file names motors."""
+    if motors or robot.motors:
         return robot
     joints = tuple(_driven(joint) for joint in robot.joints)
     names = [c.name for joint in joints for c in joint.coordinates if c.actuated]
-    if names:
+    if not names:
+        return robot
+    if beside:
         problem = (
-            f"no <transmission>, <ros2_control> or cardsflow.xml specifies motors; the "
-            f"{len(names)} joints with an effort limit are read as motor-driven"
+            "cardsflow.xml specifies what drives the robot; joints with an effort limit have no "
+            f"motor: {', '.join(map(repr, names[:10]))}; add a <transmission> for each motor"
         )
-        node.warning("motors-by-effort", problem)
+        node.warning("no-motors-by-effort", problem)
+        return robot
+    problem = (
+        f"no <transmission>, <ros2_control> or cardsflow.xml specifies motors; the "
+        f"{len(names)} joints with an effort limit are read as motor-driven"
+    )
+    node.warning("motors-by-effort", problem)
     return replace(robot, joints=joints)
 
 
 def _driven(joint: Joint) -> Joint:
     coordinates = tuple(
-        replace(c, actuated=0.0 < c.tau_max < float("inf")) for c in joint.coordinates
+        replace(c, actuated=c.is_free and 0.0 < c.tau_max < float("inf"))
+        for c in joint.coordinates
     )
     return replace(joint, coordinates=coordinates)

@@ -103,6 +103,9 @@ def _coordinate(node: Node, type_: str, actuated: bool) -> Coordinate:
     coupling = tuple(_mimicked(child) for child in node.all("mimic"))
     if coupling:  # the limits of what it follows count
         lower, upper = -math.inf, math.inf
+        if actuated or 0.0 < effort < math.inf:
+            problem = "it follows another joint (<mimic>); its motor is ignored"
+            node.warning("motor-left-out", problem)
     return Coordinate(
         node.subject.name,
         lower,

@@ -80,3 +80,32 @@ def test_a_robot_without_transmissions_has_motors_where_efforts_are(tmp_path: Pa
     reading = read(of_text(tmp_path, bare))
     assert [c.name for c in reading.require().motors] == ["slide"]
     assert "motors-by-effort" in {finding.code for finding in reading.findings}
+
+
+MIMIC = """<robot name="hand"><link name="palm"/>{links}
+<joint name="a" type="revolute"><parent link="palm"/><child link="one"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="5" velocity="1"/></joint>
+<joint name="b" type="revolute"><parent link="one"/><child link="two"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="5" velocity="1"/><mimic joint="a" multiplier="0.5"/></joint>
+</robot>"""
+LINKS = "".join(
+    f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" '
+    'ixz="0" iyz="0"/></inertial></link>'
+    for name in ("one", "two")
+)
+
+
+def test_motor_of_a_mimic_joint_is_ignored_with_a_warning(tmp_path: Path) -> None:
+    reading = read(of_text(tmp_path, MIMIC.format(links=LINKS)))
+    assert [c.name for c in reading.require().motors] == ["a"]
+    (finding,) = [f for f in reading.findings if f.code == "motor-left-out"]
+    assert "coordinate 'b': it follows another joint (<mimic>)" in finding.message
+
+
+def test_motors_that_a_cardsflow_xml_removes_are_reported(tmp_path: Path) -> None:
+    file = of_text(tmp_path, MIMIC.format(links=LINKS))
+    (tmp_path / "cardsflow.xml").write_text("<cardsflow></cardsflow>")
+    reading = read(file)
+    assert reading.robot is not None and reading.robot.motors == ()
+    (finding,) = [f for f in reading.findings if f.code == "no-motors-by-effort"]
+    assert "joints with an effort limit have no motor: 'a'" in finding.message
