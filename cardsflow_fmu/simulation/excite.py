@@ -91,7 +91,7 @@ def excite(
         CardsflowError: Every test run failed. Nothing is written.
     """
     with new_folder(folder, "excitation"):
-        found, findings = read_movable(robot, cable_set)
+        found, findings = read_movable(robot, cable_set, folder)
         search = DraftSearch(found, Path(robot), cable_set)
         first, _ = search.best()
         if first.locked:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,8 @@ from addin_sdfusion.robot import Finding, InputError, Robot
 from addin_sdfusion.robot.checks.not_simulated import NOT_SIMULATED
 from addin_sdfusion.robot.files import file_error, is_folder, write_files
 from addin_sdfusion.robot.formats.read import read
+from addin_sdfusion.robot.mesh_files import lies_in
+from cardsflow_fmu.experiment.carried_files import mesh_roots
 from cardsflow_fmu.experiment.reader import EXPERIMENT_TOML
 from cardsflow_fmu.experiment.template import experiment_text
 
@@ -65,7 +68,7 @@ def init(
         raise InputError("must have the suffix .toml", file=file, key="-o")
     if not overwrite:
         _require_new(file)
-    found, findings = read_movable(robot, cable_set)
+    found, findings = read_movable(robot, cable_set, file.parent)
     path = path_from(file.parent, Path(robot))
     try:
         draft, test_run = DraftSearch(found, Path(robot), cable_set).best()
@@ -81,12 +84,18 @@ def init(
 
 
 def read_movable(
-    robot: str | Path, cable_set: str | None = None
+    robot: str | Path, cable_set: str | None, folder: Path
 ) -> tuple[Robot, tuple[Finding, ...]]:
     """Read a robot that has movable joints and drives, and its findings.
 
+    Args:
+        robot: Robot file or its folder.
+        cable_set: Name of the cable set; None for the default of the robot file.
+        folder: Folder of the experiment.
+
     Raises:
-        InputError: The robot cannot be read, or has no movable joints or no drives.
+        InputError: The robot cannot be read, has no movable joints or no drives, or has files
+            that a run in this folder does not open.
         RobotError: The robot is invalid.
     """
     reading = read(robot, cable_set)
@@ -94,7 +103,22 @@ def read_movable(
     if not (found.coordinates and (found.muscles or found.motors)):
         missing = "no muscles and no motors" if found.coordinates else "no movable joints"
         raise InputError(f"robot {found.name!r} has {missing}", file=robot)
+    _require_inside(reading.files, folder)
     return found, tuple(f for f in reading.findings if f.code not in _NOTED)
+
+
+def _require_inside(files: Sequence[Path], folder: Path) -> None:
+    """Check that a run opens all files: those in the folder of the robot or of the experiment."""
+    main = files[0]
+    outside = [file for file in files if not lies_in(file, mesh_roots(folder / "_", [main], ()))]
+    if outside:
+        common = os.path.commonpath([file.resolve() for file in files])
+        parent = os.path.relpath(common)
+        what = (
+            f"is outside the folders of robot and experiment, and a run does not open it; write "
+            f"the experiment to a folder that contains all files: -o {parent}"
+        )
+        raise InputError(what, file=outside[0])
 
 
 def path_from(folder: Path, robot: Path) -> str:

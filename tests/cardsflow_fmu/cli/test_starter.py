@@ -231,3 +231,25 @@ def test_the_tracking_error_of_the_test_run_has_a_unit(
     code, out, _ = cardsflow("init", tmp_path / "robot", "-o", tmp_path / "experiment.toml")
     assert code == 0
     assert re.search(r"test run passed: largest tracking error \S+ rad, muscle forces up to", out)
+
+
+def test_a_robot_with_files_elsewhere_needs_an_experiment_above_them(
+    tmp_path: Path, cardsflow: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A run opens only files in the folder of the robot or of the experiment."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("arm", "parts"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "parts/body.xml").write_text(
+        '<mujocoinclude><body pos="0 0 1"><joint name="j" axis="0 1 0" range="-60 60"/>'
+        '<geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.03"/></body></mujocoinclude>'
+    )
+    (tmp_path / "arm/arm.xml").write_text(
+        '<mujoco><worldbody><include file="../parts/body.xml"/></worldbody>'
+        '<actuator><motor joint="j" ctrlrange="-20 20"/></actuator></mujoco>'
+    )
+    said = cardsflow.refused("init", "arm/arm.xml", "-o", "arm/experiment")
+    assert "write the experiment to a folder that contains all files: -o ." in said
+    assert not (tmp_path / "arm/experiment").exists()
+    assert cardsflow("init", "arm/arm.xml", "-o", ".")[0] == 0
+    run(Experiment.load(tmp_path, {"run.duration": 0.1}), tmp_path / "out")

@@ -64,6 +64,7 @@ def read_mjcf(file: Path, cable_set: str | None, notes: Notes) -> Robot | None:
     if cable_set not in (None, DEFAULT_SET):
         raise UnknownNameError("cable set", str(cable_set), [DEFAULT_SET], file=file)
     document = Document(file, notes)
+    notes.roots.clear()  # MuJoCo's compiler reads all elements and rejects unknown ones
     if any(finding.is_error for finding in notes.findings):
         return None
     compiled = compile_document(document)

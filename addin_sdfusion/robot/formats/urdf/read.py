@@ -116,7 +116,6 @@ def _with_motors_by_effort(
 
 def _driven(joint: Joint) -> Joint:
     coordinates = tuple(
-        replace(c, actuated=c.is_free and 0.0 < c.tau_max < float("inf"))
-        for c in joint.coordinates
+        replace(c, actuated=c.is_free and 0.0 < c.tau_max < float("inf")) for c in joint.coordinates
     )
     return replace(joint, coordinates=coordinates)
