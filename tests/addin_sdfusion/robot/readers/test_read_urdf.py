@@ -106,6 +106,7 @@ def test_motors_that_a_cardsflow_xml_removes_are_reported(tmp_path: Path) -> Non
     file = of_text(tmp_path, MIMIC.format(links=LINKS))
     (tmp_path / "cardsflow.xml").write_text("<cardsflow></cardsflow>")
     reading = read(file)
-    assert reading.robot is not None and reading.robot.motors == ()
+    assert reading.robot is not None
+    assert reading.robot.motors == ()
     (finding,) = [f for f in reading.findings if f.code == "no-motors-by-effort"]
     assert "joints with an effort limit have no motor: 'a'" in finding.message
