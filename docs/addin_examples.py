@@ -77,7 +77,7 @@ DEFINE = Example(
 
 CHECK = Example(
     values={
-        "summary": "1 error, 2 warnings. Errors must be repaired before the export.",
+        "summary": "1 error, 2 warnings. Errors must be fixed before the export.",
         "detail": "muscle biceps_l: point 2 is on link forearm_L, which does not exist; did you "
         "mean 'forearm_l'? Choose the link in Define muscles.",
     },
@@ -85,7 +85,7 @@ CHECK = Example(
         "findings": (
             ("error", "muscle biceps_l", "point 2 is on link forearm_L, which does not exist"),
             ("warning", "joint wrist_l", "has limits 0 to 0 and cannot move"),
-            ("warning", "body Cover", "belongs to no rigid group and is left out"),
+            ("warning", "body Cover", "does not belong to a rigid group and is not exported"),
         )
     },
     selected={"findings": 0},

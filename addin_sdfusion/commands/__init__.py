@@ -1,4 +1,4 @@
-"""Commands of the add-in: each has its dialog in `dialog.py` and its work in `entry.py`."""
+"""Commands of the add-in: each defines its dialog in `dialog.py` and its actions in `entry.py`."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import importlib
 from typing import Any
 
 COMMANDS = ("define_muscles", "check", "export")
-"""The folders of the commands, in the order of the buttons."""
+"""Folders of the commands, in the order of their buttons."""
 
 
 def load(name: str) -> Any:
-    """Return the command of a folder; it runs in Fusion, or a fake of it, only."""
+    """Return the command of a folder; it requires Fusion or the fake Fusion API."""
     return importlib.import_module(f".{name}.entry", __package__).COMMAND

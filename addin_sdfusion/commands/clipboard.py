@@ -1,4 +1,7 @@
-"""The system's clipboard, which Fusion's API does not reach: by programs that come with it."""
+"""Access to the clipboard through programs of the operating system.
+
+Fusion's API does not provide the clipboard.
+"""
 
 from __future__ import annotations
 
@@ -31,26 +34,26 @@ PROGRAMS: dict[str, tuple[Sequence[str], Sequence[str]]] = {
     ),
     "darwin": (("/usr/bin/pbcopy",), ("/usr/bin/pbpaste",)),
 }
-"""For each system what takes a text for the clipboard, and what gives the one in it."""
+"""Commands that copy to and paste from the clipboard, for each operating system."""
 
 _SECONDS = 20.0
 _NO_WINDOW = 0x08000000  # of Windows
 
 
 def copy(text: str) -> None:
-    """Put a text into the clipboard.
+    """Copy a text to the clipboard.
 
     Raises:
-        InputError: The system has none, or rejects.
+        InputError: The clipboard is not available.
     """
     _run(0, text)
 
 
 def paste() -> str:
-    """Return the text in the clipboard; empty if there is something else in it.
+    """Return the text in the clipboard; empty if it does not contain text.
 
     Raises:
-        InputError: As for `copy`.
+        InputError: The clipboard is not available.
     """
     return _run(1, "")
 

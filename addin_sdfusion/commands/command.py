@@ -1,4 +1,4 @@
-"""A command: its button in the Add-Ins panel, and the dialog that is open."""
+"""Command with a button in the Add-Ins panel, and its open dialog."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .inputs import Inputs
 PANEL = "SolidScriptsAddinsPanel"
 
 _PENDING = (
-    "Parts were moved and their position is not captured: Fusion would move them back. Press "
+    "Parts were moved but their position is not captured, so Fusion would move them back. Press "
     "Capture Position or Revert Position in the toolbar, then start the command again."
 )
 _HANDLERS = {
@@ -32,11 +32,11 @@ _HANDLERS = {
 
 
 class Window:
-    """An open dialog; each command has its own kind.
+    """Base class of an open dialog; each command has a subclass.
 
     Attributes:
-        inputs: Its inputs.
-        design: The design that was active when it was opened.
+        inputs: Inputs of the dialog.
+        design: Active design when the dialog was opened.
     """
 
     def __init__(self, inputs: Inputs, design: Any) -> None:
@@ -44,35 +44,40 @@ class Window:
         self.design = design
 
     def opened(self) -> None:
-        """The dialog is on the screen."""
+        """Handle that the dialog was opened."""
 
     def changed(self, changed: Any) -> None:
-        """The user has changed an input. The design must not be edited here."""
+        """Handle a changed input; this must not edit the design."""
 
     def valid(self) -> bool:
-        """Return whether OK may be pressed."""
+        """Return whether the OK button is enabled."""
         return True
 
     def preview(self) -> None:
-        """Shows what OK will do; Fusion takes it back."""
+        """Preview the result of OK; Fusion reverts all changes."""
 
     def execute(self) -> None:
-        """Does it, as one undo step."""
+        """Edit the design in one undo step."""
 
 
 class Command:
-    """A command of the add-in, from `start` to `stop`."""
+    """Command of the add-in."""
 
     def __init__(self, dialog: Dialog, open_window: Callable[[Inputs, Any], Window]) -> None:
-        """A command without a button; `open_window` makes its window from inputs and design."""
+        """Create a command without a button.
+
+        Args:
+            dialog: Definition of the dialog.
+            open_window: Function that creates the window from the inputs and the design.
+        """
         self.dialog = dialog
         self._open_window = open_window
-        self._kept: list[Any] = []  # Fusion does not keep handlers alive
+        self._kept: list[Any] = []  # Fusion does not hold references to handlers
         self._kept_by_window: list[Any] = []
         self._window: Window | None = None
 
     def start(self) -> None:
-        """Makes the button; one that is left over is replaced."""
+        """Create the button and replace an existing one."""
         self.stop()
         ui = application().userInterface
         folder = Path(__file__).parent / self.dialog.folder / "resources"
@@ -92,7 +97,7 @@ class Command:
             control.isPromoted = True
 
     def stop(self) -> None:
-        """Takes away the button and whatever is open; may be called at any time."""
+        """Remove the button and close the dialog; may be called at any time."""
         ui = application().userInterface
         if self._window is not None and ui.activeCommand == self.dialog.id:
             ui.terminateActiveCommand()
@@ -131,7 +136,7 @@ class Command:
         window = self._open_window(inputs, design)
         command.helpFile = str(Path(__file__).parent / "help.html")
         command.isRepeatable = True
-        command.isExecutedWhenPreEmpted = False  # another command must not press OK
+        command.isExecutedWhenPreEmpted = False  # another command must not confirm the dialog
         command.isOKButtonVisible = bool(self.dialog.ok)
         if self.dialog.ok:
             command.okButtonText = self.dialog.ok
@@ -147,7 +152,7 @@ class Command:
         ):
             self._connect(command, event, work, self._kept_by_window)
         window.opened()
-        self._window = window  # before, OK is grey and nothing is listened to
+        self._window = window  # events before this line are ignored and OK is disabled
 
     def _changed(self, args: Any) -> None:
         if self._window is None or not self._same_design():
@@ -173,10 +178,10 @@ class Command:
             self._window.preview()
 
     def _executed(self, args: Any) -> None:
-        """A failure undoes what was done so far: Fusion takes the whole step back."""
+        """Edit the design; after a failure Fusion reverts the whole undo step."""
         try:
             if self._window is None or not self._same_design():
-                raise InputError("Another document is open now; start the command again there.")
+                raise InputError("Another document is active; start the command again.")
             self._window.execute()
         except Exception as error:
             args.executeFailed = True
@@ -186,11 +191,11 @@ class Command:
         self._window = None
 
     def _same_design(self) -> bool:
-        """Return whether the design is still the one that the user works on."""
+        """Return whether the design is still active."""
         design = self._window.design if self._window is not None else None
         return design is not None and bool(design.isValid) and bool(active_design() == design)
 
 
 def active_design() -> Any:
-    """Return the design that the user works on, or None."""
+    """Return the active design, or None."""
     return adsk.fusion.Design.cast(application().activeProduct)

@@ -1,4 +1,4 @@
-"""Dialogs as data, from which Fusion's inputs and the page in the docs are made."""
+"""Definitions of dialogs, from which Fusion's inputs and the help page are generated."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ Kind = Literal[
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """One input of a dialog.
+    """Input of a dialog.
 
     Attributes:
-        id: Its id, unique in the dialog.
-        kind: `tab` and `group` hold others; `choices` is a drop-down with check boxes; `text` is
-            a box with a message; `number` has no unit.
-        label: What the user sees next to it, or on it.
-        tooltip: What it is for.
-        options: Of a drop-down: what there is to choose from, if that is always the same.
-        children: Of a tab or group: what it holds. Of a table: the buttons below it.
-        columns: Of a table: what the columns show.
-        widths: Of a table: how wide the columns are, relative to each other.
-        filters: Of a selection: what may be picked.
-        prompt: Of a selection: the text next to the cursor.
-        rows: Of a text: how many lines are shown; of a table: the most rows shown at once.
-        value: What it is at first.
-        collapsed: Whether a group shows its name alone at first.
+        id: Id, unique in the dialog.
+        kind: Type of the input. `tab` and `group` contain inputs; `choices` is a drop-down with
+            check boxes; `text` is a read-only message; `number` has no unit.
+        label: Label next to or on the input.
+        tooltip: Explanation of the input.
+        options: Fixed items of a drop-down.
+        children: Inputs in a tab or group, or buttons below a table.
+        columns: Headings of the columns of a table.
+        widths: Relative widths of the columns of a table.
+        filters: Types of entities that a selection accepts.
+        prompt: Text next to the cursor, for a selection.
+        rows: Number of lines of a text, or maximum number of visible rows of a table.
+        value: Initial value.
+        collapsed: Whether a group is initially collapsed.
     """
 
     id: str
@@ -58,19 +58,19 @@ class Input:
 
 @dataclass(frozen=True, slots=True)
 class Dialog:
-    """A command's button and dialog.
+    """Button and dialog of a command.
 
     Attributes:
         id: Id of the command.
         folder: Name of the folder below `commands` with its icons in `resources`.
-        name: On the button and above the dialog.
-        tooltip: On the button.
-        description: Below the tooltip, as the pointer rests.
-        inputs: What it holds, in order.
-        ok: On the button that does the work; there is none if empty.
-        cancel: On the button that closes it.
+        name: Name on the button and in the title of the dialog.
+        tooltip: Tooltip of the button.
+        description: Extended tooltip.
+        inputs: Inputs, in order.
+        ok: Label of the OK button; empty for a dialog without it.
+        cancel: Label of the cancel button.
         size: Width and height, in pixels.
-        edits: Whether OK adds to the timeline, which takes back what was moved and not captured.
+        edits: Whether OK edits the timeline, which reverts positions that are not captured.
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""Guards of event handlers: exceptions become a message for the user and a trace in the log."""
+"""Guards of event handlers, which show exceptions to the user and log their tracebacks."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def application() -> Any:
 
 
 def message(text: str, title: str) -> None:
-    """A message box with one button."""
+    """Show a message box with one button."""
     application().userInterface.messageBox(text, title)
 
 
 def ask(text: str, title: str) -> bool:
-    """Return a message box with Yes and No; whether the user says yes."""
+    """Show a message box with Yes and No, and return whether the user pressed Yes."""
     buttons = adsk.core.MessageBoxButtonTypes.YesNoButtonType
     icon = adsk.core.MessageBoxIconTypes.WarningIconType
     answer = application().userInterface.messageBox(text, title, buttons, icon)
@@ -33,7 +33,13 @@ def ask(text: str, title: str) -> bool:
 
 
 def chosen_file(title: str, kinds: str, save_as: str = "") -> Path | None:
-    """The file that the user chooses, to be saved if it has a proposed name; None if cancelled."""
+    """Return a file chosen by the user, or None if cancelled.
+
+    Args:
+        title: Title of the dialog.
+        kinds: File types.
+        save_as: Proposed name of a file to save; empty for a file to open.
+    """
     dialog = application().userInterface.createFileDialog()
     dialog.title, dialog.filter = title, kinds
     if save_as:
@@ -43,35 +49,35 @@ def chosen_file(title: str, kinds: str, save_as: str = "") -> Path | None:
 
 
 def log(text: str) -> None:
-    """A line in Fusion's log and in its Text Commands window."""
+    """Write a line to Fusion's log and its Text Commands window."""
     level = adsk.core.LogLevels.ErrorLogLevel
     for kind in (adsk.core.LogTypes.FileLogType, adsk.core.LogTypes.ConsoleLogType):
         application().log(text, level, kind)
 
 
 def report(error: Exception, doing: str) -> str:
-    """Return the user's message for an exception; its trace goes to the log."""
+    """Return the message for the user on an exception, and log its traceback."""
     trace = "".join(traceback.format_exception(error))
     try:
         log(f"CARDSFlow: {doing}\n{trace}")
-    except Exception:  # the message must come all the same
+    except Exception:  # the user must see the message even if logging fails
         print(trace, file=sys.stderr)
     if isinstance(error, CardsflowError):
         return str(error)
     return (
-        f"{doing} did not work: {error or type(error).__name__}\n\n"
-        "Check lists what is wrong with the design. If that does not help, please report it with "
+        f"{doing} failed: {error or type(error).__name__}\n\n"
+        "Check lists the problems of the design. If this does not help, please report it with "
         "the text of the Text Commands window (View > Show Text Commands)."
     )
 
 
 def guarded(work: Callable[[Any], None], doing: str, quiet: bool = False) -> Callable[[Any], None]:
-    """Return the same work, whose exceptions become a message box.
+    """Return an event handler whose exceptions are shown in a message box.
 
     Args:
-        work: What an event's handler does with the event's arguments.
-        doing: What fails, for the message: `Define muscles (OK)`.
-        quiet: Whether it goes to the log alone, for events that come all the time.
+        work: Handler that is called with the arguments of the event.
+        doing: Name of the action for the message, such as `Define muscles (OK)`.
+        quiet: Whether exceptions are only logged, for frequent events.
     """
 
     def safely(args: Any) -> None:
@@ -90,5 +96,5 @@ def _show(error: Exception, doing: str, quiet: bool) -> None:
         text = report(error, doing)
         if not quiet:
             message(text, "CARDSFlow")
-    except Exception:  # Fusion itself does not answer
+    except Exception:  # Fusion itself does not respond
         traceback.print_exc()

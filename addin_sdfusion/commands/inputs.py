@@ -1,4 +1,4 @@
-"""Fusion's command inputs, built from the data of a dialog, and their values."""
+"""Fusion's command inputs, created from the definition of a dialog, and their values."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _HEAD = "head"
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """What one cell of a table shows.
+    """Content of a cell of a table.
 
     Attributes:
-        value: A text that is read, or the item that is chosen, or a number.
-        options: What there is to choose from, if it is a drop-down.
-        editable: Whether the user may write in it.
-        icon: Of a button: the folder of its icon below the command's `resources`.
-        lines: Of a text that is wrapped: how many lines of it are shown.
+        value: Text, number, or chosen item of a drop-down.
+        options: Items of a drop-down.
+        editable: Whether the user may edit the text.
+        icon: Folder of the icon of a button, below `resources` of the command.
+        lines: Number of lines of a wrapped text.
     """
 
     value: str | int
@@ -34,7 +34,7 @@ class Cell:
     lines: int = 0
 
     def same_input(self, other: Cell) -> bool:
-        """Return whether the other value can be shown by the same input."""
+        """Return whether the same input can show the other cell."""
         mine = bool(self.options), type(self.value), self.editable, self.icon, self.lines
         return mine == (
             bool(other.options),
@@ -46,7 +46,7 @@ class Cell:
 
 
 class CellEdit(NamedTuple):
-    """A cell of a table that the user has changed, and what it holds."""
+    """Cell of a table that the user changed, with its new value."""
 
     table: str
     row: int
@@ -55,10 +55,10 @@ class CellEdit(NamedTuple):
 
 
 class Inputs:
-    """The inputs of an open dialog, by id.
+    """Inputs of an open dialog, by id.
 
     Attributes:
-        written: Id of the input that the user is writing in: its text is not replaced meanwhile.
+        written: Id of the input that the user is editing; its text is not updated.
     """
 
     def __init__(self, command: Any, dialog: Dialog) -> None:
@@ -89,14 +89,14 @@ class Inputs:
         return added
 
     def value(self, name: str) -> Any:
-        """What an input holds: a text, number or truth; the chosen item's name of a drop-down."""
+        """Return the text, number or boolean of an input, or the chosen item of a drop-down."""
         item = self._by_id[name]
         if isinstance(item, adsk.core.DropDownCommandInput):
             return item.selectedItem.name if item.selectedItem else ""
         return item.value
 
     def set(self, name: str, value: str | float | bool) -> None:
-        """Lets an input hold something else."""
+        """Set the value of an input."""
         item = self._by_id[name]
         if isinstance(item, adsk.core.TextBoxCommandInput):
             if self._texts.get(name) != value:
@@ -106,7 +106,7 @@ class Inputs:
             item.value = value
 
     def choose(self, name: str, options: Sequence[str], chosen: str) -> None:
-        """What there is to choose from in a drop-down, and what is chosen."""
+        """Set the items of a drop-down and the chosen item."""
         _fill(self._by_id[name].listItems, options, chosen)
 
     def checked(self, name: str) -> list[str]:
@@ -116,7 +116,7 @@ class Inputs:
         return [item.name for item in every if item.isSelected]
 
     def check(self, name: str, options: Sequence[str], checked: Sequence[str]) -> None:
-        """The items of a drop-down with check boxes, and which are ticked."""
+        """Set the items of a drop-down with check boxes and the ticked items."""
         items = self._by_id[name].listItems
         names = [items.item(i).name for i in range(items.count)]
         if names != list(options) or self.checked(name) != [n for n in names if n in checked]:
@@ -125,7 +125,7 @@ class Inputs:
                 items.add(option, option in checked)
 
     def picked(self, name: str) -> list[Any]:
-        """Return the entities that the user has picked; the selection is cleared."""
+        """Return the entities that the user picked, and clear the selection."""
         item = self._by_id[name]
         entities = [item.selection(i).entity for i in range(item.selectionCount)]
         if entities:
@@ -133,22 +133,22 @@ class Inputs:
         return entities
 
     def fill(self, name: str, rows: Sequence[Sequence[Cell]], selected: int | None = None) -> None:
-        """The rows of a table; the same row stays selected if `selected` is None."""
+        """Set the rows of a table; the selected row is unchanged if `selected` is None."""
         self._tables[name].fill(rows, selected, self.written)
 
     def select(self, name: str, entities: Sequence[Any]) -> None:
-        """What a selection input holds, which Fusion highlights."""
+        """Set the entities of a selection input, which Fusion highlights."""
         item = self._by_id[name]
         item.clearSelection()
         for entity in entities:
             item.addSelection(entity)
 
     def selected(self, name: str) -> int:
-        """Return the selected row of a table; -1 if none is."""
+        """Return the selected row of a table, or -1."""
         return self._tables[name].selected()
 
     def cell(self, changed: Any) -> CellEdit | None:
-        """Where an input is in a table, and what it holds now; None if it is not a table's."""
+        """Return the cell and value of a changed input; None if it is not in a table."""
         table, _, place = str(changed.id).partition("__")
         if not place or table not in self._tables or _HEAD in place:
             return None
@@ -166,9 +166,10 @@ class Inputs:
 
 
 class _Table:
-    """A table with a line of headings, whose rows are updated where they are.
+    """Table with a header row, whose rows are updated in place.
 
-    Deleting a row deletes its inputs, and that is not allowed while an event of one is running.
+    Deleting a row deletes its inputs, which is not allowed while an event of one of them is
+    handled.
     """
 
     def __init__(self, table: Any, item: Input, icons: Path) -> None:
@@ -183,7 +184,7 @@ class _Table:
     def fill(self, rows: Sequence[Sequence[Cell]], selected: int | None, written: str) -> None:
         cells = [list(row) for row in rows]
         keep = self.selected() if selected is None else selected
-        same = 0  # rows that the inputs there can show
+        same = 0  # number of rows that existing inputs can show
         for old, new in zip(self._rows, cells, strict=False):
             if not all(a.same_input(b) for a, b in zip(old, new, strict=True)):
                 break
@@ -194,13 +195,13 @@ class _Table:
                     continue
                 item = self._table.getInputAtPosition(i + 1, j)
                 if cell.editable and item.id == written:
-                    cells[i][j] = old_cell  # what the user is writing in stays as it is
+                    cells[i][j] = old_cell  # keep the text that the user is editing
                 else:
                     self._show(item, cell)
         for i in reversed(range(same, len(self._rows))):
             self._table.deleteRow(i + 1)
         for i in range(same, len(cells)):
-            self._made += 1  # an id is never used twice
+            self._made += 1  # ids must be unique
             for j, cell in enumerate(cells[i]):
                 self._put(i + 1, j, f"{self._made}__{i}__{j}", cell)
         self._rows = cells
@@ -219,7 +220,7 @@ class _Table:
             item.value = cell.value
 
     def note(self, row: int, column: int, value: str | int) -> None:
-        """The user has written that: a row that holds it already is not made again."""
+        """Store a value entered by the user, so that its row is not created again."""
         if row < len(self._rows):
             self._rows[row][column] = replace(self._rows[row][column], value=value)
 
@@ -259,7 +260,7 @@ def _fill(items: Any, options: Sequence[str], chosen: str) -> None:
 
 
 def _html(text: str) -> str:
-    """Return a text as the box shows it: names may hold what HTML reads as its own."""
+    """Return a text with escaped HTML characters, which may occur in names."""
     text = text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return text.replace("\n", "<br/>")
 

@@ -1,4 +1,4 @@
-"""Progress dialog, with a button that cancels if that can be."""
+"""Progress dialog, optionally with a cancel button."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .guard import application
 
 
 class ProgressDialog:
-    """A dialog that is a `Progress`; on the screen from its first call on."""
+    """Dialog that implements `Progress`; it opens at the first call."""
 
     def __init__(self, title: str, *, cancellable: bool = True) -> None:
         self._title = title
@@ -19,10 +19,10 @@ class ProgressDialog:
         self._dialog: Any = None
 
     def __call__(self, done: int, whole: int, what: str) -> None:
-        """Show how far it is.
+        """Show the progress.
 
         Raises:
-            Cancelled: The user has pressed Cancel.
+            Cancelled: The user pressed Cancel.
         """
         whole = max(whole, 1)  # Fusion rejects a dialog without a range
         if self._dialog is None:
@@ -37,6 +37,6 @@ class ProgressDialog:
             raise Cancelled
 
     def hide(self) -> None:
-        """Takes it away."""
+        """Close the dialog."""
         if self._dialog is not None:
             self._dialog.hide()

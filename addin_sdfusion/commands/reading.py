@@ -1,4 +1,4 @@
-"""Reading of the design for the commands: snapshot, links and table."""
+"""Reader for the design, used by the commands: snapshot, links and muscle table."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from ..snapshot import DesignSnapshot
 from .progress_dialog import ProgressDialog
 
 _NOTES = {
-    "part": "This is a part design: it has one link only. Muscles need links that move against "
-    "each other: make an assembly or hybrid design.",
+    "part": "This is a part design, which has only one link. Muscles require links that move "
+    "relative to each other: create an assembly or hybrid design.",
     "assembly": "This is an assembly design: its components come from other documents. Points are "
-    "kept in this design, each in the frame of the component that it is on.",
+    "stored in this design, in the frame of their component.",
 }
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What was read of a design.
+    """Data read from a design.
 
     Attributes:
-        snapshot: The design, without meshes.
-        link_of: The link of each occurrence's path.
-        table: Its muscles.
-        table_findings: What is wrong with them.
-        note: What the user should know of the design's kind; empty if nothing.
+        snapshot: Snapshot of the design, without meshes.
+        link_of: Link of each occurrence, by path.
+        table: Muscle table.
+        table_findings: Findings on the muscle table.
+        note: Note for the user on the type of the design, or empty.
     """
 
     snapshot: DesignSnapshot
@@ -47,7 +47,7 @@ def read(design: Any, *, weighed_for: str = "") -> Reading:
 
     Args:
         design: The design.
-        weighed_for: Title of the progress while masses are calculated; they are not if empty.
+        weighed_for: Title of the progress dialog of the mass calculation; empty to omit masses.
     """
     if not weighed_for:
         return _reading(read_design(design, meshes=False, masses=None))
@@ -59,7 +59,7 @@ def read(design: Any, *, weighed_for: str = "") -> Reading:
 
 
 def with_meshes(reading: Reading, design: Any, progress: Progress) -> DesignSnapshot:
-    """Return the design with its meshes, and with the masses that were read: it is weighed once."""
+    """Return the snapshot with meshes and with the masses that were already calculated."""
     snapshot, weighed = read_design(design, masses=None, progress=progress), reading.snapshot
     return replace(
         snapshot,

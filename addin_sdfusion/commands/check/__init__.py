@@ -1,1 +1,1 @@
-"""Check command: all findings on the design at once."""
+"""Check command, which lists all findings on the design."""

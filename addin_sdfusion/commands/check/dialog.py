@@ -1,4 +1,4 @@
-"""The dialog of Check."""
+"""Dialog of Check."""
 
 from __future__ import annotations
 
@@ -9,34 +9,35 @@ SHOWABLE = (
     *("Joints", "ConstructionPoints", "Faces"),
 )
 ICONS = {"error": "severity/error", "warning": "severity/warning"}
-"""Folders of the icons on the buttons of the lines."""
+"""Folders of the icons on the buttons of the rows."""
 
 DIALOG = Dialog(
     id="cardsflowCheck",
     folder="check",
     name="Check",
-    tooltip="Everything that is wrong with the design, at once.",
-    description="Finds what would keep the robot from being exported or simulated, and says what "
-    "to click. Nothing is changed.",
+    tooltip="Lists all problems of the design.",
+    description="Finds all problems that would prevent the export or the simulation of the robot, "
+    "and how to fix them. The design is not changed.",
     inputs=(
-        Input("summary", "text", "Result", "How many errors and warnings there are.", rows=2),
+        Input("summary", "text", "Result", "Number of errors and warnings.", rows=2),
         Input(
             "findings",
             "table",
             "Findings",
-            "Errors keep the robot from being exported; warnings do not. The button of a line "
-            "shows in the design what it is about.",
-            columns=("", "Object", "What is wrong, and what to do"),
+            "Errors prevent the export of the robot; warnings do not. The button of a row shows "
+            "the object in the design.",
+            columns=("", "Object", "Problem and solution"),
             widths=(1, 3, 9),
             rows=10,
             children=(
-                Input("again", "button", "Check again", "After the design has changed."),
-                Input("copy", "button", "Copy report", "All lines as text, to be sent to someone."),
+                Input("again", "button", "Check again", "Reads the design again after a change."),
+                Input("copy", "button", "Copy report", "Copies all rows as text."),
                 Input(
                     "save",
                     "button",
                     "Save snapshot",
-                    "A file with all that the add-in reads of the design, to attach to a report.",
+                    "Writes all data that the add-in reads from the design to a file, which can be "
+                    "attached to a problem report.",
                 ),
             ),
         ),
@@ -44,11 +45,11 @@ DIALOG = Dialog(
             "shown",
             "selection",
             "Shown",
-            "What the line is about whose button was pressed.",
+            "The object of the selected row.",
             filters=SHOWABLE,
-            prompt="Press the button of a line",
+            prompt="Press the button of a row",
         ),
-        Input("detail", "text", "Shown line", "Its whole text.", rows=5),
+        Input("detail", "text", "Shown row", "Complete text of the selected row.", rows=5),
     ),
     ok="",
     cancel="Close",

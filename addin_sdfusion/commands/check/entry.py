@@ -1,4 +1,4 @@
-"""Check command: reads the design, lists its findings, saves a snapshot; edits nothing."""
+"""Check command: lists the findings on the design and saves a snapshot; it does not edit."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .locate import entities_of
 
 
 class Check(Window):
-    """The open dialog."""
+    """Open dialog of Check."""
 
     def __init__(self, inputs: Inputs, design: Any) -> None:
         super().__init__(inputs, design)
@@ -32,11 +32,11 @@ class Check(Window):
         self._shown = -1
 
     def opened(self) -> None:
-        """Checks and lists."""
+        """Check the design and list the findings."""
         self._check()
 
     def changed(self, changed: Any) -> None:
-        """Another line is looked at, shown in the design, or the design checked again."""
+        """Handle a pressed button or a selected row."""
         name = str(changed.id)
         if name == "again":
             self._check()
@@ -49,7 +49,7 @@ class Check(Window):
         self._show_detail()
 
     def valid(self) -> bool:
-        """There is nothing to press OK for."""
+        """Return False, because the dialog has no OK button."""
         return False
 
     def _check(self) -> None:
@@ -78,7 +78,7 @@ class Check(Window):
         self.inputs.set("detail", "\n".join(lines))
 
     def _copy(self) -> None:
-        """The report into the clipboard, with what the design was made by."""
+        """Copy the report, with the CAD program and its version, to the clipboard."""
         if self._reading is None:
             return
         source = self._reading.snapshot.source
@@ -88,10 +88,10 @@ class Check(Window):
         except CardsflowError as error:
             self._hint = str(error)
         else:
-            self._hint = "The report is copied; paste it where it is to go."
+            self._hint = "The report is copied to the clipboard."
 
     def _save(self) -> None:
-        """The design as a file, for a report of what went wrong."""
+        """Save the snapshot of the design to a file."""
         title = "Save a snapshot of the design"
         file = chosen_file(title, "Snapshots (*.json)", "design.json")
         if file is None:
@@ -105,8 +105,8 @@ class Check(Window):
             self._hint = str(error)
         else:
             self._hint = (
-                f"{file} holds all that the add-in reads of the design, meshes included: attach it "
-                "to a report if you may give that away."
+                f"{file} contains all data that the add-in reads from the design, including "
+                "meshes. Attach it to a problem report only if you may share the design."
             )
         finally:
             shown.hide()
@@ -116,19 +116,19 @@ class Check(Window):
             return
         self._shown = row
         found = entities_of(self.design, self._reading, self.findings[row].subject)
-        self._hint = "" if found else "There is nothing in the design to show for this line."
+        self._hint = "" if found else "The object of this row cannot be shown in the design."
         self.inputs.select("shown", found)
         if found:
             _look_at(found)
 
 
 def summary(findings: list[Finding]) -> str:
-    """Return how many errors and warnings there are."""
+    """Return a text with the number of errors and warnings."""
     errors = sum(finding.is_error for finding in findings)
     if not findings:
-        return "Nothing is wrong: the robot can be exported."
+        return "No problems found: the robot can be exported."
     counts = f"{_count(errors, 'error')}, {_count(len(findings) - errors, 'warning')}."
-    return f"{counts} Errors must be repaired before the export." if errors else counts
+    return f"{counts} Errors must be fixed before the export." if errors else counts
 
 
 def _count(number: int, what: str) -> str:
@@ -136,7 +136,7 @@ def _count(number: int, what: str) -> str:
 
 
 def _look_at(entities: list[Any]) -> None:
-    """The camera turned to the middle of what is selected, from where it looks already."""
+    """Move the target of the camera to the centre of entities, without rotating it."""
     boxes = [box for e in entities if (box := getattr(e, "boundingBox", None)) is not None]
     if not boxes:
         return

@@ -16,13 +16,13 @@ _MAX_ENTITIES = 50
 
 
 def entities_of(design: Any, reading: Reading, subject: Subject) -> list[Any]:
-    """What to select for a finding; empty if it is about nothing that can be seen."""
+    """Return the entities to select for a finding; empty if none is visible."""
     find = _Locator(design, reading).finders.get(subject.kind)
     return [] if find is None else list(islice(find(subject.name), _MAX_ENTITIES))
 
 
 class _Locator:
-    """Finds entities of a design by the names that findings use."""
+    """Search for entities of a design by the names used in findings."""
 
     def __init__(self, design: Any, reading: Reading) -> None:
         self._root = design.rootComponent
@@ -56,7 +56,7 @@ class _Locator:
         return [joint for joint in self._joints() if joint.name in (name, LINK_PREFIX + name)]
 
     def _coordinate(self, name: str) -> list[Any]:
-        """Return the joint of a coordinate: `shoulder`, or `shoulder_pitch` of several."""
+        """Return the joint of a coordinate, such as `shoulder` for `shoulder_pitch`."""
         return self._joint(name) or [
             j for j in self._joints() if name.startswith(f"{bare_name(j.name)}_")
         ]
@@ -97,14 +97,14 @@ class _Locator:
         return self._points_of({(p.entity, p.occurrence) for p in others if p.name == own[p.role]})
 
     def _points_of(self, keys: set[tuple[str, str]]) -> Iterator[Any]:
-        """Construction points by entity and occurrence, as the snapshot calls them."""
+        """Yield construction points by their entity and occurrence in the snapshot."""
         points = self._reading.snapshot.points
         return self._points(
             {(p.occurrence, p.name) for p in points if (p.entity, p.occurrence) in keys}
         )
 
     def _points(self, names: set[tuple[str, str]]) -> Iterator[Any]:
-        """Construction points by occurrence and name."""
+        """Yield construction points by occurrence and name."""
         for component, occurrence in self._components():
             path = occurrence.fullPathName if occurrence else ""
             for i in range(component.constructionPoints.count):
@@ -113,7 +113,7 @@ class _Locator:
                     yield _proxy(point, occurrence)
 
     def _components(self) -> Iterator[tuple[Any, Any]]:
-        """Every component with its occurrence; None for the root component."""
+        """Yield every component with its occurrence, which is None for the root component."""
         yield self._root, None
         for occurrence in self._occurrences.values():
             yield occurrence.component, occurrence

@@ -1,1 +1,1 @@
-"""Define muscles: points picked in the design become muscles."""
+"""Define muscles command, which creates muscles from points picked in the design."""

@@ -1,8 +1,8 @@
-"""Construction points of the design: made, recognised and deleted.
+"""Creation, recognition and deletion of construction points.
 
-Those at coordinates are made all of a component in one edit of a base feature: a parametric design
-takes coordinates only while a base feature is edited; and every edit of one takes Fusion a while.
-In the edit the design passes for a direct one.
+A parametric design accepts points at coordinates only while a base feature is edited. Since each
+edit is slow, all points of a component are created in one edit. During the edit Fusion treats the
+design as a direct design.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from ...robot.errors import InputError
 from ...robot.model.pose import Vector3
 
 BASE_FEATURE = "CARDSFlow points"
-"""Name of the base feature that holds points which no vertex, circle or sketch point holds."""
+"""Name of the base feature with the points at coordinates."""
 
 
 class About:
-    """What fails within names the object that it failed for."""
+    """Context manager that adds the name of an object to error messages."""
 
     def __init__(self, what: str, why: str) -> None:
         self._what = what
@@ -41,9 +41,9 @@ class About:
 
 
 def is_called(point: Any, name: str) -> bool:
-    """Return whether the point has that name, or the one that Fusion makes of a name that is taken.
+    """Return whether a point has a name, possibly with the suffix of a duplicate name in Fusion.
 
-    Via points have separate names; a link may have several task points and markers.
+    Names of via points are unique; a link may have several task points and markers.
     """
     if name.startswith("VP_"):
         return bool(point.name == name)
@@ -51,7 +51,7 @@ def is_called(point: Any, name: str) -> bool:
 
 
 def added(points: Any, new: Any) -> Any:
-    """Return the construction point that Fusion makes of an input."""
+    """Return the construction point that Fusion creates from an input."""
     made = points.add(new)
     if made is None:
         raise InputError("Fusion cannot create a construction point there")
@@ -59,20 +59,20 @@ def added(points: Any, new: Any) -> Any:
 
 
 def native(entity: Any) -> Any:
-    """Return the entity itself, for a proxy: attributes and names belong to it."""
+    """Return the native entity of a proxy, which has the attributes and the name."""
     return None if entity is None else entity.nativeObject or entity
 
 
 def make_points(
     design: Any, component: Any, occurrence: Any, positions: Sequence[Vector3]
 ) -> list[Any]:
-    """Construction points of a component, not named yet.
+    """Create construction points without names in a component.
 
     Args:
         design: The design.
-        component: Takes the points.
-        occurrence: Where the component is; None for the root.
-        positions: In the root frame, in [m].
+        component: The component.
+        occurrence: Occurrence of the component; None for the root.
+        positions: Positions in the root frame, in [m].
     """
     places = [_in_component(position, occurrence) for position in positions]
     points = component.constructionPoints
@@ -92,13 +92,13 @@ def make_points(
 
 
 def kept_point(row: PointRow, occurrence: Any, path: str) -> KeptPoint:
-    """Return a point that is kept in the design, in the frame of an occurrence or of the root."""
+    """Return a point to store in the design, in the frame of an occurrence or of the root."""
     place = _in_component(row.position, occurrence)
     return KeptPoint(path, (place.x * CM, place.y * CM, place.z * CM), row.use)
 
 
 def delete_points(points: Sequence[Any]) -> None:
-    """Delete points that the add-in made, and base features that hold nothing then."""
+    """Delete points that the add-in created, and base features without points."""
     held: list[tuple[Any, list[Any]]] = []
     for point in points:
         feature = point.baseFeature
@@ -137,7 +137,7 @@ def _in_component(position: Vector3, occurrence: Any) -> Any:
 
 
 def _base_feature(component: Any) -> Any:
-    """Return the base feature of a component for such points; create it if it does not exist."""
+    """Return the base feature of a component for points; create it if it does not exist."""
     features = component.features.baseFeatures
     feature = features.itemByName(BASE_FEATURE)
     if feature is None:

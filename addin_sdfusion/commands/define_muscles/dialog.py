@@ -1,4 +1,4 @@
-"""The dialog of Define muscles."""
+"""Dialog of Define muscles."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from ...robot.model.laws import MUSCLE_LAWS
 from ..dialogs import Dialog, Input
 
 NEW_MUSCLE = "+ New muscle"
-OF_PART = "As the picked part"
+OF_PART = "Link of the picked part"
 TASK, MARKER = "Task point", "Marker"
 PLANES = {
     "YZ plane (x changes sign)": (1.0, 0.0, 0.0),
     "XZ plane (y changes sign)": (0.0, 1.0, 0.0),
     "XY plane (z changes sign)": (0.0, 0.0, 1.0),
 }
-"""Planes through the design's origin, by their normals."""
+"""Planes through the origin of the design, with their normals."""
 PICKED_PLANE = "A picked plane"
 SIDES: dict[str, Literal[-1, 0, 1]] = {"Shorter path": 0, "Turning +": 1, "Turning -": -1}
 INSIDE = "Inside"
-"""Beside those: led through the surface."""
+"""Additional side: the muscle passes through the inside of the surface."""
 MODELS = tuple(MUSCLE_LAWS)
-"""Those that are simulated; others come from a table."""
+"""Muscle laws that can be simulated; imported tables may contain others."""
 NO_SURFACE = "(none yet)"
-OTHER_COLOR = "Another one"
+OTHER_COLOR = "Custom"
 
 _POINTS = (
     "Vertices",
@@ -36,16 +36,16 @@ _POINTS = (
 )
 
 _TABLE_BUTTONS = (
-    Input("up", "button", "Up", "Moves the selected point towards the muscle's begin."),
-    Input("down", "button", "Down", "Moves the selected point towards the muscle's end."),
+    Input("up", "button", "Up", "Moves the selected point towards the start of the muscle."),
+    Input("down", "button", "Down", "Moves the selected point towards the end of the muscle."),
     Input(
         "insert",
         "button",
         "Insert here",
-        "The next points that you pick come before the selected one; again: at the end.",
+        "Inserts the next picked points before the selected one. Press again to append points.",
     ),
-    Input("duplicate", "button", "Duplicate", "A second point in the same place."),
-    Input("delete", "button", "Delete", "Takes the selected point out of the muscle."),
+    Input("duplicate", "button", "Duplicate", "Adds a copy of the selected point."),
+    Input("delete", "button", "Delete", "Removes the selected point from the muscle."),
 )
 
 _PROPERTIES = Input(
@@ -53,35 +53,35 @@ _PROPERTIES = Input(
     "group",
     "Properties",
     children=(
-        Input("muscle_name", "string", "Name", "How the muscle is called in every file."),
+        Input("muscle_name", "string", "Name", "Name of the muscle in all files."),
         Input(
             "palette",
             "dropdown",
             "Colour",
-            "What it is drawn in, and has in the files.",
+            "Colour of the muscle in drawings and files.",
             options=(*NAMED_COLORS, OTHER_COLOR),
         ),
-        Input("color", "string", "As #rrggbb", "Any other colour."),
+        Input("color", "string", "As #rrggbb", "Custom colour."),
         Input(
             "f_min",
             "number",
-            "Smallest force [N]",
-            "A cable must stay taut: a controller never commands less.",
+            "Minimum force [N]",
+            "Minimum force that a controller commands, which keeps the cable taut.",
             value=10.0,
         ),
         Input(
             "f_max",
             "number",
-            "Largest force [N]",
-            "What the motor can pull: a controller never commands more.",
+            "Maximum force [N]",
+            "Maximum force that a controller commands: the limit of the motor.",
             value=80.0,
         ),
         Input(
             "model",
             "dropdown",
-            "Model",
-            "What its tension follows from: 'ideal' is the commanded force, the others compute it "
-            "from their command, the muscle's length and its speed.",
+            "Muscle law",
+            "Law that determines the tension: 'ideal' is the commanded force; the others compute "
+            "the tension from the command and the length and speed of the muscle.",
             options=MODELS,
             value="ideal",
         ),
@@ -89,12 +89,14 @@ _PROPERTIES = Input(
             "parameters",
             "table",
             "Parameters",
-            "The model's numbers; where one is empty, the default behind its unit holds.",
+            "Parameters of the muscle law; an empty value is the default next to the unit.",
             columns=("Parameter", "Value", "Unit, default, meaning"),
             widths=(4, 2, 5),
             rows=6,
         ),
-        Input("delete_muscle", "button", "Delete muscle", "With all of its points."),
+        Input(
+            "delete_muscle", "button", "Delete muscle", "Deletes the muscle and all of its points."
+        ),
     ),
 )
 
@@ -108,9 +110,8 @@ _MUSCLES = Input(
             "pick",
             "selection",
             "Points",
-            "Click the places that the muscle passes through, one after the other, in order: "
-            "vertices, circles (their centre), sketch points, construction points, spheres and "
-            "tori (their centre).",
+            "Click the points that the muscle passes through, in order: vertices, sketch points, "
+            "construction points, or the centres of circles, spheres and tori.",
             filters=_POINTS,
             prompt="Pick the next point of the muscle",
         ),
@@ -126,14 +127,14 @@ _MUSCLES = Input(
             "points",
             "table",
             "Points",
-            "The muscle's points, in order, at the design's pose. Other coordinates that you type "
-            "put a point there.",
+            "Points of the muscle, in order, at the pose of the design. Edit the coordinates to "
+            "move a point.",
             columns=("No.", "Link", "x, y, z [mm]"),
             widths=(1, 3, 4),
             rows=8,
             children=_TABLE_BUTTONS,
         ),
-        Input("length", "text", "Length", "At the design's pose."),
+        Input("length", "text", "Length", "Length at the pose of the design."),
         _PROPERTIES,
     ),
 )
@@ -152,22 +153,24 @@ _WRAPS = Input(
             prompt="Pick a cylinder or sphere",
         ),
         Input("wrap", "dropdown", "Surface", "The surface shown below.", options=(NO_SURFACE,)),
-        Input("wrap_name", "string", "Name", "How the surface is called in the files."),
+        Input("wrap_name", "string", "Name", "Name of the surface in all files."),
         Input("wrap_link", "dropdown", "Link", "The link that the surface is fixed to."),
         Input(
             "wrap_uses",
             "table",
             "Muscles",
-            "The muscles that wrap over this surface, and after which of their points.",
+            "Muscles that wrap over this surface, and the point before the surface.",
             columns=("Muscle", "After point", "Side", "Turns"),
             widths=(3, 2, 3, 2),
             rows=6,
             children=(
-                Input("use_add", "button", "Add", "The muscle of the first tab wraps over it."),
-                Input("use_delete", "button", "Delete", "The selected muscle does not."),
+                Input("use_add", "button", "Add", "Adds the muscle of the first tab."),
+                Input("use_delete", "button", "Delete", "Removes the selected muscle."),
             ),
         ),
-        Input("wrap_delete", "button", "Delete surface", "The face itself stays as it is."),
+        Input(
+            "wrap_delete", "button", "Delete surface", "Deletes the wrap surface but not the face."
+        ),
     ),
 )
 
@@ -180,7 +183,7 @@ _OTHERS = Input(
             "other_role",
             "dropdown",
             "Pick",
-            "Task points are controlled or reported; markers are what a camera sees.",
+            "Task points are controlled or reported; markers are tracked by cameras.",
             options=(TASK, MARKER),
             value=TASK,
         ),
@@ -188,7 +191,7 @@ _OTHERS = Input(
             "other_pick",
             "selection",
             "Points",
-            "Click the places; the name can be changed in the table.",
+            "Click the points; their names can be edited in the table.",
             filters=_POINTS,
             prompt="Pick a task point or marker",
         ),
@@ -197,10 +200,10 @@ _OTHERS = Input(
             "table",
             "Points",
             "All task points and markers.",
-            columns=("What", "Name", "Link"),
+            columns=("Type", "Name", "Link"),
             widths=(2, 3, 3),
             rows=8,
-            children=(Input("other_delete", "button", "Delete", "The selected one."),),
+            children=(Input("other_delete", "button", "Delete", "Deletes the selected point."),),
         ),
     ),
 )
@@ -219,7 +222,7 @@ _TOOLS = Input(
                     "plane",
                     "dropdown",
                     "Plane",
-                    "Through the design's origin, or a plane that you pick.",
+                    "Mirror plane: a plane through the origin of the design, or a picked plane.",
                     options=(*PLANES, PICKED_PLANE),
                     value=next(iter(PLANES)),
                 ),
@@ -229,21 +232,26 @@ _TOOLS = Input(
                     "Picked plane",
                     "A flat face or a construction plane.",
                     filters=("PlanarFaces", "ConstructionPlanes"),
-                    prompt="Pick the plane to mirror at",
+                    prompt="Pick the mirror plane",
                 ),
-                Input("mirror_all", "check", "All muscles of this side", "Not only this muscle."),
+                Input(
+                    "mirror_all",
+                    "check",
+                    "All muscles of this side",
+                    "Mirrors all muscles of this side instead of only the chosen one.",
+                ),
                 Input(
                     "mirror_replace",
                     "check",
                     "Replace",
-                    "Replaces the muscles of the other side that are there already.",
+                    "Replaces existing muscles of the other side.",
                 ),
                 Input(
                     "mirror",
                     "button",
                     "Mirror",
-                    "A link or muscle whose name begins or ends with l, left, r or right has its "
-                    "image on the other side: arm_l and arm_r, LeftArm and RightArm.",
+                    "The sides of links and muscles are marked by l, left, r or right at the "
+                    "beginning or end of a name: arm_l and arm_r, LeftArm and RightArm.",
                 ),
             ),
         ),
@@ -260,7 +268,7 @@ _ALL = Input(
             "table",
             "Muscles",
             "All muscles, in the order of their forces.",
-            columns=("Name", "Min. [N]", "Max. [N]", "Model", "Points, length"),
+            columns=("Name", "Min. [N]", "Max. [N]", "Muscle law", "Points, length"),
             widths=(4, 2, 2, 4, 4),
             rows=16,
             children=(
@@ -268,12 +276,12 @@ _ALL = Input(
                     "paste",
                     "button",
                     "Paste",
-                    "Takes the cells that were copied in a spreadsheet, points included; muscles, "
-                    "task points and markers of the same names are replaced.",
+                    "Imports cells copied from a spreadsheet, including points. Muscles, task "
+                    "points and markers with the same names are replaced.",
                 ),
-                Input("copy", "button", "Copy", "All points, to be put into a spreadsheet."),
-                Input("csv_import", "button", "Import ...", "As Paste, from a CSV file."),
-                Input("csv_export", "button", "Export ...", "Writes all points into a CSV file."),
+                Input("copy", "button", "Copy", "Copies all points for a spreadsheet."),
+                Input("csv_import", "button", "Import ...", "Imports a CSV file."),
+                Input("csv_export", "button", "Export ...", "Writes all points to a CSV file."),
             ),
         ),
     ),
@@ -283,10 +291,10 @@ DIALOG = Dialog(
     id="cardsflowDefineMuscles",
     folder="define_muscles",
     name="Define muscles",
-    tooltip="Muscles by clicking the points that they pass through.",
-    description="Each point belongs to the link of the part that you clicked. Muscles, task "
-    "points, markers and wrap surfaces are kept in the design. Nothing of yours is changed; one "
-    "undo takes it all back.",
+    tooltip="Defines muscles by the points that they pass through.",
+    description="Each point belongs to the link of the clicked part. Muscles, task points, markers "
+    "and wrap surfaces are stored in the design. The rest of the design is not changed. One undo "
+    "reverts everything.",
     edits=True,
     inputs=(
         _MUSCLES,
@@ -294,6 +302,6 @@ DIALOG = Dialog(
         _WRAPS,
         _OTHERS,
         _TOOLS,
-        Input("status", "text", "Status", "What happened last, and why OK is grey.", rows=4),
+        Input("status", "text", "Status", "Last action, and why OK is disabled.", rows=4),
     ),
 )

@@ -1,6 +1,6 @@
-"""Editor of a table of muscles: the table, and what the user looks at, apart from Fusion.
+"""Editor of a muscle table and its current selection, independent of Fusion.
 
-What cannot be done raises an `InputError` that says why, and changes nothing.
+An invalid edit raises an `InputError` and changes nothing.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from ...robot.model.robot import POSITIONS, WORLD
 from ...snapshot import MuscleSnapshot, Role, SurfaceSnapshot, WrapUse
 
 HANDLE = "pick:"
-"""How handles of picked things begin that are no construction points."""
+"""Prefix of the handles of picked entities that are not construction points."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pick:
-    """A place that the user has clicked.
+    """Point or face that the user clicked.
 
     Attributes:
-        position: In the root frame, in [m].
-        occurrence: Path of the occurrence that was clicked.
-        entity: What the construction point is that was clicked; else a handle of what was.
-        part: What it is called, for messages.
-        problem: Why it cannot be used; empty if it can.
+        position: Position in the root frame, in [m].
+        occurrence: Path of the clicked occurrence.
+        entity: Identifier of the clicked construction point, or a handle of another entity.
+        part: Name for messages.
+        problem: Reason why it cannot be used, or an empty string.
         face: The cylinder or sphere, if a surface was picked.
     """
 
@@ -45,18 +45,18 @@ class Pick:
 
 
 class MuscleEditor:
-    """The table that is edited, and what the user looks at.
+    """Editor of a muscle table.
 
     Attributes:
-        before: The table as the design has it.
-        table: The table as it will be after OK.
-        link_of: The link of each occurrence's path.
+        before: Table stored in the design.
+        table: Edited table, which OK writes to the design.
+        link_of: Link of each occurrence, by path.
         links: Names of all links.
-        muscle: Name of the muscle that picks go to; empty if it does not exist.
-        insert_at: Where in the muscle the next pick goes; at the end if None.
-        link: The link chosen for picks; that of the picked part if empty.
-        wrap: Name of the wrap surface that is looked at.
-        message: What happened last.
+        muscle: Name of the chosen muscle, to which picked points are added; empty if none exists.
+        insert_at: Index of the next picked point; None to append it.
+        link: Link of picked points; empty for the link of the picked part.
+        wrap: Name of the chosen wrap surface.
+        message: Message on the last action.
     """
 
     def __init__(self, table: MuscleTable, link_of: Mapping[str, str], note: str = "") -> None:
@@ -73,7 +73,7 @@ class MuscleEditor:
     # Picks
 
     def pick_point(self, pick: Pick) -> None:
-        """A via point of the chosen muscle, which is created if necessary."""
+        """Add a via point to the chosen muscle, which is created if necessary."""
         point = self._row("via", pick, muscle=self.muscle or self.table.new_muscle_name())
         self.table = self.table.insert_point(point, self.insert_at)
         self.muscle = point.muscle
@@ -83,7 +83,7 @@ class MuscleEditor:
         self.message = f"{self._point(index)} is on link {point.link}."
 
     def pick_other(self, pick: Pick, role: Literal["task", "marker"]) -> None:
-        """A task point or marker, with a separate name."""
+        """Add a task point or marker with a unique name."""
         point = self._row(role, pick, axes=POSITIONS if role == "task" else ())
         tasks, markers = self.table.tasks, self.table.markers
         alike = tasks if role == "task" else markers
@@ -95,12 +95,12 @@ class MuscleEditor:
         self.message = f"{kind} {point.name} is on link {point.link}."
 
     def pick_surface(self, pick: Pick) -> None:
-        """A wrap surface; one that is there already is looked at."""
+        """Add a wrap surface, or choose an existing one."""
         wraps = self.table.wraps
         known = next((wrap for wrap in wraps if wrap.face.entity == pick.entity), None)
         if known is not None:
             self.wrap = known.name
-            raise InputError(f"That face is wrap surface {self.wrap} already.")
+            raise InputError(f"This face is already wrap surface {self.wrap}.")
         link, face = self._link(pick), pick.face
         if face is None:
             return
@@ -112,20 +112,20 @@ class MuscleEditor:
         self.message = f"Wrap surface {self.wrap} is {size} on link {link}."
 
     def _row(self, role: Role, pick: Pick, **more: Any) -> PointRow:
-        """Return a point where the user clicked; a construction point can be one thing only."""
+        """Return the row of a picked point; a construction point can have only one use."""
         taken = {row.entity for row in (*self.table.points, *self.table.others)}
         entity = "" if pick.entity in taken and not pick.entity.startswith(HANDLE) else pick.entity
         link, path = self._link(pick), pick.occurrence
         return PointRow(role, link, occurrence=path, position=pick.position, entity=entity, **more)
 
     def _link(self, pick: Pick) -> str:
-        """Return the link that a pick belongs to."""
+        """Return the link of a picked point or face."""
         if pick.problem:
             raise InputError(pick.problem)
         link = self.link or self.link_of.get(pick.occurrence, "")
         if not link:
             raise InputError(
-                f"{pick.part} belongs to no link: put it into a rigid group EXPORT_<link>, or "
+                f"{pick.part} does not belong to a link: add it to a rigid group EXPORT_<link>, or "
                 "choose a link in the drop-down and pick again."
             )
         return link
@@ -133,30 +133,30 @@ class MuscleEditor:
     # Wrap surfaces, task points, markers
 
     def wrap_row(self) -> WrapRow | None:
-        """Return the wrap surface that is looked at."""
+        """Return the chosen wrap surface."""
         return next((wrap for wrap in self.table.wraps if wrap.name == self.wrap), None)
 
     def change_wrap(self, **changes: Any) -> None:
-        """Other properties of the wrap surface that is looked at."""
+        """Change properties of the chosen wrap surface."""
         self.table = self.table.change_wrap(self.wrap, lambda wrap: replace(wrap, **changes))
 
     def rename_wrap(self, name: str) -> None:
-        """Another name for the wrap surface; a name that is taken or empty is rejected."""
+        """Rename the chosen wrap surface; reject an empty or existing name."""
         name = name.strip()
         if name == self.wrap:
             return
         if not name or any(wrap.name == name for wrap in self.table.wraps):
-            raise InputError(f"There is a wrap surface {name!r} already; choose another name.")
+            raise InputError(f"Wrap surface {name!r} exists already; choose another name.")
         self.change_wrap(name=name)
         self.wrap = name
 
     def delete_wrap(self) -> None:
-        """The wrap surface that is looked at goes."""
+        """Delete the chosen wrap surface."""
         self.table = self.table.change_wrap(self.wrap, lambda wrap: None)
         self.wrap = self.table.wraps[0].name if self.table.wraps else ""
 
     def add_use(self) -> None:
-        """The chosen muscle wraps over the surface, after its first point."""
+        """Add the chosen muscle to the wrap surface, after its first point."""
         points, wrap = self.table.points_of(self.muscle), self.wrap_row()
         if wrap is None or len(points) < 2:
             text = "Pick a face, and choose a muscle with two points on the first tab."
@@ -164,11 +164,11 @@ class MuscleEditor:
         self.change_wrap(muscles=(*wrap.muscles, WrapUse(self.muscle, points[0].number)))
 
     def change_use(self, index: int, **changes: Any) -> None:
-        """Other properties of one muscle's wrap over the surface."""
+        """Change properties of the wrap of one muscle."""
         self._edit_use(index, lambda use: replace(use, **changes))
 
     def delete_use(self, index: int) -> None:
-        """One muscle does not wrap over the surface."""
+        """Remove a muscle from the wrap surface."""
         self._edit_use(index, lambda use: None)
 
     def _edit_use(self, index: int, edit: Any) -> None:
@@ -178,17 +178,17 @@ class MuscleEditor:
         )
 
     def rename_other(self, index: int, name: str) -> None:
-        """Another name of a task point or marker."""
+        """Rename a task point or marker."""
         self._edit_other(index, replace(self.table.others[index], name=name.strip()))
 
     def move_other(self, index: int, link: str) -> None:
-        """Another link of a task point or marker."""
+        """Change the link of a task point or marker."""
         point = self.table.others[index]
         if point.link != link:
             self._edit_other(index, point.on_link(link))
 
     def delete_other(self, index: int) -> None:
-        """The task point or marker goes."""
+        """Delete a task point or marker."""
         if not 0 <= index < len(self.table.others):
             raise InputError("Select a task point or marker in the table first.")
         self._edit_other(index)
@@ -200,7 +200,7 @@ class MuscleEditor:
     # The chosen muscle
 
     def choose(self, muscle: str) -> None:
-        """Picks go to that muscle; to a new one if empty."""
+        """Choose the muscle to which picked points are added; a new muscle if empty."""
         if not muscle:
             muscle = self.table.new_muscle_name()
             self.table = self.table.with_muscle(MuscleSnapshot(muscle, self.table.next_color()))
@@ -209,19 +209,19 @@ class MuscleEditor:
         self.insert_at = None
 
     def rename(self, name: str, muscle: str | None = None) -> None:
-        """Another name for a muscle, the chosen one if None; what is taken or empty is rejected."""
+        """Rename a muscle (default: the chosen one); reject an empty or existing name."""
         name, old = name.strip(), self.muscle if muscle is None else muscle
         if not old or name == old:
             return
         if not name or not name.isprintable():
-            raise InputError("A muscle needs a name of letters that can be seen.")
+            raise InputError("The name of a muscle must contain visible characters.")
         if self.table.row(name) is not None:
-            raise InputError(f"There is a muscle {name} already; choose another name.")
+            raise InputError(f"Muscle {name} exists already; choose another name.")
         self.table = self.table.rename_muscle(old, name)
         self.muscle = name if old == self.muscle else self.muscle
 
     def delete(self) -> None:
-        """The chosen muscle goes, with its points."""
+        """Delete the chosen muscle with its points."""
         if self.muscle:
             self.table = self.table.delete_muscle(self.muscle)
             self.message = f"{self.muscle} is deleted."
@@ -229,13 +229,13 @@ class MuscleEditor:
             self.insert_at = None
 
     def change(self, muscle: str | None = None, **changes: Any) -> None:
-        """Other properties of a muscle, the chosen one if None."""
+        """Change properties of a muscle (default: the chosen one)."""
         row = self.table.row(self.muscle if muscle is None else muscle)
         if row is not None:
             self.table = self.table.with_muscle(replace(row, **changes))
 
     def change_model(self, muscle: str, model: CableKind) -> None:
-        """Another model of a muscle, with the parameters that this has as well."""
+        """Change the muscle law of a muscle and keep the parameters that both laws have."""
         row = self.table.row(muscle)
         if row is not None:
             known = parameter_names(replace(row, model=model, parameters={}))
@@ -243,26 +243,26 @@ class MuscleEditor:
             self.change(muscle, model=model, parameters=kept)
 
     def edit_point(self, what: str, index: int) -> int:
-        """What a button below the table of points does.
+        """Handle a button below the table of points.
 
         Args:
             what: `up`, `down`, `insert`, `duplicate` or `delete`.
-            index: Of the selected point; -1 if none is.
+            index: Index of the selected point, or -1.
 
         Returns:
-            The index of the point that is selected then; -1 for none.
+            Index of the newly selected point, or -1.
         """
         count = len(self.table.points_of(self.muscle))
         if what == "insert" and self.insert_at is not None:
             self.insert_at = None
-            self.message = "The next points come at the end."
+            self.message = "The next points are appended."
             return index
         if not 0 <= index < count:
             raise InputError("Select a point in the table first.")
         if what == "insert":
             self.insert_at = index
             number = self.table.points_of(self.muscle)[index].number
-            self.message = f"The next points come before point {number}."
+            self.message = f"The next points are inserted before point {number}."
             return index
         self.insert_at = None
         if what == "duplicate":
@@ -276,17 +276,17 @@ class MuscleEditor:
         return min(max(index + by, 0), count - 1)
 
     def point_link(self, index: int, link: str) -> None:
-        """A point of the chosen muscle fixed to another link."""
+        """Change the link of a point of the chosen muscle."""
         if self.table.points_of(self.muscle)[index].link != link:
             self.table = self.table.change_point(self.muscle, index, lambda p: p.on_link(link))
             self.message = f"{self._point(index)} is on link {link}."
 
     def point_position(self, index: int, position: Vector3) -> None:
-        """A point of the chosen muscle put to another place, in [m], if one is made."""
+        """Move a point of the chosen muscle to a position, in [m]."""
         self.table = self.table.change_point(
             self.muscle, index, lambda p: replace(p, position=position, entity="", made=False)
         )
-        self.message = f"{self._point(index)} is put there."
+        self.message = f"{self._point(index)} is moved."
 
     def _point(self, index: int) -> str:
         return f"Point {self.table.points_of(self.muscle)[index].number} of {self.muscle}"
@@ -294,7 +294,7 @@ class MuscleEditor:
     # Mirror and CSV
 
     def mirror(self, plane: Plane, every: bool, replace_existing: bool) -> None:
-        """The chosen muscle, or all of its side, on the other side as well."""
+        """Mirror the chosen muscle, or all muscles of its side, to the other side."""
         muscles = [self.muscle] if self.muscle else []
         if every:
             side = _side(self.muscle)
@@ -311,20 +311,20 @@ class MuscleEditor:
         self.message = "\n".join(texts)
 
     def take(self, table: MuscleTable) -> None:
-        """The table of a file in the place of what has the same names."""
+        """Merge a table read from a file, which replaces equal names."""
         self.table = self.table.merged(table).renumbered()
         if table.rows:
             self.choose(table.rows[0].name)
 
 
 def parameter_names(row: MuscleSnapshot) -> list[str]:
-    """Return the parameters of a muscle's model, then those that it does not know."""
+    """Return the parameters of the muscle law, then the stored parameters unknown to it."""
     names = [p.name for p in law_of(row.cable_model).parameters]
     return list(dict.fromkeys([*names, *row.parameters]))
 
 
 def _side(name: str) -> str:
-    """`left` or `right`, by what changes in the name of the other side; empty for neither."""
+    """Return `left` or `right`, depending on the side in a name, or an empty string."""
     other = other_side(name)
     if other is None:
         return ""

@@ -14,7 +14,7 @@ class Entities:
     """Construction points and wrap faces.
 
     Attributes:
-        points: Construction points that are in the snapshot, or were picked.
+        points: Construction points in the snapshot and picked construction points.
         faces: Faces with a wrap attribute.
     """
 
@@ -39,11 +39,11 @@ class Entities:
                 self.faces[surface.entity] = match.parent
 
     def point_key(self, point: Any) -> str:
-        """What the snapshot calls a construction point, or a name for one that it has not."""
+        """Return the key of a construction point; a new key if it is not in the snapshot."""
         return _key(self.points, point, "point")
 
     def face_key(self, face: Any) -> str:
-        """What the snapshot calls a face, or a name for one that it has not."""
+        """Return the key of a face; a new key if it is not in the snapshot."""
         return _key(self.faces, face, "face")
 
 
@@ -52,7 +52,10 @@ def _use(text: str) -> SurfaceUse | None:
 
 
 def _key(known: dict[str, Any], entity: Any, kind: str) -> str:
-    """The key of an entity, compared as such: copies of a document have the same ids and names."""
+    """Return the key of an entity, compared by identity.
+
+    Copies of a document have the same ids and names.
+    """
     native = entity.nativeObject or entity
     for key, other in known.items():
         if other == native:

@@ -1,4 +1,4 @@
-"""Define muscles command: from the inputs to the editor of the table and back."""
+"""Define muscles command, which connects the inputs with the editor of the muscle table."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from .writing import Writer
 
 
 class DefineMuscles(Window):
-    """The open dialog."""
+    """Open dialog of Define muscles."""
 
     def __init__(self, inputs: Inputs, design: Any) -> None:
         super().__init__(inputs, design)
@@ -77,16 +77,16 @@ class DefineMuscles(Window):
         }
 
     def opened(self) -> None:
-        """Shows the table of the design."""
+        """Show the muscle table of the design."""
         show(self.editor, self.inputs)
 
     def changed(self, changed: Any) -> None:
-        """An edit of the table; errors are shown in the status."""
+        """Edit the muscle table; errors are shown in the status."""
         name, selected = str(changed.id), None
         try:
             if name in _FOCUS:
-                if changed.isActive:  # else it is the tab that was left
-                    self.inputs[_FOCUS[name]].hasFocus = True  # what is clicked now goes there
+                if changed.isActive:  # the event is also sent for the deactivated tab
+                    self.inputs[_FOCUS[name]].hasFocus = True  # it receives the next click
             elif name in _EDITS:
                 selected = self.editor.edit_point(name, self.inputs.selected("points"))
             elif name in self._works:
@@ -104,11 +104,11 @@ class DefineMuscles(Window):
         return not self.editor.table.problems(self.editor.links)
 
     def preview(self) -> None:
-        """Draws the muscles."""
+        """Draw the muscles."""
         draw(self.design, self.editor.table, self.editor.muscle)
 
     def execute(self) -> None:
-        """Writes the table into the design."""
+        """Write the muscle table to the design."""
         entities = self._entities
         writer = Writer(
             self.design, self._picks, entities.points, entities.faces, self.editor.link_of
@@ -118,7 +118,7 @@ class DefineMuscles(Window):
     # Picks
 
     def _picked(self, name: str, take: Callable[[Any], None]) -> None:
-        """Takes each thing that was picked; one that is rejected does not keep out the others."""
+        """Handle each picked entity; a rejected entity does not affect the others."""
         for entity in self.inputs.picked(name):
             try:
                 take(entity)
@@ -161,13 +161,13 @@ class DefineMuscles(Window):
             self._take(read_file(file, limits.DESIGN), file.name, file)
 
     def _take(self, data: bytes, name: str, file: Path | None = None) -> None:
-        """Takes a table of points, if nothing is wrong with it."""
+        """Import a muscle table if it has no errors."""
         table, findings = read_csv(data, self.editor.links, file)
         lines = [f"line {f.line}: {f.message}" for f in findings[:SHOWN]]
         if len(findings) > SHOWN:
             lines.append(f"and {len(findings) - SHOWN} more")
         if any(f.is_error for f in findings):
-            lines.insert(0, f"{name} was not taken:")
+            lines.insert(0, f"{name} was not imported:")
         else:
             self.editor.take(table)
             counts = f"{len(table.rows)} muscles with {len(table.points)} points"
@@ -182,7 +182,7 @@ class DefineMuscles(Window):
         file = chosen_file("Export muscles", "Tables (*.csv)", "muscles.csv")
         if file is None:
             return
-        # Spreadsheets take a file for UTF-8 only with its mark.
+        # Spreadsheets detect UTF-8 only with a byte order mark.
         write_files(file.parent, {file.name: "\ufeff" + csv_text(self.editor.table)})
         self.editor.message = f"{file} is written."
 
@@ -197,7 +197,7 @@ _EDITS = ("up", "down", "insert", "duplicate", "delete")
 
 
 def _chosen(item: str, none: str) -> str:
-    """Return the chosen item of a drop-down; empty for the one that stands for none."""
+    """Return the chosen item of a drop-down; empty for the item that means none."""
     return "" if item == none else item
 
 

@@ -1,4 +1,4 @@
-"""Picks in Fusion as points and surfaces of the table."""
+"""Conversion of entities picked in Fusion to points and surfaces."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from .editor import HANDLE, Pick
 
 
 class Picks:
-    """The entities that were clicked, by handle."""
+    """Picked entities, by handle."""
 
     def __init__(self) -> None:
         self._entities: dict[str, Any] = {}
 
     def entity(self, handle: str) -> Any:
-        """What was clicked; None if that is a construction point, or nothing was."""
+        """Return the picked entity of a handle; None for other handles."""
         return self._entities.get(handle)
 
     def point(self, entity: Any, key_of: Callable[[Any], str]) -> Pick:
-        """Return a click on something that has a point.
+        """Return the pick of an entity that defines a point.
 
         Args:
-            entity: As selected: a proxy in the root's context, or of the root itself.
-            key_of: What the snapshot calls a construction point.
+            entity: The selected entity: a proxy in the context of the root, or an entity of it.
+            key_of: Function that returns the key of a construction point in the snapshot.
 
         Raises:
-            InputError: It has no point; the message says what may be clicked.
+            InputError: The entity does not define a point; the message lists valid entities.
         """
         center = self._position(entity)
         occurrence = entity.assemblyContext
         path = occurrence.fullPathName if occurrence else ""
-        foreign = bool(problem_of(entity, occurrence))  # its place is kept in this design
-        if isinstance(entity, adsk.fusion.ConstructionPoint) and not foreign:
+        read_only = bool(problem_of(entity, occurrence))  # stored in the open design
+        if isinstance(entity, adsk.fusion.ConstructionPoint) and not read_only:
             return Pick(center, path, key_of(entity), f"Point {entity.name!r}")
         handle = f"{HANDLE}{len(self._entities)}"
         self._entities[handle] = entity
@@ -49,10 +49,10 @@ class Picks:
         return Pick(center, path, handle, part)
 
     def surface(self, entity: Any, key_of: Callable[[Any], str]) -> Pick:
-        """Return a click on a cylinder or sphere.
+        """Return the pick of a cylinder or sphere.
 
         Raises:
-            InputError: It is neither.
+            InputError: The face is not a cylinder or sphere.
         """
         shape = entity.geometry
         occurrence = entity.assemblyContext
@@ -64,7 +64,7 @@ class Picks:
             centre = _metres(shape.origin)
             face = SurfaceSnapshot(path, "cylinder", shape.radius * CM, centre, axis)
         else:
-            raise InputError("Muscles wrap over cylinders and spheres only; pick such a face.")
+            raise InputError("Muscles can wrap only over cylinders and spheres; pick such a face.")
         key = key_of(entity)
         self._entities[key] = entity
         part, problem = f"The face of {entity.body.name!r}", problem_of(entity, occurrence)
@@ -81,8 +81,8 @@ class Picks:
         if isinstance(shape, (adsk.core.Sphere, adsk.core.Torus)):
             return _metres(shape.origin)
         raise InputError(
-            "Pick a vertex, circle, sketch point, construction point, sphere or torus: what you "
-            "picked has no point of its own."
+            "The picked entity does not define a point; pick a vertex, circle, sketch point, "
+            "construction point, sphere or torus."
         )
 
 
@@ -94,16 +94,16 @@ def plane(entity: Any) -> Plane:
 
 
 def is_center(entity: Any) -> bool:
-    """Return whether a construction point on an entity is at its centre."""
+    """Return whether a point on an entity is at its centre."""
     return isinstance(entity, (adsk.fusion.BRepEdge, adsk.fusion.BRepFace))
 
 
 def problem_of(entity: Any, occurrence: Any) -> str:
-    """Why nothing can be stored where the entity is; empty if it can."""
+    """Return the reason why the component of an entity is read-only, or an empty string."""
     while occurrence:
         if occurrence.isReferencedComponent:
             return (
-                f"{occurrence.name!r} comes from another document and is read-only here: right-"
+                f"{occurrence.name!r} comes from another document and is read-only: right-"
                 "click it in the browser and choose Break Link or Edit in Place, or pick a point "
                 "of a component of this document."
             )

@@ -14,19 +14,19 @@ from ...muscles.wrap_path import path_over
 from ...robot.model.pose import Vector3
 
 _THIN, _THICK, _TEXT = 2.0, 5.0, 14.0  # pixels
-_SEEN_THROUGH = 0.4
+_OPACITY = 0.4
 
 
 def draw(design: Any, table: MuscleTable, muscle: str) -> None:
-    """Draws all muscles, the chosen one thick and with the numbers of its points.
+    """Draw all muscles, the chosen one thick and with the numbers of its points.
 
-    Bodies are seen through meanwhile, as nothing else shows what is in them. Only for
-    `executePreview`: Fusion takes everything back.
+    Bodies are transparent in the preview, so that muscles inside them are visible. The function
+    must be called only in `executePreview`, whose changes Fusion reverts.
     """
     if table.points:
-        optional(lambda: setattr(design.rootComponent, "opacity", _SEEN_THROUGH))
+        optional(lambda: setattr(design.rootComponent, "opacity", _OPACITY))
     group = design.rootComponent.customGraphicsGroups.add()
-    group.isSelectable = False  # nothing that could be picked by mistake
+    group.isSelectable = False  # the preview cannot be picked by mistake
     for row in table.rows:
         points = _path(table, row.name)
         color = _color(row.color)
@@ -40,7 +40,7 @@ def draw(design: Any, table: MuscleTable, muscle: str) -> None:
 
 
 def _path(table: MuscleTable, muscle: str) -> list[Vector3]:
-    """Return the muscle's points, and its way over wrap surfaces between them."""
+    """Return the path of a muscle over its via points and wrap surfaces."""
     points = table.points_of(muscle)
     uses = {use.after: (wrap.face, use) for wrap, use in table.wraps_of(muscle)}
     path: list[Vector3] = []
@@ -57,7 +57,7 @@ def _line(group: Any, points: list[Vector3], color: Any, weight: float) -> None:
     line = group.addLines(coordinates, list(range(len(points))), True, [len(points)])
     line.weight = weight
     line.color = color
-    line.depthPriority = 1  # not hidden by faces in the same place
+    line.depthPriority = 1  # not hidden by coincident faces
     line.isSelectable = False
 
 
@@ -65,7 +65,7 @@ def _label(group: Any, position: Vector3, text: str, color: Any) -> None:
     anchor = adsk.core.Point3D.create(*(v / CM for v in position))
     place = adsk.core.Matrix3D.create()
     place.translation = anchor.asVector()
-    scale = adsk.fusion.CustomGraphicsViewScale.create(1.0, anchor)  # a unit is a pixel
+    scale = adsk.fusion.CustomGraphicsViewScale.create(1.0, anchor)  # the unit is a pixel
     label = group.addText(text, "Arial", _TEXT, place)
     label.color = color
     label.depthPriority = 1

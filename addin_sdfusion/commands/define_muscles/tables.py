@@ -1,4 +1,4 @@
-"""Tables of the dialog: what each column shows, and what an edit in it changes."""
+"""Tables of the dialog: content of each column, and handlers of edits."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from .editor import MuscleEditor, parameter_names
 
 @dataclass(frozen=True)
 class Column:
-    """A column.
+    """Column of a table.
 
     Attributes:
-        shown: The cell of an item.
-        edited: Takes what the user has written in a cell of a row; None for a column to be read.
+        shown: Function that returns the cell of an item.
+        edited: Handler of an edited cell; None for a read-only column.
     """
 
     shown: Callable[[MuscleEditor, Any], Cell]
@@ -33,23 +33,23 @@ class Column:
 
 @dataclass(frozen=True)
 class Rows:
-    """A table, with a row an item."""
+    """Table with one row per item."""
 
     items: Callable[[MuscleEditor], Sequence[Any]]
     columns: tuple[Column, ...]
 
     def cells(self, editor: MuscleEditor) -> list[list[Cell]]:
-        """What the table shows."""
+        """Return the cells of the table."""
         return [
             [column.shown(editor, item) for column in self.columns] for item in self.items(editor)
         ]
 
 
 def edit_cell(editor: MuscleEditor, edit: CellEdit) -> None:
-    """Take what the user has written in a cell.
+    """Handle an edited cell.
 
     Raises:
-        InputError: It is not what the cell can hold.
+        InputError: The value is invalid for the cell.
     """
     edited = TABLES[edit.table].columns[edit.column].edited
     if edited is not None:
@@ -57,7 +57,7 @@ def edit_cell(editor: MuscleEditor, edit: CellEdit) -> None:
 
 
 def with_chosen(options: tuple[str, ...], chosen: str) -> tuple[str, ...]:
-    """What there is to choose from; also what is chosen now."""
+    """Return the options, including the current choice."""
     return options if chosen in options else (*options, chosen)
 
 
@@ -73,25 +73,26 @@ def _link(editor: MuscleEditor, link: str) -> Cell:
 
 
 def _position(position: Vector3) -> str:
-    """As the table shows it, in [mm]."""
+    """Return a position in [mm] as text."""
     return ", ".join(f"{1000 * v:.1f}" for v in position)
 
 
 def _put(editor: MuscleEditor, index: int, text: str) -> None:
-    """Three numbers in [mm], between them commas or spaces, or semicolons.
+    """Move a point to a position given as text in [mm].
 
-    Those that are as they were shown are what they were, with all digits.
+    The coordinates are separated by commas, spaces or semicolons. An unchanged coordinate keeps its
+    full precision, which the text does not show.
     """
     before = editor.table.points_of(editor.muscle)[index].position
     parts = text.split(";") if ";" in text else text.replace(",", " ").split()
     if len(parts) != 3:
-        raise InputError(f"{text!r} is not x, y, z in mm.")
+        raise InputError(f"{text!r} must be x, y, z in mm.")
     x, y, z = (
         old if part.strip() == was else 0.001 * _number(part)
         for part, was, old in zip(parts, _position(before).split(", "), before, strict=True)
     )
     if not all(map(math.isfinite, (x, y, z))):
-        raise InputError(f"{text!r} is not x, y, z in mm.")
+        raise InputError(f"{text!r} must be x, y, z in mm.")
     editor.point_position(index, (x, y, z))
 
 
@@ -102,7 +103,7 @@ def _number(text: str) -> float:
         raise InputError(f"{text!r} is not a number.") from None
 
 
-# Parameters of its model: pairs of the muscle and a parameter's name
+# Parameters of the muscle law: pairs of a muscle and the name of a parameter
 
 
 def _parameters(editor: MuscleEditor) -> list[tuple[MuscleSnapshot, str]]:
@@ -119,7 +120,7 @@ def _meaning(_: MuscleEditor, item: tuple[MuscleSnapshot, str]) -> Cell:
     row, name = item
     known: dict[str, Parameter] = {p.name: p for p in law_of(row.cable_model).parameters}
     if name not in known:
-        return Cell("unknown to this model")
+        return Cell("unknown to this muscle law")
     p = known[name]
     default = "" if p.default is None else f", {p.default:g}"
     return Cell(f"{p.unit}{default}: {p.meaning}")

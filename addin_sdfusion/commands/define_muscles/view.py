@@ -1,4 +1,4 @@
-"""View of the edited table in the dialog's inputs."""
+"""View of the edited muscle table in the inputs of the dialog."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from .editor import MuscleEditor
 from .tables import TABLES, with_chosen
 
 SHOWN = 12
-"""So many lines of a kind fit into the status."""
+"""Maximum number of problems in the status."""
 
 
 def show(editor: MuscleEditor, inputs: Inputs, selected: int | None = None) -> None:
-    """Let the inputs show the edited table; with None the same point stays selected."""
+    """Show the edited table in the inputs; the selected point is unchanged if None."""
     _show_muscle(editor, inputs)
     _show_wrap(editor, inputs)
     for name, rows in TABLES.items():
         inputs.fill(name, rows.cells(editor), selected if name == "points" else None)
     wrong = editor.table.problems(editor.links)
     lines = [editor.message] if editor.message else []
-    lines += [f"OK is grey: {text}" for text in wrong[:SHOWN]]
+    lines += [f"OK is disabled: {text}" for text in wrong[:SHOWN]]
     if not wrong:
         lines += editor.table.hints()[:SHOWN]
     inputs.set("status", "\n".join(lines) or "Pick the first point.")

@@ -1,7 +1,7 @@
-"""Writer of the table of muscles into the design, within one transaction.
+"""Writer for the muscle table of a design, in one transaction.
 
-The add-in makes construction points and attributes, and nothing else: a construction point of the
-user is given a name and an attribute, and its own name back when it is no longer used.
+The add-in creates only construction points and attributes. It renames construction points of the
+user that it uses, and restores the original name of a point that is no longer used.
 """
 
 from __future__ import annotations
@@ -52,23 +52,23 @@ from .picks import Picks, is_center, problem_of
 _ASSEMBLY = 1  # DesignIntentTypes
 
 TOLERANCE = 1e-6
-"""How far a new point may be from where it was clicked, in [m]."""
+"""Maximum distance of a new point from the clicked position, in [m]."""
 
 
 @dataclass(frozen=True)
 class Desired:
-    """A row of the table, and the name that its construction point is given."""
+    """A row of the table with the name of its construction point."""
 
     row: PointRow
     name: str
 
     def as_made(self) -> Desired:
-        """Return the same, as a point that the add-in made."""
+        """Return the row marked as a point that the add-in created."""
         return replace(self, row=replace(self.row, made=True, original=""))
 
 
 class Writer:
-    """Writes one table into one design."""
+    """Writer of one table into one design."""
 
     def __init__(
         self,
@@ -78,14 +78,14 @@ class Writer:
         faces: Mapping[str, Any],
         link_of: Mapping[str, str],
     ) -> None:
-        """A writer.
+        """Create a writer.
 
         Args:
             design: The design.
-            picks: What the user has clicked.
-            points: The construction points of the design, by what the snapshot calls them.
-            faces: Its wrap faces, likewise.
-            link_of: The link of each occurrence's path.
+            picks: Picked entities.
+            points: Construction points of the design, by their keys in the snapshot.
+            faces: Wrap faces of the design, by their keys in the snapshot.
+            link_of: Link of each occurrence, by path.
         """
         self._design = design
         self._picks = picks
@@ -93,14 +93,14 @@ class Writer:
         self._faces = faces
         self._link_of = link_of
         self._occurrences = {o.fullPathName: o for o in every_occurrence(design.rootComponent)}
-        self._original: dict[str, str] = {}  # of each construction point, the user's name
+        self._original: dict[str, str] = {}  # original names of construction points
 
     def write(self, before: MuscleTable, after: MuscleTable) -> None:
         """Write the table into the design.
 
         Raises:
-            InputError: Something cannot be written; the message says which object, and the
-                transaction must be given up.
+            InputError: An object cannot be written. The message contains its name, and the caller
+                must abort the transaction.
         """
         desired: list[Desired] = []
         kept = []
@@ -142,7 +142,7 @@ class Writer:
     # Points
 
     def _is_inserted(self, row: PointRow) -> bool:
-        """Return whether a point is stored in another document, and so read-only here."""
+        """Return whether a point is stored in another document and is therefore read-only."""
         if row.entity.startswith(KEPT):
             return not row.entity.startswith(f"{KEPT}/")
         return row.entity in self._points and bool(self._why_not(row))
@@ -154,19 +154,19 @@ class Writer:
             )
 
     def _kept_at(self, item: Desired) -> str | None:
-        """The occurrence that a point is kept at in the design; None if a component can hold it.
+        """Return the occurrence of a point that must be stored in the design; else None.
 
-        Components of other documents are read-only here, and the root of an assembly design takes
-        no points.
+        Components of other documents are read-only, and the root of an assembly design cannot
+        contain points.
         """
         row = item.row
         if row.entity.startswith(KEPT):
-            there = self._link_of.get(row.occurrence, WORLD) == row.link
-            return row.occurrence if there else self._home(row)
+            is_on_link = self._link_of.get(row.occurrence, WORLD) == row.link
+            return row.occurrence if is_on_link else self._home(row)
         if row.entity in self._points:
             return None
-        there = bool(row.entity) and self._link_of.get(row.occurrence, WORLD) == row.link
-        home = row.occurrence if there else self._home(row)
+        is_on_link = bool(row.entity) and self._link_of.get(row.occurrence, WORLD) == row.link
+        home = row.occurrence if is_on_link else self._home(row)
         if not home:
             intent = optional(lambda: self._design.designIntent)
             return home if intent == _ASSEMBLY else None
@@ -185,7 +185,9 @@ class Writer:
                 attribute = point.attributes.itemByName(GROUP, POINT)
                 if attribute:
                     attribute.deleteMe()
-                if parse_point_name(point.name):  # it would be read as a point again
+                if parse_point_name(
+                    point.name
+                ):  # otherwise the name would be read as a point again
                     point.name = row.original or f"Unused {point.name}"
         if gone:
             why = next((why for row, _ in gone if (why := self._why_not(row))), "")
@@ -194,13 +196,13 @@ class Writer:
                 delete_points([point for _, point in gone])
 
     def _name(self, points: list[tuple[Any, Desired]]) -> None:
-        """Names and attributes; first, points give up names that others shall have."""
+        """Set names and attributes; first rename points whose current name is needed by others."""
         changed = [(p, w) for p, w in points if not is_called(p, w.name)]
         names = {w.name for _, w in changed}
         for i, (point, w) in enumerate(changed):
             if point.name in names:
                 with About(f"construction point {point.name!r}", self._why_not(w.row)):
-                    point.name = f"cardsflow renames {i}"
+                    point.name = f"cardsflow temporary {i}"
         for point, w in points:
             with About(f"construction point {w.name!r}", self._why_not(w.row)):
                 if not is_called(point, w.name):
@@ -208,7 +210,7 @@ class Writer:
             self._set(point, POINT, point_text(w.row.use), w.name, self._why_not(w.row))
 
     def _with_origin(self, item: Desired, point: Any) -> Desired:
-        """Return the name that the user gave the point."""
+        """Return the row with the original name of the point."""
         row = item.row
         original = self._original.get(row.entity, "")
         if not original and not row.made and not parse_point_name(point.name):
@@ -216,7 +218,10 @@ class Writer:
         return replace(item, row=replace(row, original=original))
 
     def _on_picked(self, item: Desired) -> Any:
-        """A new construction point on what was picked; None if that is of another link, or none."""
+        """Create a construction point on the picked entity.
+
+        Returns None if no entity was picked or if it belongs to another link.
+        """
         row = item.row
         entity = self._picks.entity(row.entity)
         if entity is None or self._link_of.get(row.occurrence, WORLD) != row.link:
@@ -231,7 +236,7 @@ class Writer:
             return self._in_place(added(points, new), occurrence, row)
 
     def _by_position(self, items: list[tuple[int, Desired]]) -> Iterator[tuple[int, Any]]:
-        """Where nothing of the design is: mirrored, read from a file, or of another link."""
+        """Create points at coordinates: mirrored, imported, or moved to another link."""
         homes: dict[str, list[tuple[int, Desired]]] = {}
         for i, item in items:
             with About(f"{item.name} on link {item.row.link!r}", ""):
@@ -247,15 +252,16 @@ class Writer:
                     yield i, self._in_place(point, occurrence, item.row)
 
     def _in_place(self, point: Any, occurrence: Any, row: PointRow) -> Any:
-        """Return the point, if it is where it shall be: a wrong frame must not pass unseen."""
+        """Return the point if it has the desired position, which detects a wrong frame."""
         seen = point.createForAssemblyContext(occurrence) if occurrence else point
         place = seen.geometry.x * CM, seen.geometry.y * CM, seen.geometry.z * CM
         if math.dist(place, row.position) > TOLERANCE:
-            raise InputError(f"Fusion made it {1000 * math.dist(place, row.position):.3g} mm away")
+            apart = 1000 * math.dist(place, row.position)
+            raise InputError(f"Fusion created it {apart:.3g} mm away from its position")
         return point
 
     def _home(self, row: PointRow) -> str:
-        """Path of the occurrence whose component gets a point without an entity."""
+        """Return the path of the occurrence whose component gets a point without an entity."""
         if row.link == WORLD or self._link_of.get("") == row.link:
             return ""
         if self._link_of.get(row.occurrence) == row.link and row.occurrence in self._occurrences:
@@ -263,12 +269,12 @@ class Writer:
         paths = [p for p, link in self._link_of.items() if link == row.link]
         own = [p for p in paths if p in self._occurrences]
         if not own:
-            raise InputError(f"link {row.link!r} has no component that could hold the point")
+            raise InputError(f"link {row.link!r} has no component that can contain the point")
         writable = [p for p in own if not problem_of(None, self._occurrences[p])] or own
         return min(writable, key=lambda p: (p.count("+"), natural_key(p)))
 
     def _why_not(self, row: PointRow) -> str:
-        """What keeps the point of a row from being written, if anything is known to."""
+        """Return the known reason why the point of a row cannot be written, or an empty string."""
         occurrence = self._occurrences.get(row.occurrence)
         if occurrence is None and not row.entity:
             paths = [p for p, link in self._link_of.items() if link == row.link and p]
@@ -294,12 +300,12 @@ class Writer:
             key = wrap.face.entity
             face = self._faces.get(key) or native(self._picks.entity(key))
             if face is None:
-                problem = why or "its face is gone; pick it again"
+                problem = why or "its face does not exist any more; pick it again"
                 raise InputError(f"wrap surface {wrap.name!r}: {problem}")
             self._set(face, WRAP, wrap_text(wrap.use), f"wrap surface {wrap.name!r}", why)
 
     def _set(self, owner: Any, name: str, text: str, about: str, why: str = "") -> None:
-        """Set an attribute, if it has another text."""
+        """Set an attribute if its text changes."""
         with About(about, why):
             attribute = owner.attributes.itemByName(GROUP, name)
             if attribute is None or attribute.value != text:
@@ -307,12 +313,12 @@ class Writer:
 
 
 def _rows(table: MuscleTable) -> tuple[PointRow, ...]:
-    """Return all rows that are construction points."""
+    """Return the rows of all points."""
     return *table.points, *table.others
 
 
 def _desired(table: MuscleTable) -> Iterator[Desired]:
-    """All construction points as the table has them."""
+    """Yield the rows of all points with the names of their construction points."""
     motors = motor_numbers(row.name for row in table.rows)
     for p in table.points:
         yield Desired(p, via_point_name(motors[p.muscle], p.link, p.number))

@@ -1,1 +1,1 @@
-"""Export of the design to a robot folder."""
+"""Export command, which writes the robot folder of a design."""

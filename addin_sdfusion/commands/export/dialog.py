@@ -1,4 +1,4 @@
-"""The dialog of Export."""
+"""Dialog of Export."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from ...settings import Collision, LinkSource, MeshQuality, UpAxis
 from ..dialogs import Dialog, Input
 
 LINKS: dict[str, LinkSource] = {
-    "Rigid groups, else components": "auto",
+    "Rigid groups or components": "auto",
     "Rigid groups EXPORT_<link>": "rigid_groups",
     "Components": "components",
 }
@@ -25,25 +25,25 @@ QUALITIES: dict[str, MeshQuality] = {
     "High": "high",
     "Very high": "very_high",
 }
-FOUND = "Found by itself"
-AS_ALL = "As all"
+FOUND = "Automatic"
+AS_ALL = "Default"
 
 DIALOG = Dialog(
     id="cardsflowExport",
     folder="export",
     name="Export",
-    tooltip="The design as a robot folder that simulates at once.",
+    tooltip="Exports the design to a robot folder that can be simulated.",
     description="Writes SDF, meshes, CARDSflow, CASPR and OpenSim files and an experiment for "
-    "'cardsflow run'. The choices are kept in the design.",
+    "'cardsflow run'. The settings are stored in the design.",
     inputs=(
-        Input("name", "string", "Robot's name", "Of the folder's files; the design's if empty."),
+        Input("name", "string", "Robot name", "Name of the robot (default: name of the design)."),
         Input(
             "folder",
             "string",
             "Folder",
-            "The add-in replaces its own files in it and leaves all others alone.",
+            "Target folder. Only files of earlier exports are replaced.",
         ),
-        Input("browse", "button", "Choose the folder ...", "Opens the dialog for folders."),
+        Input("browse", "button", "Choose the folder ...", "Opens a dialog to choose the folder."),
         Input(
             "links_group",
             "group",
@@ -53,7 +53,7 @@ DIALOG = Dialog(
                     "links",
                     "dropdown",
                     "Links are",
-                    "What becomes a link of the robot.",
+                    "Objects of the design that become links of the robot.",
                     options=tuple(LINKS),
                     value=next(iter(LINKS)),
                 ),
@@ -61,8 +61,8 @@ DIALOG = Dialog(
                     "components",
                     "selection",
                     "Components",
-                    "The components that become links, with everything in them; the top-level ones "
-                    "if none is picked.",
+                    "The components that become links, including their contents (default: the "
+                    "top-level components).",
                     filters=("Occurrences",),
                     prompt="Pick the components that become links",
                 ),
@@ -70,7 +70,7 @@ DIALOG = Dialog(
                     "base",
                     "dropdown",
                     "Base",
-                    "The link that the tree of joints starts from.",
+                    "The link at the root of the kinematic tree.",
                     options=(FOUND,),
                     value=FOUND,
                 ),
@@ -78,20 +78,20 @@ DIALOG = Dialog(
                     "fixed_base",
                     "check",
                     "Base is fixed to the world",
-                    "Else it floats.",
+                    "Otherwise the base floats.",
                     value=True,
                 ),
                 Input(
                     "cut_joints",
                     "choices",
                     "Joints to cut",
-                    "The robot must be a tree: choose one joint of each closed loop to leave out.",
+                    "The robot must be a tree: choose one joint of each closed loop.",
                 ),
                 Input(
                     "up_axis",
                     "dropdown",
                     "Up",
-                    "The design's axis that points up; gravity is its opposite.",
+                    "Axis of the design that points up, opposite to gravity.",
                     options=tuple(UP),
                     value="z",
                 ),
@@ -105,15 +105,15 @@ DIALOG = Dialog(
                 Input(
                     "visual",
                     "check",
-                    "Meshes to look at",
-                    "One STL file a link, in metres.",
+                    "Visual meshes",
+                    "One STL file per link, in metres.",
                     value=True,
                 ),
                 Input(
                     "collision",
                     "dropdown",
                     "Collision",
-                    "What links collide with: simple shapes are about each body.",
+                    "Collision geometry of links. Simple shapes enclose each body.",
                     options=tuple(COLLISIONS),
                     value=next(iter(COLLISIONS)),
                 ),
@@ -129,8 +129,8 @@ DIALOG = Dialog(
                     "caspr", "check", "CASPR", "Bodies, cables and operational space.", value=True
                 ),
                 Input("osim", "check", "OpenSim", "An .osim model.", value=True),
-                Input("urdf", "check", "URDF", "In a folder of its own, with the meshes."),
-                Input("mjcf", "check", "MuJoCo", "MJCF in a folder of its own, with the meshes."),
+                Input("urdf", "check", "URDF", "URDF in a separate folder, with the meshes."),
+                Input("mjcf", "check", "MuJoCo", "MJCF in a separate folder, with the meshes."),
             ),
         ),
         Input(
@@ -143,8 +143,8 @@ DIALOG = Dialog(
                     "of_links",
                     "table",
                     "Links",
-                    "What is otherwise for one link. An empty mass is that of the design; another "
-                    "one scales its inertia.",
+                    "Settings of single links. An empty mass is the mass of the design; another "
+                    "mass scales the inertia.",
                     columns=("Link", "Collision", "Mass [kg]"),
                     widths=(3, 3, 2),
                     rows=6,
@@ -153,15 +153,15 @@ DIALOG = Dialog(
                     "of_joints",
                     "table",
                     "Joints",
-                    "Largest torque or force of the joint's motor, viscous damping and friction, "
-                    "in SI units; those of the design where empty.",
+                    "Maximum torque or force of the motor, viscous damping and friction, in SI "
+                    "units. Empty values are the values of the design.",
                     columns=("Joint", "Effort", "Damping", "Friction"),
                     widths=(3, 2, 2, 2),
                     rows=6,
                 ),
             ),
         ),
-        Input("status", "text", "Findings", "Errors keep OK grey; Check lists all.", rows=6),
+        Input("status", "text", "Findings", "Errors disable OK; Check lists them all.", rows=6),
     ),
     ok="Export",
     size=(440, 680),

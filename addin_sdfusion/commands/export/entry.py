@@ -1,4 +1,4 @@
-"""Export command: the settings, the findings, what has changed, and the export itself."""
+"""Export command: settings, findings, changes since the last export, and the export itself."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Value = TypeVar("Value", bound=str)
 
 
 class Export(Window):
-    """The open dialog."""
+    """Open dialog of Export."""
 
     def __init__(self, inputs: Inputs, design: Any) -> None:
         super().__init__(inputs, design)
@@ -50,7 +50,7 @@ class Export(Window):
         self._problem = ""
 
     def opened(self) -> None:
-        """Shows what was chosen the last time, and the findings."""
+        """Show the stored settings and the findings."""
         inputs, chosen = self.inputs, self.settings
         inputs.set("name", chosen.name)
         inputs.set("folder", chosen.folder)
@@ -66,7 +66,7 @@ class Export(Window):
         self._show()
 
     def changed(self, changed: Any) -> None:
-        """Another choice: the findings may be others."""
+        """Handle a changed setting and update the findings."""
         name = str(changed.id)
         if name == "browse":
             self._browse()
@@ -83,13 +83,13 @@ class Export(Window):
         return checked and bool(self.settings.folder) and not any(f.is_error for f in self.findings)
 
     def execute(self) -> None:
-        """Keeps the choices in the design and exports; the folder is as it was if that fails."""
+        """Store the settings in the design and export; if this fails, the folder is unchanged."""
         text = settings_text(self.settings)
         attribute = self.design.attributes.itemByName(GROUP, SETTINGS)
         if attribute is None or attribute.value != text:
             self.design.attributes.add(GROUP, SETTINGS, text)
         warnings = [finding.message for finding in self.findings if not finding.is_error]
-        if warnings and not ask(f"{_listed(warnings)}\n\nExport all the same?", DIALOG.name):
+        if warnings and not ask(f"{_listed(warnings)}\n\nExport anyway?", DIALOG.name):
             return
         self._export()
 
@@ -102,11 +102,11 @@ class Export(Window):
             snapshot = replace(snapshot, settings=self.settings)
             done = export_robot(snapshot, self.settings.folder, progress=shown)
         except Cancelled:
-            message("The export is cancelled; the folder is as it was.", DIALOG.name)
+            message("The export was cancelled; the folder is unchanged.", DIALOG.name)
             return
         except RobotError as error:
             errors = _listed([f.message for f in error.findings if f.is_error])
-            text = f"The robot cannot be exported:\n\n{errors}\n\nCheck shows where that is."
+            text = f"The robot cannot be exported:\n\n{errors}\n\nCheck shows the objects."
             message(text, DIALOG.name)
             return
         except CardsflowError as error:
@@ -116,14 +116,14 @@ class Export(Window):
             shown.hide()
         folder = self.settings.folder
         lines = [
-            f"{len(done.files)} files are in {folder}.",
+            f"{len(done.files)} files were written to {folder}.",
             f"To simulate the robot:\n\n    cardsflow run {_quoted(folder)}",
         ]
         if done.findings:
-            lines.append(f"{summary(list(done.findings))} They are in findings.txt next to it.")
+            lines.append(f"{summary(list(done.findings))} They are in findings.txt in this folder.")
         if done.changed is not None:
-            changed = _listed(list(done.changed)) or "nothing of the robot"
-            lines.append(f"Changed since the export before:\n{changed}")
+            changed = _listed(list(done.changed)) or "none"
+            lines.append(f"Changes since the previous export:\n{changed}")
         message("\n\n".join(lines), DIALOG.name)
 
     def _browse(self) -> None:
@@ -135,7 +135,7 @@ class Export(Window):
             self.inputs.set("folder", dialog.folder)
 
     def _picked(self) -> None:
-        """Components that are picked again are taken out."""
+        """Add the picked components; remove components that are picked again."""
         paths = list(self.settings.components)
         for entity in self.inputs.picked("components"):
             path = entity.fullPathName
@@ -143,7 +143,7 @@ class Export(Window):
         self.settings = replace(self.settings, components=tuple(paths))
 
     def _chosen(self) -> ExportSettings:
-        """Return the settings, as the inputs have them."""
+        """Return the settings of the inputs."""
         value = self.inputs.value
         base = value("base")
         return replace(
@@ -186,7 +186,7 @@ class Export(Window):
         self.inputs.fill("of_joints", joint_rows(self.settings, self._joints))
 
     def _cell_changed(self, edit: CellEdit) -> None:
-        """Another choice for one link or joint; what is not a number is said, and not taken."""
+        """Change the settings of one link or joint; an invalid number is reported and ignored."""
         try:
             self.settings = changed_by(self.settings, edit, self._links, self._joints)
             self._problem = ""
@@ -194,7 +194,7 @@ class Export(Window):
             self._problem = str(error)
 
     def _changes(self) -> list[str]:
-        """What is otherwise than in the export before."""
+        """Return the changes since the previous export."""
         folder = self.settings.folder
         before = read_contents(Path(folder)) if folder and Path(folder).is_dir() else None
         return [] if before is None else list(changes(before, self._contents))
@@ -206,7 +206,7 @@ class Export(Window):
         if self._reading.note:
             lines.append(self._reading.note)
         if self.settings.links == "components" and self.settings.components:
-            lines.append(f"Links: {', '.join(self.settings.components)} (pick again to leave out)")
+            lines.append(f"Links: {', '.join(self.settings.components)} (pick again to remove)")
         lines.append(summary(self.findings))
         ordered = errors_first(self.findings)
         lines += [f"{f.severity}: {f.message}" for f in ordered[:_SHOWN]]
@@ -228,7 +228,7 @@ def _listed(texts: list[str]) -> str:
 
 
 def _quoted(folder: str) -> str:
-    """Return a folder as both the shells of Windows and others take it."""
+    """Return a folder quoted for the shells of Windows and other systems."""
     return folder if re.fullmatch(r"[\w.:/\\-]+", folder) else f'"{folder}"'
 
 

@@ -1,4 +1,4 @@
-"""Tables of what is chosen for single links and joints."""
+"""Tables with the settings of single links and joints."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _OF_JOINTS = ("effort", "damping", "friction")
 
 
 def link_rows(settings: ExportSettings, links: Sequence[str]) -> list[tuple[Cell, ...]]:
-    """Return a row for each link."""
+    """Return a table row for each link."""
     chosen = {each.link: each for each in settings.of_links}
     words = {collision: word for word, collision in COLLISIONS.items()}
     rows: list[tuple[Cell, ...]] = []
@@ -28,7 +28,7 @@ def link_rows(settings: ExportSettings, links: Sequence[str]) -> list[tuple[Cell
 
 
 def joint_rows(settings: ExportSettings, joints: Sequence[str]) -> list[tuple[Cell, ...]]:
-    """Return a row for each coordinate of a joint."""
+    """Return a table row for each coordinate of a joint."""
     chosen = {each.joint: each for each in settings.of_joints}
     rows: list[tuple[Cell, ...]] = []
     for name in joints:
@@ -43,7 +43,7 @@ def changed(
     """Return the settings after an edit of one of the tables.
 
     Raises:
-        InputError: What was typed is not a number.
+        InputError: The text is not a number.
     """
     if edit.table == "of_links":
         what: dict[str, Any] = {"collision": COLLISIONS.get(edit.value)}
@@ -72,4 +72,4 @@ def _number(text: str) -> float | None:
     try:
         return float(text.replace(",", "."))
     except ValueError:
-        raise InputError(f"{text!r} is not a number, and counts for nothing.") from None
+        raise InputError(f"{text!r} is not a number and is ignored.") from None

@@ -196,7 +196,7 @@ def test_single_links_and_joints_have_choices_of_their_own(fusion: Any, tmp_path
     assert [c.damping for c in robot.joint("joint_2").coordinates] == [0.5]
     command = fusion.run_command(EXPORT)
     assert command.table("of_links")[links.index("link_2") + 1][1:] == ["Box", "0.75"]
-    command.set(command.cell("of_links", links.index("link_2") + 1, 1).id, "As all")
+    command.set(command.cell("of_links", links.index("link_2") + 1, 1).id, "Default")
     command.set(command.cell("of_links", links.index("link_2") + 1, 2).id, "")
     command.ok()
     stored = json.loads(fusion.design.attributes.itemByName("CARDSFlow", "settings").value)
@@ -209,9 +209,9 @@ def test_what_changed_since_the_last_export_is_said(fusion: Any, tmp_path: Path)
     command = export_to(fusion, folder)
     assert "Since the last export" not in command["status"].text
     command.ok()
-    assert "export before" not in fusion.messages[-1]
+    assert "previous export" not in fusion.messages[-1]
     export_to(fusion, folder).ok()
-    assert "nothing of the robot" in fusion.messages[-1]
+    assert ":\nnone" in fusion.messages[-1]
     command = export_to(fusion, folder)
     joints = [row[0] for row in command.table("of_joints")[1:]]
     command.set(command.cell("of_joints", joints.index("joint_2") + 1, 1).id, "3")
@@ -294,7 +294,7 @@ def test_picked_components_become_links(fusion: Any, tmp_path: Path) -> None:
     root = fusion.design.rootComponent
     for i in range(root.occurrences.count):
         command.pick("components", root.occurrences.item(i))
-    assert "pick again to leave out" in command["status"].text
+    assert "pick again to remove" in command["status"].text
     command.ok()
     assert (tmp_path / "robot/model.sdf").is_file()
 

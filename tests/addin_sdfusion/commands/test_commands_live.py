@@ -245,7 +245,7 @@ def test_the_preview_is_seen_through_faces_and_shows_sides(fusion: Any) -> None:
         build.sketch((), points=[place])
         sketch = fusion.design.rootComponent.sketches[-1]
         command.pick("pick", sketch.sketchPoints[0])
-    command.set("link", "As the picked part")
+    command.set("link", "Link of the picked part")
     command.pick("wrap_pick", face)
     command.press("use_add")
     axis = face.geometry.axis.z

@@ -39,7 +39,7 @@ def test_typed_coordinates_put_a_point_there(fusion: Any, user: User) -> None:
     command = user.define(user.vertex(3), user.circle())
     x, y, _ = command.table("points")[1][2].split(", ")
     command.set(command.cell("points", 1, 2).id, f"{x}, {y}")
-    assert "is not x, y, z in mm" in command["status"].text
+    assert "must be x, y, z in mm" in command["status"].text
     command.set(command.cell("points", 1, 2).id, f"{x}; {y}; 123,5")
     command.ok()
     (name,) = [n for n in user.points() if n.endswith("_0")]
@@ -73,7 +73,7 @@ def test_points_go_to_a_spreadsheet_and_back(
     assert [row[0] for row in command.table("all")[1:]] == ["bizeps_rückwärts", "trizeps"]
     file.write_text("nonsense", encoding="utf-8")
     command.press("paste")
-    assert "was not taken" in command["status"].text
+    assert "was not imported" in command["status"].text
     command.cancel()
 
 
@@ -82,7 +82,7 @@ def test_a_colour_is_chosen_by_name(fusion: Any, user: User) -> None:
     command.set("palette", "Green")
     assert command["color"].value == "#2ca02c"
     command.set("color", "#123456")
-    assert command.chosen("palette") == ["Another one"]
-    command.set("palette", "Another one")
+    assert command.chosen("palette") == ["Custom"]
+    command.set("palette", "Custom")
     assert command["color"].value == "#123456"
     command.cancel()
