@@ -1,6 +1,7 @@
-"""Control laws for cable-driven robots as QPs over muscle forces, without any simulator.
+"""Control laws for cable-driven robots, formulated as QPs over muscle forces.
 
-Names of `_MODULES` are imported when they are first used: a run needs none of the analyses.
+The package does not depend on a simulator. Names in `_MODULES` are imported on first use, since a
+run does not need the analyses.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ _MODULES = {
     "laws.torque_laws": "ForcePositionController LyapunovController TorquePositionController",
     "references.recorded": "recorded_trajectory waypoint_trajectory",
 }
-_HOMES = {name: module for module, names in _MODULES.items() for name in names.split()}
+_MODULE_OF_NAME = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 __all__ = [
     "METHODS",
@@ -129,6 +130,6 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name not in _MODULE_OF_NAME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.{_HOMES[name]}"), name)
+    return getattr(importlib.import_module(f"{__name__}.{_MODULE_OF_NAME[name]}"), name)

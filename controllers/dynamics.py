@@ -1,7 +1,7 @@
-"""Dynamics of a robot as controllers know it: the terms of M(q) qdd + C + G = -L(q)'f.
+"""Robot dynamics for controllers: the terms of M(q) qdd + C + G = -L(q)'f.
 
-Motors of joints stand behind the muscles: a motor's torque is a force in f that may push as well,
-and its row of L is the coordinate's, with the sign of -1.
+The vector f contains muscle forces, followed by the torques of motors at joints. A motor torque may
+be negative. The row of L of a motor has one nonzero entry, -1 in the column of its coordinate.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ class Dynamics(Protocol):
         coordinate_names: n names, in the order of q.
         muscle_names: m names, in the order of f.
         motor_names: Names of the coordinates that have motors, in the order of q.
-        f_min, f_max: Bounds of forces and, behind them, of the motors' torques, shape (a,), in [N]
-            and [N·m].
+        f_min, f_max: Force limits of the muscles, followed by torque limits of the motors, shape
+            (a,), in [N] and [N·m].
         damping: Viscous joint damping, shape (n,), in [N·m·s/rad] or [N·s/m].
     """
 
@@ -54,7 +54,7 @@ class Dynamics(Protocol):
         """L(q) = dl/dq, shape (m, n)."""
 
     def actuator_jacobian(self, q: FloatArray) -> FloatArray:
-        """L(q) with a row for each motor behind it, shape (a, n): f makes the torque -L'f."""
+        """L(q), followed by one row per motor, shape (a, n). f produces the torque -L'f."""
 
 
 class LimitedDynamics(Dynamics, Protocol):
@@ -71,7 +71,7 @@ class LimitedDynamics(Dynamics, Protocol):
 
 
 class PathDynamics(LimitedDynamics, Protocol):
-    """Dynamics of a robot whose muscle lengths are known."""
+    """Dynamics of a robot that also provides its muscle lengths."""
 
     def muscle_lengths(self, q: FloatArray) -> FloatArray:
         """l(q), shape (m,), in [m]."""
@@ -82,7 +82,7 @@ class TaskDynamics(LimitedDynamics, Protocol):
 
     Attributes:
         task_names: k names, in the order of y, such as `hand.x`.
-        task_angles: Which task coordinates are angles, shape (k,).
+        task_angles: Whether each task coordinate is an angle, shape (k,).
     """
 
     @property
@@ -101,23 +101,25 @@ class TaskDynamics(LimitedDynamics, Protocol):
 
 
 def actuator_names(dynamics: Dynamics) -> tuple[str, ...]:
-    """Return names in the order of f: of the muscles, and of the coordinates that have motors."""
+    """Return the names of all muscles and of all coordinates with motors, in the order of f."""
     return (*dynamics.muscle_names, *dynamics.motor_names)
 
 
-def require_no_motors(dynamics: Dynamics, what: str) -> None:
+def require_no_motors(dynamics: Dynamics, controller: str) -> None:
     """Reject robots with motors at joints with an InputError.
 
     Args:
         dynamics: The robot.
-        what: What does not drive them.
+        controller: Controller for the message, such as `cable velocity control`.
     """
     if dynamics.motor_names:
-        raise InputError(f"{what} cannot drive motors at joints: {', '.join(dynamics.motor_names)}")
+        raise InputError(
+            f"{controller} does not support motors at joints: {', '.join(dynamics.motor_names)}"
+        )
 
 
 def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray:
-    """C(q, qd) + G(q) + D qd: all terms of the motion equation but inertia and muscles.
+    """Compute C(q, qd) + G(q) + D qd, the equation of motion without inertia and muscles.
 
     Args:
         dynamics: The robot.
@@ -125,23 +127,23 @@ def bias_torque(dynamics: Dynamics, q: FloatArray, qd: FloatArray) -> FloatArray
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
 
     Returns:
-        Shape (n,), in [N·m] or [N].
+        Torque, shape (n,), in [N·m] or [N].
     """
     torque: FloatArray = dynamics.coriolis(q, qd) + dynamics.gravity(q) + dynamics.damping * qd
     return torque
 
 
-def closed(dynamics: Dynamics, q: FloatArray) -> FloatArray:
-    """The pose in which loops are closed by coordinates that depend on the others, shape (n,).
+def close_loops(dynamics: Dynamics, q: FloatArray) -> FloatArray:
+    """Close kinematic loops by changing the dependent coordinates of q, shape (n,).
 
-    Robots with loops have a method of this name; others are closed anywhere.
+    Dynamics of a robot with loops have a method `closed`. Without it, q is returned unchanged.
     """
     close = getattr(dynamics, "closed", None)
     return q if close is None else np.asarray(close(q), dtype=np.float64)
 
 
 def independent_part(dynamics: Dynamics, values: FloatArray) -> FloatArray:
-    """Return values with 0 for coordinates that loops make of the others, shape (n,)."""
+    """Return values with 0 for coordinates that depend on others through loops, shape (n,)."""
     dependent = getattr(dynamics, "dependent", None)
     return values if dependent is None else np.where(dependent, 0.0, values)
 
@@ -153,18 +155,18 @@ def acceleration(
     forces: FloatArray,
     w_e: FloatArray | None = None,
 ) -> FloatArray:
-    """Qdd = -M⁻¹ (L'f + C + G + D qd + w_e), shape (n,), in [rad/s²] or [m/s²].
+    """Compute qdd = -M⁻¹ (L'f + C + G + D qd + w_e), shape (n,), in [rad/s²] or [m/s²].
 
     Args:
         dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         forces: f, shape (a,), in [N] and [N·m].
-        w_e: Generalised external load, shape (n,), in [N·m] or [N]; none when None.
+        w_e: Generalised external load, shape (n,), in [N·m] or [N], or None.
     """
     torque = dynamics.actuator_jacobian(q).T @ forces + bias_torque(dynamics, q, qd)
     if w_e is not None:
         torque = torque + w_e
     qdd = -np.asarray(np.linalg.solve(dynamics.mass_matrix(q), torque), dtype=np.float64)
-    complete = getattr(dynamics, "complete", None)  # of robots with loops
+    complete = getattr(dynamics, "complete", None)  # only robots with loops have this method
     return qdd if complete is None else np.asarray(complete(q, qd, qdd))

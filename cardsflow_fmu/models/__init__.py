@@ -1,1 +1,1 @@
-"""The models inside the FMUs: plain classes that run without any FMI."""
+"""Models inside the FMUs. They also run without FMI."""

@@ -1,4 +1,4 @@
-"""Models of an experiment by name, and whether they compute in C."""
+"""Model classes by name, and checks whether models can compute in C."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ def model_in_c(experiment: Experiment, model: str, native: bool | None) -> Nativ
     Args:
         experiment: The experiment.
         model: Name of the model.
-        native: Whether it computes in C. If None, it does if possible.
+        native: Whether the model computes in C (default: if possible).
 
     Raises:
-        InputError: `native` is set and the model requires Python or DART, or it is invalid.
+        InputError: `native` is true, but the model requires Python or DART or is invalid.
     """
     if native is False or (native is None and missing_in_c(experiment, model) is not None):
         return None
@@ -52,35 +52,35 @@ def model_in_c(experiment: Experiment, model: str, native: bool | None) -> Nativ
     return NativeModel(C_MODELS[model].file(experiment), has_derivatives=model == "plant")
 
 
-def require_in_c(experiment: Experiment, model: str, instead: str) -> None:
+def require_in_c(experiment: Experiment, model: str, advice: str) -> None:
     """Raise an error if a model requires Python or DART.
 
     Args:
         experiment: The experiment.
         model: Name of the model.
-        instead: Advice for the message.
+        advice: Advice for the message.
 
     Raises:
-        InputError: It does. The message names the requirement.
+        InputError: The model requires Python or DART. The message names the requirement.
     """
-    lacking = missing_in_c(experiment, model)
-    if lacking is not None:
+    unsupported = missing_in_c(experiment, model)
+    if unsupported is not None:
         raise InputError(
-            f"a native {model} does not support {lacking}; {instead}",
+            f"a native {model} does not support {unsupported}; {advice}",
             file=experiment.file,
             key="controller" if model == "controller" else None,
         )
 
 
 def missing_in_c(experiment: Experiment, model: str) -> str | None:
-    """Name a requirement of a model that native models do not support.
+    """Return a requirement of a model that native models do not support.
 
     Args:
         experiment: The experiment.
         model: Name of the model.
 
     Returns:
-        A requirement, such as `worlds with contacts`; None if a native model is possible.
+        The requirement, such as `worlds with contacts`, or None if a native model is possible.
     """
     if model not in C_MODELS:
         return "links to hardware"

@@ -13,7 +13,7 @@ from .native.opened_model import OpenedModel
 
 
 class Opened(Protocol):
-    """Implementation of a model: in C, or with DART."""
+    """Interface of an opened model, which is implemented in C or with DART."""
 
     def initialize(self, t: float) -> None: ...  # noqa: D102
     def step(self, t: float, h: float) -> None: ...  # noqa: D102
@@ -29,7 +29,7 @@ class CModel(ExperimentModel):
         values: Memory for the variables (default: allocated).
 
     Attributes:
-        opened: The model in C, on `values`.
+        opened: The model in C, which reads and writes `values`.
     """
 
     opened: Opened
@@ -47,15 +47,15 @@ class CModel(ExperimentModel):
     @classmethod
     @abstractmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """Return the contents of the model's `native.bin`."""
+        """Return the contents of the file `native.bin` of the model."""
 
     @classmethod
     def missing(cls, experiment: Experiment) -> str | None:
-        """Name a requirement of the experiment that C does not support; None if there is none."""
+        """Return a requirement of the experiment that C does not support, or None."""
         return None
 
     def initialize(self, t: float = 0.0) -> None:
-        """Read the parameters and go to the start state."""
+        """Read the parameters and set the start state."""
         self.opened.initialize(t)
 
     def step(self, t: float, h: float) -> None:

@@ -1,4 +1,7 @@
-"""The controller as an FMU model: state, reference and known loads in, muscle commands out."""
+"""Controller as an FMU model.
+
+Inputs are the state, the reference and known loads; outputs are the muscle commands.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +34,7 @@ LATE_PERIODS = 4
 class ControllerModel(CModel):
     """Control law and sampled control loop with one tick per step.
 
-    The law is evaluated with the inputs at the beginning of a step. Its forces are held until the
-    next step.
+    The law uses the inputs at the start of a step. Its forces are constant until the next step.
     """
 
     description = "Controller of muscle forces"
@@ -52,15 +54,15 @@ class ControllerModel(CModel):
     def initialize(self, t: float = 0.0) -> None:
         """Read gains and limits.
 
-        Until the first tick, ideal cables have the force f_min and motors have no torque; muscles
-        with laws hold the robot.
+        Before the first tick, ideal cables have the force f_min, motors have zero torque, and
+        muscles with laws have the commands that hold the robot.
         """
         super().initialize(t)
         if self._python is not None:
             self._python.reset()
 
     def step(self, t: float, h: float) -> None:
-        """Tick with the inputs at t. A step of several periods is one tick with a longer period."""
+        """Execute one tick with the inputs at t. The step h is the period of the tick."""
         python = self._python
         if python is None:
             self.opened.step(t, h)
@@ -75,7 +77,7 @@ class ControllerModel(CModel):
             python.reset()
 
     def get_state(self) -> bytes:
-        """Return the state of the controller, followed by that of a law in Python."""
+        """Return the state of the controller, followed by the state of a law in Python."""
         state = super().get_state()
         return state if self._python is None else state + self._python.get_state()
 
@@ -109,7 +111,7 @@ class ControllerModel(CModel):
     def dependencies(cls, experiment: Experiment) -> Dependencies:
         """Return the dependencies of the outputs without creating the model."""
         settings = experiment.controller
-        # a prediction uses the complete reference
+        # The prediction uses the complete reference.
         predicts = settings.delay and settings.predict
         return controller_dependencies(
             experiment.robot,
@@ -120,24 +122,24 @@ class ControllerModel(CModel):
 
     @classmethod
     def missing(cls, experiment: Experiment) -> str | None:
-        """Name a requirement of the experiment that C does not support; None if there is none."""
+        """Return a requirement of the experiment that C does not support, or None."""
         return law_in_python(experiment) or python_laws(experiment.robot)
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """Return the contents of the model's `native.bin`."""
+        """Return the contents of the file `native.bin` of the model."""
         fields = _controller_fields(experiment)
         return encode("controller", compile_blob(experiment.robot), cls.groups(experiment), *fields)
 
 
 def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
-    """Return counts and fields of the layout."""
+    """Return counts and fields of the layout of a controller; see `encode`."""
     robot, controller = experiment.robot, experiment.controller
     muscles = len(robot.muscles) if modelled_muscles(robot) else 0
     begin = start(robot, experiment.start.q) if muscles else None
     arrays = controller.law_arrays()
     names = "".join(f"{name}\0" for name in arrays).encode()
-    values = np.concatenate([np.ravel(np.asarray(own, float)) for own in arrays.values()])
+    values = np.concatenate([np.ravel(np.asarray(array, float)) for array in arrays.values()])
     rows = [] if controller.tasks is None else task_rows(robot)
     is_angle = [frame.is_orientation for frame in robot.task_frames for _ in frame.axes]
     fields: Fields = {
@@ -164,5 +166,5 @@ def _controller_fields(experiment: Experiment) -> tuple[Counts, Fields]:
 
 
 def late_periods(robot: Robot) -> int:
-    """Return the default horizon of a robot's muscles, in periods."""
+    """Return the default horizon for the muscles of a robot, in periods."""
     return LATE_PERIODS if any(len(states_of(m.model)) > 1 for m in robot.muscles) else 1

@@ -1,4 +1,4 @@
-"""The plant in DART: with contacts, or with muscle laws in Python."""
+"""Plant in DART, for worlds with contacts and for muscle laws in Python."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from sim_dart import Plant
 
 
 class DartPlant:
-    """`sim_dart.Plant` with the variables of a plant.
+    """Connection of `sim_dart.Plant` to the variables of a plant.
 
     Args:
         experiment: The experiment.
-        views: The values of each group of variables.
+        views: Values of each group of variables.
     """
 
     def __init__(self, experiment: Experiment, views: Mapping[str, FloatArray]) -> None:
         robot = experiment.plant_robot
         self._robot = robot
         self._settings, self._scene = experiment.plant, experiment.scene
-        self._plant = self._make(experiment.plant.step)
+        self._plant = self._create_plant(experiment.plant.step)
         self._modelled, self._state_order = modelled_muscles(robot), state_order(robot)
         self._rubbing = rubbing_muscles(robot)
         self._commanded = commanded_muscles(robot)
@@ -50,7 +50,7 @@ class DartPlant:
         )
 
     def initialize(self, t: float = 0.0) -> None:
-        """Go to the start state with muscles at rest under the current commands."""
+        """Set the start state, with muscles in equilibrium under the current commands."""
         for coordinate, q in zip(self._robot.coordinates, self._q_start, strict=True):
             if not coordinate.lower <= q <= coordinate.upper:
                 limits = f"{coordinate.lower!r} to {coordinate.upper!r}"
@@ -58,8 +58,8 @@ class DartPlant:
                     f"q_start of {coordinate.name!r} is {q!r}, outside the limits {limits}"
                 )
         if self._step[0] != self._plant.step_size:
-            self._plant = self._make(float(self._step[0]))
-        self._plant.reset(self._q_start, self._qd_start, self._every_command())
+            self._plant = self._create_plant(float(self._step[0]))
+        self._plant.reset(self._q_start, self._qd_start, self._muscle_commands())
         self._write_outputs()
 
     def step(self, t: float, h: float) -> None:
@@ -67,25 +67,27 @@ class DartPlant:
         plant = self._plant
         loads = self._loads if self._loads.any() else None
         wrenches = self._wrenches if self._wrenches.any() else None
-        commands, torques = self._every_command(), self._torques if self._torques.size else None
+        commands, torques = self._muscle_commands(), self._torques if self._torques.size else None
         steps = whole_steps(h, plant.step_size, "the plant's internal step", most=MAX_STEPS)
         for _ in range(steps):
             plant.step(commands, torques, loads, wrenches)
         self._write_outputs()
 
     def get_state(self) -> bytes:
-        """Return step count, q, qd, muscle states, work if computed, and objects."""
+        """Return step count, q, qd, muscle states, work (if computed) and states of objects."""
         return self._plant.get_state().tobytes()
 
     def set_state(self, state: bytes) -> None:
         """Restore a state from `get_state`."""
         if len(state) % 8:
-            raise InputError(f"a plant's state is an array of float64, not {len(state)} bytes")
+            raise InputError(
+                f"the state of a plant must be an array of float64, not {len(state)} bytes"
+            )
         self._plant.set_state(np.frombuffer(state))
-        self._plant.hold(self._every_command())
+        self._plant.hold(self._muscle_commands())
         self._write_outputs()
 
-    def _make(self, step: float) -> Plant:
+    def _create_plant(self, step: float) -> Plant:
         settings = self._settings
         return Plant(
             self._robot,
@@ -98,8 +100,8 @@ class DartPlant:
             engine=settings.engine,
         )
 
-    def _every_command(self) -> FloatArray:
-        """Return the command of every muscle, in the order of f; 0 for passive muscles."""
+    def _muscle_commands(self) -> FloatArray:
+        """Return the commands of all muscles, in the order of f; 0 for passive muscles."""
         if not self._modelled:
             return self._commands
         self._all_commands[self._commanded] = self._commands

@@ -1,4 +1,4 @@
-"""Models as participants of a co-simulation, without FMI."""
+"""Participants of a co-simulation that contain models directly, without FMI."""
 
 from __future__ import annotations
 

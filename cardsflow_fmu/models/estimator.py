@@ -1,4 +1,7 @@
-"""Estimator as an FMU model: measurements in; state, loads and validity out."""
+"""Estimator as an FMU model.
+
+Inputs are measurements; outputs are the state, loads and validity.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +16,14 @@ from sim_dart.estimation.unit_places import unit_places
 
 from .c_model import CModel
 from .native.fields import Fields, encode
-from .sensors import estimator_settings, places
+from .sensors import estimator_settings, sensor_indices
 
 _ARRAYS = """
 length_noise encoder_noise gyroscope_noise accelerometer_noise compliance slack gate
 acceleration_noise load_drift bias_drift imu_rotation imu_position search starts start_low
 start_high start_sd largest_sd largest_innovation innovation_time
 """
-"""Fields that are arrays of a `PoseEstimator`."""
+"""Fields that contain arrays of a `PoseEstimator`."""
 
 
 def make_estimator(experiment: Experiment) -> PoseEstimator:
@@ -32,10 +35,11 @@ def make_estimator(experiment: Experiment) -> PoseEstimator:
 
 
 class EstimatorModel(CModel):
-    """Estimator with one tick per step, which uses the inputs at the beginning of the step.
+    """Estimator with one tick per step, which uses the inputs at the start of the step.
 
-    The first tick uses its measurements for the start state. Each later tick advances the state by
-    the previous step. If measurements are delayed, ticks before the first one do nothing.
+    The first tick computes the start state from its measurements. Each later tick advances the
+    state by the previous step. With delayed measurements, ticks before the first measurement have
+    no effect.
     """
 
     description = "State estimator from muscle measurements"
@@ -44,7 +48,7 @@ class EstimatorModel(CModel):
     def groups(experiment: Experiment) -> Groups:
         """Return the variables for an experiment in named groups."""
         settings = estimator_settings(experiment)
-        assert settings.offset is not None  # numbers after an experiment is read
+        assert settings.offset is not None  # set when an experiment is read
         return estimator_groups(
             experiment.robot,
             settings.encoded,
@@ -62,10 +66,10 @@ class EstimatorModel(CModel):
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """Return the contents of the model's `native.bin`."""
+        """Return the contents of the file `native.bin` of the model."""
         settings, robot = estimator_settings(experiment), experiment.robot
         estimator = make_estimator(experiment)
-        fields: Fields = places(experiment) | {
+        fields: Fields = sensor_indices(experiment) | {
             "imu_frame": unit_places(robot, settings.inertial_units).frames,
             "exact": settings.exact_transition,
             "delay": settings.delay(experiment.run.step),

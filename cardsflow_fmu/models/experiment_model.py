@@ -25,7 +25,7 @@ class ExperimentModel(FmuModel):
         values: Memory for the variables (default: allocated).
 
     Attributes:
-        views: The values of each group.
+        views: Values of each group of variables.
     """
 
     def __init__(self, experiment: Experiment, values: FloatArray | None = None) -> None:
@@ -36,8 +36,8 @@ class ExperimentModel(FmuModel):
 
     def indices(self, *names: str) -> Indices:
         """Return the indices of the variables of some groups in `values`."""
-        every: Indices = np.arange(self.values.size, dtype=np.intp)
-        return np.concatenate([every[self._places[name]] for name in names])
+        indices: Indices = np.arange(self.values.size, dtype=np.intp)
+        return np.concatenate([indices[self._places[name]] for name in names])
 
     @staticmethod
     @abstractmethod

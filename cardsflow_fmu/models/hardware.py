@@ -22,17 +22,17 @@ from .experiment_model import ExperimentModel
 
 
 class HardwareModel(ExperimentModel):
-    """Robot hardware at the other end of a link. A step is any whole number of exchanges.
+    """Robot hardware that is connected by a link. A step consists of one or more exchanges.
 
-    The state at the end of a step was measured at its beginning in real time, and at its end in
-    lockstep. Load inputs have no effect. The robot must be at the start state of the plant. The
-    internal step is not used.
+    In real time, the state at the end of a step was measured at the start of the step. In lockstep
+    it was measured at the end. Load inputs have no effect. The robot must be at the start state of
+    the plant. The internal step is not used.
 
     `close`, garbage collection and the end of the program bring the robot to its safe state.
 
     Args:
         experiment: The experiment.
-        values: Memory for the variables.
+        values: Memory for the variables (default: allocated).
         connection: Connection to the hardware (default: from environment variables).
     """
 
@@ -62,7 +62,7 @@ class HardwareModel(ExperimentModel):
 
     @staticmethod
     def groups(experiment: Experiment) -> Groups:
-        """The variables for an experiment in named groups.
+        """Return the variables for an experiment in named groups.
 
         Raises:
             InputError: The command of a muscle is not its force.
@@ -98,8 +98,7 @@ class HardwareModel(ExperimentModel):
     def step(self, t: float, h: float) -> None:
         """Exchange commands and states with the hardware from t to t + h, with constant forces."""
         session = self._connected
-        what = "the step agreed with the hardware"
-        count = whole_steps(h, session.step, what, most=MAX_STEPS)
+        count = whole_steps(h, session.step, "the step agreed with the hardware", most=MAX_STEPS)
         try:
             for k in range(count):
                 commands = np.concatenate([self._forces, self._torques])
@@ -108,12 +107,12 @@ class HardwareModel(ExperimentModel):
             self._write_outputs()
 
     def reset(self) -> None:
-        """Bring the hardware to its safe state. `initialize` connects to it again."""
+        """Bring the hardware to its safe state. `initialize` then connects again."""
         self.close()
         super().reset()
 
     def close(self) -> None:
-        """Bring the hardware to its safe state. The outputs keep its last state."""
+        """Bring the hardware to its safe state. The outputs retain its last state."""
         if self._ending is not None:
             self._ending()
         if self._session is not None:
@@ -121,12 +120,12 @@ class HardwareModel(ExperimentModel):
         self._session = self._ending = None
 
     def get_state(self) -> bytes:
-        """Raise an error: the state of hardware cannot be restored."""
+        """Raise InputError, since the state of hardware cannot be saved."""
         raise InputError("the state of hardware cannot be saved")
 
     def set_state(self, state: bytes) -> None:
-        """Raise an error: the state of hardware cannot be restored."""
-        raise InputError("hardware cannot be set to a state")
+        """Raise InputError, since the state of hardware cannot be restored."""
+        raise InputError("the state of hardware cannot be restored")
 
     @property
     def _connected(self) -> HardwareSession:
@@ -136,7 +135,7 @@ class HardwareModel(ExperimentModel):
 
     def _connect(self) -> None:
         session = make_session(self._experiment, self._connection)
-        # also without close: freeing an FMU only deletes its model
+        # Hosts that free an FMU only delete its model, without a call of close.
         self._ending = weakref.finalize(self, session.end)
         try:
             session.open()

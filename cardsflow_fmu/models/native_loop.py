@@ -1,7 +1,7 @@
-"""Native loop: plant, controller and reference in C, thousands of steps per call.
+"""Native loop: plant, controller and reference in C, with many steps per call.
 
-All participants are models of native FMUs; a step runs no Python. A call releases Python's GIL, so
-that loops can run in parallel threads.
+All participants are models of native FMUs. A step does not execute Python code. Calls release the
+Python lock (GIL), so that loops can run in parallel threads.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from .by_role import C_MODELS, missing_in_c, require_in_c
 from .native.binding import native_library
 from .native.opened_model import OpenedModel
 
-_CHUNK = 1024  # steps per call, about ten milliseconds, so that Ctrl-C takes effect
-_INSTEAD = "run it with `compute = 'python'`, or as FMUs"
+_CHUNK = 1024  # steps per call, about 10 ms, so that Ctrl-C takes effect
+_ADVICE = "run it with `compute = 'python'`, or as FMUs"
 
 
 def runs_in_c(experiment: Experiment) -> bool:
@@ -40,33 +40,33 @@ def runs_in_c(experiment: Experiment) -> bool:
 
 
 def missing_in_loop(experiment: Experiment) -> str | None:
-    """Name a part of a run that C does not support; None if there is none."""
-    lacking = _lacking(experiment, experiment.columns)
-    missing = (missing_in_c(experiment, name) for name in experiment.columns)
-    return lacking or next((what for what in missing if what is not None), None)
+    """Return a part of a run that C does not support, or None."""
+    part = _unsupported_part(experiment, experiment.columns)
+    requirements = (missing_in_c(experiment, name) for name in experiment.columns)
+    return part or next((text for text in requirements if text is not None), None)
 
 
 def require_native(experiment: Experiment, names: Sequence[str]) -> None:
-    """Raise an error if an experiment requires more than the models in C.
+    """Raise an error if an experiment requires Python or DART.
 
     Args:
         experiment: The experiment.
-        names: Its models.
+        names: Names of its models.
 
     Raises:
-        InputError: It does. The message names the requirement.
+        InputError: The experiment requires Python or DART. The message names the requirement.
     """
-    lacking = _lacking(experiment, names)
-    if lacking is not None:
+    unsupported = _unsupported_part(experiment, names)
+    if unsupported is not None:
         raise InputError(
-            f"a native loop does not support {lacking}; {_INSTEAD}", file=experiment.file
+            f"a native loop does not support {unsupported}; {_ADVICE}", file=experiment.file
         )
     for name in names:
-        require_in_c(experiment, name, _INSTEAD)
+        require_in_c(experiment, name, _ADVICE)
 
 
-def _lacking(experiment: Experiment, names: Sequence[str]) -> str | None:
-    """Name a part of the run other than models that C does not support; None if there is none."""
+def _unsupported_part(experiment: Experiment, names: Sequence[str]) -> str | None:
+    """Return a part of the run, except models, that C does not support, or None."""
     if experiment.hardware.use:
         return "hardware"
     external = [name for name in names if name in experiment.fmus]
@@ -79,10 +79,10 @@ def _lacking(experiment: Experiment, names: Sequence[str]) -> str | None:
 
 
 class NativeLoop(StepLoop):
-    """Experiment that computes in C only, with the methods of `master.Master`.
+    """Run of an experiment that computes only in C, with the methods of `master.Master`.
 
     Raises:
-        InputError: It requires Python or DART. The message names the requirement.
+        InputError: The experiment requires Python or DART. The message names the requirement.
     """
 
     def __init__(self, experiment: Experiment) -> None:
@@ -111,12 +111,12 @@ class NativeLoop(StepLoop):
     def _require_ready(self) -> None:
         if self._loop is None or self._has_run:
             raise InputError(
-                "a native loop can run only once, before it is closed; create another one"
+                "a native loop can run only once and not after it is closed; create a new one"
             )
         self._has_run = True
 
     def _steps(self, rows: FloatArray, pacer: Pacer | None) -> Iterator[int]:
-        """Take a chunk of steps per iteration."""
+        """Execute a chunk of steps per iteration and yield the number of completed steps."""
         assert pacer is None, "real time is not supported"
         steps = self.count - 1
         while self._done < steps:
@@ -146,7 +146,7 @@ class NativeLoop(StepLoop):
         self.close()
 
     def _advance(self, count: int, rows: FloatArray) -> SimulationError | None:
-        """Take steps in C; return the failure, or None."""
+        """Execute steps in C and return the failure, or None."""
         first, times = self._done, self._times
         assert rows.flags.c_contiguous
         assert first + count < min(len(rows), len(times) + 1)
@@ -164,7 +164,7 @@ class NativeLoop(StepLoop):
         return self._error(failed, f"at t = {self._done * self._step:.6g} s") if failed else None
 
     def _plan(self, parts: Sequence[WiredPorts]) -> None:
-        """Pass the order of a step, its copies and its columns to C."""
+        """Pass the order of models in a step, the copied signals and the columns to C."""
         experiment = self._experiment
         copies = connect(parts, experiment.wiring)
         numbers = {part.name: k for k, part in enumerate(parts)}
@@ -174,33 +174,33 @@ class NativeLoop(StepLoop):
         changes: list[tuple[float, ...]] = []
         for stage, group in enumerate(groups):
             for name in group:
-                own = [route for copy in copies[name] for route in _routes(copy, name, parts)]
-                turns.append([numbers[name], self._every[name], len(own), stage])
-                routes += [places for places, _ in own]
-                changes += [change for _, change in own]
+                incoming = [route for copy in copies[name] for route in _routes(copy, name, parts)]
+                turns.append([numbers[name], self._every[name], len(incoming), stage])
+                routes += [indices for indices, _ in incoming]
+                changes += [change for _, change in incoming]
         controller = parts[numbers["controller"]]
         stages = {name: stage for stage, group in enumerate(groups) for name in group}
         self._tick_shows = int(stages["controller"] >= before)
-        timer = [numbers["controller"], _places(controller).index(SOLVE_TIME)]
+        timer = [numbers["controller"], _variable_names(controller).index(SOLVE_TIME)]
         columns = [
-            [k, _places(part).index(name)]
+            [k, _variable_names(part).index(name)]
             for k, part in enumerate(parts)
             for name in part.output_names
             if name != SOLVE_TIME
         ]
-        self._tables: list[NDArray[Any]] = [  # C keeps pointers to them
+        self._tables: list[NDArray[Any]] = [  # C stores pointers to the tables
             *(np.array(t, dtype=np.int32) for t in (turns, routes, columns, timer)),
             np.array(changes, dtype=np.float64),
         ]
         order, routes_, columns_, timer_, changes_ = [table.ctypes.data for table in self._tables]
-        refused = self._library.native_loop_plan(
+        failed = self._library.native_loop_plan(
             self._loop,
             *(len(turns), order),
             *(len(routes), routes_, changes_),
             *(len(columns), columns_),
             *(before, timer_),
         )
-        assert not refused
+        assert not failed
 
     def _error(self, failed: int, when: str) -> SimulationError:
         text = self._opened[failed - 1].message
@@ -210,24 +210,25 @@ class NativeLoop(StepLoop):
         failed = self._library.native_loop_initialize(self._loop)
         if failed:
             self.close()
-            raise InputError(self._opened[failed - 1].message)  # as a model alone
+            raise InputError(self._opened[failed - 1].message)  # same as of a single model
 
 
 def run_batch(experiments: Sequence[Experiment], threads: int = 1) -> list[Recording]:
-    """Run several experiments in threads.
+    """Run several experiments in parallel threads.
 
     Args:
         experiments: The experiments.
-        threads: Number of simultaneous runs, from 1 on.
+        threads: Maximum number of parallel runs, at least 1.
 
     Returns:
-        Their recordings, in order. A recording of a failed run contains its failure.
+        Recordings in the order of the experiments. The recording of a failed run contains the
+        failure.
 
     Raises:
         InputError: An experiment requires Python or DART, or `threads` is not positive.
     """
     if threads < 1:
-        raise InputError(f"threads must be positive, not {threads}")
+        raise InputError(f"threads must be at least 1, not {threads}")
     with ThreadPoolExecutor(threads) as pool:
         return list(pool.map(_run_one, experiments))
 
@@ -240,21 +241,24 @@ def _run_one(experiment: Experiment) -> Recording:
 def _routes(
     copy: Copy, target: str, parts: Sequence[WiredPorts]
 ) -> list[tuple[tuple[int, ...], tuple[float, float]]]:
-    """Return the routes of a copy: source, index, target, index; and factor and offset."""
+    """Return the routes of a copy.
+
+    A route consists of (source model, index, target model, index) and (factor, offset).
+    """
     source = next(k for k, part in enumerate(parts) if part.outputs is copy.source)
     end = next(k for k, part in enumerate(parts) if part.name == target)
-    skipped = len(parts[source].input_names)
-    froms = np.arange(len(parts[source].output_names))[copy.source_indices] + skipped
-    tos = np.arange(len(parts[end].input_names))[copy.target_indices]
-    factors, offsets = np.ones(len(froms)), np.zeros(len(froms))
+    inputs = len(parts[source].input_names)
+    sources = np.arange(len(parts[source].output_names))[copy.source_indices] + inputs
+    targets = np.arange(len(parts[end].input_names))[copy.target_indices]
+    factors, offsets = np.ones(len(sources)), np.zeros(len(sources))
     if isinstance(copy, ConvertingCopy):
         factors, offsets = copy.factors, copy.offsets
     return [
         ((source, int(a), end, int(b)), (float(c), float(d)))
-        for a, b, c, d in zip(froms, tos, factors, offsets, strict=True)
+        for a, b, c, d in zip(sources, targets, factors, offsets, strict=True)
     ]
 
 
-def _places(part: WiredPorts) -> tuple[str, ...]:
-    """Return inputs and outputs in the order of the values."""
+def _variable_names(part: WiredPorts) -> tuple[str, ...]:
+    """Return the names of inputs and outputs in the order of the values."""
     return (*part.input_names, *part.output_names)

@@ -1,4 +1,7 @@
-"""Plant as an FMU model: commands and loads in; positions, velocities, lengths, tasks out."""
+"""Plant as an FMU model.
+
+Inputs are commands and loads; outputs are positions, velocities, lengths and task coordinates.
+"""
 
 from __future__ import annotations
 
@@ -32,14 +35,14 @@ from .native.fields import Counts, Fields, encode
 from .native.opened_model import OpenedModel
 from .start_commands import start
 
-_RULES = ("euler", "rk4")
+_INTEGRATORS = ("euler", "rk4")
 
 
 class PlantModel(CModel):
-    """Simulated robot. A step is any whole number of internal steps.
+    """Simulated robot. A step consists of one or more internal steps.
 
-    It computes in C, or with DART if there are contacts or muscle laws in Python, or if the
-    experiment selects that engine.
+    The plant computes in C. It uses DART for contacts and muscle laws in Python, or if the
+    experiment selects this engine.
     """
 
     description = "Simulated robot with muscles"
@@ -65,14 +68,14 @@ class PlantModel(CModel):
     def groups(experiment: Experiment) -> Groups:
         """Return the variables for an experiment in named groups."""
         begin, plant = experiment.start, experiment.plant
-        held = start(experiment.robot, begin.q)
+        initial = start(experiment.robot, begin.q)
         return plant_groups(
             experiment.robot,
             begin.q,
             begin.qd,
             plant.step,
-            forces=held.forces.tolist(),
-            commands=held.commands,
+            forces=initial.forces.tolist(),
+            commands=initial.commands,
             energy=plant.energy,
             wrenches=plant.wrenches,
             scene=experiment.scene,
@@ -85,14 +88,14 @@ class PlantModel(CModel):
 
     @classmethod
     def missing(cls, experiment: Experiment) -> str | None:
-        """Name a requirement of the experiment that C does not support; None if there is none."""
+        """Return a requirement of the experiment that C does not support, or None."""
         if experiment.plant.engine == "dart":
             return 'the engine "dart"'
         return core_lacks(experiment.scene, experiment.plant_robot)
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """Return the contents of the model's `native.bin`."""
+        """Return the contents of the file `native.bin` of the model."""
         robot, plant = experiment.plant_robot, experiment.plant
         CoreDynamics(robot)  # raises an error if the mass matrix is singular
         settings = plant_fields(robot, plant.substeps, plant.integrator, plant.wrenches)
@@ -108,7 +111,7 @@ class PlantModel(CModel):
     def directional_derivative(
         self, t: float, h: float, unknowns: Indices, knowns: Indices, seeds: FloatArray
     ) -> FloatArray:
-        """See `FmuModel.directional_derivative`; exact in C, by differences with DART."""
+        """Return a directional derivative: exact in C, by finite differences with DART."""
         if isinstance(self.opened, DartPlant):
             return super().directional_derivative(t, h, unknowns, knowns, seeds)
         return self.opened.directional_derivative(t, h, unknowns, knowns, seeds)
@@ -137,12 +140,12 @@ def plant_fields(
         "external_frame": frames,
         "external_point": points,
         "substeps": substeps,
-        "integrator": _RULES.index(integrator),
+        "integrator": _INTEGRATORS.index(integrator),
         "fixed_energy": fixed_energy(robot),
     }
     return {"external_points": len(frames)}, fields
 
 
 def motors(robot: Robot) -> list[int]:
-    """Return the coordinate of each motor."""
+    """Return the index of the coordinate of each motor."""
     return [j for j, coordinate in enumerate(robot.coordinates) if coordinate.actuated]

@@ -1,4 +1,4 @@
-"""Parts of a controller in Python: its law and muscle laws, called by the loop in C."""
+"""Python callbacks of the control loop in C: the control law and muscle laws."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from controllers.qp.solver import DEFAULT_SOLVER
 from sim_dart import CoreDynamics, DartDynamics, control_dynamics
 from sim_dart.muscles.own_laws import OwnLaws
 
+from .custom_law import CLASSES, Law, import_custom_law
 from .native.opened_model import OpenedModel
-from .own_law import CLASSES, Law, own_law
 
-_STATUSES = ("solved", "soft", "not converged", "failed")  # of computed_torque.h
+_STATUSES = ("solved", "soft", "not converged", "failed")  # in the order of computed_torque.h
 
 _Row = ctypes.POINTER(ctypes.c_double)
 _Torque = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, *[_Row] * 6)
@@ -30,7 +30,7 @@ _Invert = ctypes.CFUNCTYPE(None, ctypes.c_void_p, _Row)
 
 
 class _ControlLaw(ctypes.Structure):
-    """`control_law` of control_loop.h."""
+    """The C structure `control_law` in control_loop.h."""
 
     _fields_ = (
         ("self", ctypes.c_void_p),
@@ -41,7 +41,7 @@ class _ControlLaw(ctypes.Structure):
 
 
 class _MuscleFunctions(ctypes.Structure):
-    """`muscle_functions` of muscles.h."""
+    """The C structure `muscle_functions` in muscles.h."""
 
     _fields_ = (
         ("self", ctypes.c_void_p),
@@ -52,7 +52,7 @@ class _MuscleFunctions(ctypes.Structure):
 
 
 def law_in_python(experiment: Experiment) -> str | None:
-    """Return the reason for a law in Python, or None if it is in C."""
+    """Return the reason why the law computes in Python, or None if it computes in C."""
     controller = experiment.controller
     if controller.engine == "dart" and not experiment.robot.loops:
         return 'the engine "dart"'
@@ -64,11 +64,11 @@ def law_in_python(experiment: Experiment) -> str | None:
 
 
 class PythonParts:
-    """Law and muscle laws in Python of a controller in C.
+    """Control law and muscle laws in Python for a controller in C.
 
     Args:
         experiment: The experiment.
-        opened: Its controller.
+        opened: The controller in C.
     """
 
     def __init__(self, experiment: Experiment, opened: OpenedModel) -> None:
@@ -91,7 +91,7 @@ class PythonParts:
                 _Reach(self._reach),
                 _Invert(self._invert),
             )
-        self._kept = law, muscles  # C calls these functions
+        self._callbacks = law, muscles  # C stores pointers to these structures
         opened.use(law, muscles)
 
     def _set_up(self, n: int) -> None:
@@ -100,7 +100,7 @@ class PythonParts:
         self._gains = opened.array("kp"), opened.array("kd")
         self._dropped = opened.array("limits_dropped")
         self._n, self._r, self._a = n, self._gains[0].size, self._bounds[0].size
-        self._taken = [np.empty(0)] * 4
+        self._parameters = [np.empty(0)] * 4
 
     def reset(self) -> None:
         """Reset the state of the law."""
@@ -117,13 +117,16 @@ class PythonParts:
             self._law.set_state(np.frombuffer(state))
 
     def check(self) -> None:
-        """Raise the exception of the last tick, if any."""
+        """Raise the exception of the last tick, if it failed."""
         raised, self._raised = self._raised, None
         if raised is not None:
             raise raised
 
-    def _guarded(self, call: Callable[[], Any]) -> Any:
-        """Return the result, or None after an exception, which must not pass through C."""
+    def _catch(self, call: Callable[[], Any]) -> Any:
+        """Return the result of a call, or None after an exception.
+
+        The exception is stored, since it must not propagate through C.
+        """
         try:
             return call()
         except BaseException as error:
@@ -131,15 +134,15 @@ class PythonParts:
             return None
 
     def _solve(self, _: int, *rows: Any) -> int:
-        status: int | None = self._guarded(lambda: self._solved(*rows))
+        status: int | None = self._catch(lambda: self._solve_law(*rows))
         return _STATUSES.index("failed") if status is None else status
 
-    def _solved(
+    def _solve_law(
         self, q: Any, qd: Any, reference: Any, correction: Any, load: Any, forces: Any, slack: Any
     ) -> int:
         law, n, r = self._law, self._n, self._r
         assert law is not None
-        self._take_parameters(law)
+        self._update_parameters(law)
         position, velocity, acceleration = _array(reference, 3 * r).reshape(3, r)
         solution = law.solve(
             *(_array(q, n), _array(qd, n), position, velocity, acceleration),
@@ -152,45 +155,45 @@ class PythonParts:
             self._dropped[0] = solution.limits_dropped
         return _STATUSES.index(solution.status)
 
-    def _take_parameters(self, law: Law) -> None:
-        """Read the current limits, gains and slip directions of cables."""
-        now = [*self._gains, *self._bounds]
-        changed = [not np.array_equal(a, b) for a, b in zip(now, self._taken, strict=True)]
+    def _update_parameters(self, law: Law) -> None:
+        """Pass the current gains, force limits and slip directions of cables to the law."""
+        current = [*self._gains, *self._bounds]
+        changed = [not np.array_equal(a, b) for a, b in zip(current, self._parameters, strict=True)]
         if any(changed[:2]):
-            law.set_gains(*(row.copy() for row in now[:2]))
+            law.set_gains(*(row.copy() for row in current[:2]))
         if any(changed[2:]):
-            law.set_bounds(*(row.copy() for row in now[2:]))
-        self._taken = [row.copy() for row in now]
+            law.set_bounds(*(row.copy() for row in current[2:]))
+        self._parameters = [row.copy() for row in current]
         if self._slip is not None:
-            bends = self._slip.states.size
-            self._slip.states[:] = self._opened.array("law_states")[-bends:]
+            count = self._slip.states.size
+            self._slip.states[:] = self._opened.array("law_states")[-count:]
 
     def _error(self, _: int, q: Any, position: Any, error: Any) -> None:
         law, r = self._law, self._r
         assert law is not None
-        found = self._guarded(lambda: law.error(_array(q, self._n), _array(position, r)))
+        found = self._catch(lambda: law.error(_array(q, self._n), _array(position, r)))
         if found is not None:
             _view(error, r)[:] = found
 
     def _forces(self, _: int, commands: Any, inner: Any) -> None:
         lengths, rates, *_others = self._paths
         given = _array(commands, lengths.size)
-        found = self._guarded(lambda: self._muscles.forces(given, lengths, rates))
+        found = self._catch(lambda: self._muscles.forces(given, lengths, rates))
         if found is not None:
             _view(inner, lengths.size)[:] = found
 
     def _reach(self, _: int) -> None:
         lengths, rates, low, high, _commands = self._paths
-        self._guarded(lambda: self._muscles.reach(low, high, lengths, rates))
+        self._catch(lambda: self._muscles.reach(low, high, lengths, rates))
 
     def _invert(self, _: int, forces: Any) -> None:
         lengths, rates, _low, _high, commands = self._paths
-        wanted = _array(forces, lengths.size)
-        self._guarded(lambda: self._muscles.invert(commands, wanted, lengths, rates))
+        desired = _array(forces, lengths.size)
+        self._catch(lambda: self._muscles.invert(commands, desired, lengths, rates))
 
 
 def _view(row: Any, size: int) -> FloatArray:
-    """Return a view of the memory at a pointer."""
+    """Return a view of the C memory at a pointer."""
     return np.ctypeslib.as_array(row, (size,))
 
 
@@ -199,7 +202,7 @@ def _array(row: Any, size: int) -> FloatArray:
 
 
 def law_dynamics(experiment: Experiment) -> CoreDynamics | DartDynamics:
-    """Return the dynamics for a law in Python."""
+    """Return the robot model for a law in Python."""
     robot, settings = experiment.robot, experiment.controller
     if settings.engine == "dart" and not robot.loops:
         return DartDynamics(robot)
@@ -209,9 +212,9 @@ def law_dynamics(experiment: Experiment) -> CoreDynamics | DartDynamics:
 def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -> Law:
     """Create the control law of an experiment."""
     settings = experiment.controller
-    own, tasks, arrays = settings.custom_law, settings.tasks, settings.law_arrays()
+    custom, tasks, arrays = settings.custom_law, settings.tasks, settings.law_arrays()
     law: Callable[..., Law] = (
-        CLASSES[settings.space] if own is None else own_law(own, settings.space)
+        CLASSES[settings.space] if custom is None else import_custom_law(custom, settings.space)
     )
     if tasks is None:
         return law(
@@ -223,7 +226,7 @@ def control_law(experiment: Experiment, dynamics: CoreDynamics | DartDynamics) -
             **({"norm": settings.norm} if settings.norm != 2.0 else {}),
             **({"pretension": arrays["f_p"]} if any(settings.pretension) else {}),
             **({"passive": settings.uncontrolled} if any(settings.uncontrolled) else {}),
-            **({"law": settings.type} if own is None else {}),
+            **({"law": settings.type} if custom is None else {}),
         )
     posture = tasks.posture
     return law(

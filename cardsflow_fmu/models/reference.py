@@ -1,4 +1,4 @@
-"""Reference as an FMU model: desired positions, velocities and accelerations out."""
+"""Reference as an FMU model. Outputs are desired positions, velocities and accelerations."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .native.fields import Counts, Fields, encode
 
 
 class ReferenceModel(CModel):
-    """Reference, evaluated at the end of every step, and external loads."""
+    """Reference and external loads, evaluated at the end of every step."""
 
     description = "Reference"
     any_step = True
@@ -42,7 +42,7 @@ class ReferenceModel(CModel):
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """Return the contents of the model's `native.bin`."""
+        """Return the contents of the file `native.bin` of the model."""
         return encode("reference", b"", cls.groups(experiment), *_fields(experiment))
 
 

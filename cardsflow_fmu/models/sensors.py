@@ -1,4 +1,4 @@
-"""Simulated sensors as an FMU model: true state in, measurements out."""
+"""Simulated sensors as an FMU model. Inputs are the true state; outputs are measurements."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .native.fields import Fields, encode
 
 
 class SensorsModel(CModel):
-    """Sensors that measure once per step, with the inputs at its beginning."""
+    """Sensors that measure once per step, with the inputs at the start of the step."""
 
     description = "Simulated sensors of muscles, joints and links"
     any_step = True
@@ -36,12 +36,12 @@ class SensorsModel(CModel):
 
     @classmethod
     def file(cls, experiment: Experiment) -> bytes:
-        """Return the contents of the model's `native.bin`."""
+        """Return the contents of the file `native.bin` of the model."""
         settings, robot = estimator_settings(experiment), experiment.plant_robot
         sensors = settings.sensor_settings(robot, experiment.run.step)
         units = unit_places(robot, settings.inertial_units)
         n, m, i = len(robot.coordinates), len(robot.muscles), len(settings.imus)
-        fields: Fields = places(experiment) | {
+        fields: Fields = sensor_indices(experiment) | {
             "imu_frame": units.frames,
             "imu_rotation": units.rotations,
             "imu_position": units.positions,
@@ -56,18 +56,18 @@ class SensorsModel(CModel):
 
 
 def estimator_settings(experiment: Experiment) -> EstimatorTable:
-    """Return [estimator] of an experiment.
+    """Return the table [estimator] of an experiment.
 
     Raises:
-        InputError: The experiment has no [estimator].
+        InputError: The experiment has no table [estimator].
     """
     if experiment.estimator is None:
-        raise InputError("the experiment has no [estimator]", key="estimator")
+        raise InputError("the experiment has no table [estimator]", key="estimator")
     return experiment.estimator
 
 
-def places(experiment: Experiment) -> Fields:
-    """Return the muscles of lengths and tensions, and the coordinates of torques and encoders."""
+def sensor_indices(experiment: Experiment) -> Fields:
+    """Return the indices of measured muscles, of motors and of coordinates with encoders."""
     robot = experiment.robot
     return {
         "measured": measured_muscles(robot),

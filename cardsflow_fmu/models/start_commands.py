@@ -1,4 +1,4 @@
-"""Commands of muscles in equilibrium at the start of a run."""
+"""Muscle commands that hold a robot at the start of a run."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ from sim_dart import MuscleDrive, control_dynamics
 
 
 class Start(NamedTuple):
-    """Commands and tensions of muscles at the start.
+    """Muscle commands and forces at the start of a run.
 
     Attributes:
-        commands: Commands of all muscles, shape (m,), each in the unit of its law; empty if all
-            muscles are ideal cables.
-        forces: Tensions under these commands, shape (m,), in [N]; f_min if all are ideal cables.
+        commands: Commands of all muscles, shape (m,), in the units of their muscle laws; empty if
+            all muscles are ideal cables.
+        forces: Forces for these commands, shape (m,), in [N]; f_min if all muscles are ideal
+            cables.
     """
 
     commands: tuple[float, ...]
@@ -28,10 +29,10 @@ class Start(NamedTuple):
 
 
 def start(robot: Robot, q: Sequence[float]) -> Start:
-    """Return commands that hold the robot at rest, as closely as possible.
+    """Compute commands that hold the robot at rest, or minimise its acceleration.
 
-    A muscle with a law cannot change its tension instantly, so with slack muscles the robot would
-    fall at the start of a run.
+    The force of a muscle with a muscle law cannot change instantly. With slack muscles the robot
+    would therefore fall at the start of a run.
 
     Args:
         robot: The robot.
@@ -42,11 +43,11 @@ def start(robot: Robot, q: Sequence[float]) -> Start:
         return Start((), f_min)
     f_max = np.array([muscle.f_max for muscle in robot.muscles])
     drive, dynamics = MuscleDrive(robot), control_dynamics(robot)
-    at_rest = drive.resting_reach(q)
-    low = np.maximum(np.clip(f_min, at_rest.low, at_rest.high), 0.0)
-    high = np.maximum(np.clip(f_max, at_rest.low, at_rest.high), 0.0)
+    reach = drive.resting_reach(q)
+    low = np.maximum(np.clip(f_min, reach.low, reach.high), 0.0)
+    high = np.maximum(np.clip(f_max, reach.low, reach.high), 0.0)
     motors = [(motor.tau_min, motor.tau_max) for motor in robot.motors]
-    weakest, strongest = np.array(motors).reshape(-1, 2).T
-    bounds = np.concatenate([low, weakest]), np.concatenate([high, strongest])
-    held = gravity_compensation(dynamics, np.array(q), *bounds)[: len(robot.muscles)]
-    return Start(tuple(drive.resting_commands(q, held).tolist()), held)
+    tau_min, tau_max = np.array(motors).reshape(-1, 2).T
+    limits = np.concatenate([low, tau_min]), np.concatenate([high, tau_max])
+    forces = gravity_compensation(dynamics, np.array(q), *limits)[: len(robot.muscles)]
+    return Start(tuple(drive.resting_commands(q, forces).tolist()), forces)

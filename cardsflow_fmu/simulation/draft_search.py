@@ -29,7 +29,7 @@ from cardsflow_fmu.results.analysis.first_motion import (
 from cardsflow_fmu.results.analysis.motion_check import new_collisions
 from cardsflow_fmu.results.summary import Speed, summarize
 from controllers.analysis.stiffness import stiffness
-from controllers.force_distribution.one_way import one_way
+from controllers.force_distribution.motor_columns import split_motors
 from controllers.force_distribution.quadratic import least_squares
 from sim_dart import control_dynamics, dependent_coordinates
 from sim_dart.muscles.friction import has_cable_friction
@@ -346,7 +346,9 @@ def _growth(motion: FirstMotion) -> float:
     """Return the largest growth or oscillation rate at constant forces, in [1/s]."""
     dynamics, q = control_dynamics(motion.robot), np.array(motion.start)
     motors = len(dynamics.motor_names)
-    L, low, high = one_way(dynamics.actuator_jacobian(q), dynamics.f_min, dynamics.f_max, motors)
+    L, low, high = split_motors(
+        dynamics.actuator_jacobian(q), dynamics.f_min, dynamics.f_max, motors
+    )
     try:
         forces = least_squares(L, dynamics.gravity(q), low, high).forces
         rates = stiffness(dynamics, q, forces[: dynamics.m]).rates(dynamics.mass_matrix(q))

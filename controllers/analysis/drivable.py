@@ -1,14 +1,14 @@
-"""Coordinates that muscles can drive at a pose, and what is missing for the others.
+"""Coordinates that muscles can drive at a pose, and the missing torque of the other coordinates.
 
-Muscles drive the coordinates S if they can hold them and give each some acceleration either way:
-the torque G_S is inside of {A_S f : low <= f <= high}. That is so exactly if A_S has full row rank
-and some f strictly within its bounds makes G_S, for the image of the inside is the inside of the
-image. One linear programme answers it,
+Muscles drive the coordinates S if they can hold them and accelerate each one in both directions.
+This requires that the torque G_S is in the interior of {A_S f : low <= f <= high}. It is in the
+interior if and only if A_S has full row rank and a force f strictly within its limits produces G_S.
+The following linear program decides this:
 
-    max t   s.t.  A_S f = G_S,  low + t w <= f <= high - t w,  w = (high - low) / 2,           (1)
+    max t   s.t.  A_S f = G_S,  low + t w <= f <= high - t w,  w = (high - low) / 2            (1)
 
-with t in (0, 1] if they do, and t < 0 if they do not; its multipliers name the direction that
-is missing. The other coordinates must be locked, or driven by something else.
+If the muscles drive S, t is in (0, 1]. Otherwise t is negative, and the multipliers indicate the
+direction in which torque is missing. The other coordinates must be locked or driven by motors.
 """
 
 from __future__ import annotations
@@ -24,29 +24,36 @@ from scipy.optimize import linprog
 from controllers.arrays import FloatArray
 
 MARGIN = 1e-3
-"""Least t of eq. (1) that counts as inside."""
+"""Minimum t of eq. (1) for a torque that is treated as interior."""
 ACCELERATION = {"rad": 0.3, "m": 0.03}
-"""What each coordinate must be able to do either way, in [rad/s²] or [m/s²]."""
+"""Acceleration that each coordinate must reach in both directions, in [rad/s²] or [m/s²]."""
 
-_STRONGEST = 1e3  # times the median of the drives: more does not make the others weak
-_RANK = 1e-5  # a direction that muscles accelerate by less than this part of the best is none
+# The effect of a drive is limited to this multiple of the median. Otherwise one very strong drive
+# would make all others appear weak.
+_MAX_STRENGTH = 1e3
+# Relative to the direction with the largest acceleration. Weaker directions are not drivable.
+_RANK_TOLERANCE = 1e-5
 
 
-Lack = Literal["any muscle", "up", "down", "one of its own"]
-"""What a coordinate lacks: a muscle that moves it at all; one that moves it up, or down; a motion
-that is independent of the others', or strong enough to matter."""
+Missing = Literal["any muscle", "up", "down", "independent motion"]
+"""Reason why a coordinate is not drivable.
+
+    any muscle: No muscle moves the coordinate.
+    up, down: No muscle produces enough positive, or negative, torque.
+    independent motion: The motion depends on other coordinates, or is too weak.
+"""
 
 
 @dataclass(frozen=True)
 class Terms:
-    """The forces of a robot at a pose.
+    """Equation of motion of a robot at a pose.
 
     Attributes:
         M: Mass matrix, shape (n, n), regular.
-        A: Torques of the drives, -L' for muscles, shape (n, m), in [m] or [1].
-        torque: What the drives must hold, shape (n,), in [N·m] or [N].
-        low, high: Bounds of the drives, shape (m,), finite, in [N].
-        acceleration: What each coordinate must be able to do, shape (n,), in [rad/s²] or [m/s²].
+        A: Torques per unit force of the drives, -L' for muscles, shape (n, m), in [m] or [1].
+        torque: Torque that the drives must hold, shape (n,), in [N·m] or [N].
+        low, high: Force limits of the drives, shape (m,), finite, in [N].
+        acceleration: Required acceleration of each coordinate, shape (n,), in [rad/s²] or [m/s²].
     """
 
     M: FloatArray
@@ -58,53 +65,53 @@ class Terms:
 
 
 @dataclass(frozen=True)
-class Drivable:
-    """What muscles can drive at a pose.
+class DrivableCoordinates:
+    """Coordinates that muscles can drive at a pose.
 
     Attributes:
         coordinates: Indices of the coordinates, in order.
-        margin: t of eq. (1) for these; 0 if there are none.
-        missing: For every other coordinate that was asked for, what it lacks.
+        margin: t of eq. (1) for these coordinates; 0 without coordinates.
+        missing: Reason why each other candidate is not drivable, by index.
     """
 
     coordinates: tuple[int, ...]
     margin: float
-    missing: dict[int, Lack] = field(default_factory=dict)
+    missing: dict[int, Missing] = field(default_factory=dict)
 
 
-def drivable(terms: Terms, among: Sequence[int]) -> Drivable:
-    """The coordinates that the drives can hold and accelerate, as many as a greedy search finds.
+def find_drivable(terms: Terms, candidates: Sequence[int]) -> DrivableCoordinates:
+    """Find the coordinates that the drives can hold and accelerate, by a greedy search.
 
     Args:
-        terms: The forces at the pose.
-        among: Indices of the coordinates that are to be driven; others are locked.
+        terms: Equation of motion at the pose.
+        candidates: Indices of the coordinates to drive. All other coordinates are locked.
     """
-    missing: dict[int, Lack] = {}
-    left = _independent(terms, list(among), missing)
-    while left:
-        found = _weakest(terms, left)
-        if found is None:
+    missing: dict[int, Missing] = {}
+    rows = _independent_coordinates(terms, list(candidates), missing)
+    while rows:
+        weakest = _weakest_coordinate(terms, rows)
+        if weakest is None:
             break
-        k, lack = found
-        missing[k] = lack
-        left.remove(k)
+        k, reason = weakest
+        missing[k] = reason
+        rows.remove(k)
     for k in reversed(list(missing)):
-        tried = sorted([*left, k])
-        if missing[k] != "any muscle" and _weakest(terms, tried) is None:
-            left = tried
+        extended = sorted([*rows, k])
+        if missing[k] != "any muscle" and _weakest_coordinate(terms, extended) is None:
+            rows = extended
             del missing[k]
-    margin = force_margin(terms, left)[0] if left else 0.0
-    return Drivable(tuple(sorted(left)), margin, missing)
+    margin = force_margin(terms, rows)[0] if rows else 0.0
+    return DrivableCoordinates(tuple(sorted(rows)), margin, missing)
 
 
 def force_margin(terms: Terms, rows: Sequence[int]) -> tuple[float, FloatArray, FloatArray]:
-    """T of eq. (1) for some coordinates, its multipliers and forces.
-
-    It is -inf if A_S lacks rank, or one of them moves no mass.
+    """Solve eq. (1) for the given coordinates.
 
     Returns:
-        t; how it grows with the torque of each coordinate, relative to the root of its inertia;
-        the forces, in [N], NaN if there are none.
+        t, the multipliers and the forces. t is -inf if A_S is rank deficient or if a coordinate
+        does not move a mass. The multipliers are the derivatives of t with respect to the torque of
+        each coordinate, relative to the square root of its inertia. The forces are in [N], and NaN
+        if the program is infeasible.
     """
     index, m = list(rows), terms.A.shape[1]
     root = np.sqrt(np.diag(terms.M)[index])
@@ -129,49 +136,51 @@ def force_margin(terms: Terms, rows: Sequence[int]) -> tuple[float, FloatArray, 
     return float(x[m]), slopes, terms.low + w * x[:m]
 
 
-@np.errstate(over="ignore")  # of a drive that hardly pulls
-def _scaled(terms: Terms, rows: Sequence[int]) -> FloatArray:
-    """What the ranges of the drives can do to some coordinates, over the roots of inertias."""
+@np.errstate(over="ignore")  # the ratio overflows for a drive that has almost no effect
+def _scaled_torques(terms: Terms, rows: Sequence[int]) -> FloatArray:
+    """Return the torques of the full force ranges, relative to the square roots of the inertias."""
     root = np.sqrt(np.diag(terms.M)[list(rows)])
     scaled: FloatArray = terms.A[list(rows)] * (terms.high - terms.low) / root[:, None]
     sizes = np.linalg.norm(scaled, axis=0)
-    most = _STRONGEST * float(np.median(sizes[sizes > 0.0])) if sizes.any() else 1.0
-    scaled *= np.minimum(1.0, most / np.maximum(sizes, 1e-300))
+    limit = _MAX_STRENGTH * float(np.median(sizes[sizes > 0.0])) if sizes.any() else 1.0
+    scaled *= np.minimum(1.0, limit / np.maximum(sizes, 1e-300))
     return scaled
 
 
-def _independent(terms: Terms, among: list[int], missing: dict[int, Lack]) -> list[int]:
-    """Return the coordinates that the drives move independently, the strongest first."""
-    if not among:
+def _independent_coordinates(
+    terms: Terms, candidates: list[int], missing: dict[int, Missing]
+) -> list[int]:
+    """Return the coordinates that the drives move independently, and record the others."""
+    if not candidates:
         return []
-    scaled = _scaled(terms, among)
+    scaled = _scaled_torques(terms, candidates)
     factors: Any = qr(scaled.T, mode="r", pivoting=True)
     order, sizes = factors[1].tolist(), np.abs(np.diag(np.atleast_2d(factors[0])))
-    rank = int(np.count_nonzero(sizes > _RANK * sizes.max(initial=0.0)))
-    moved = np.abs(scaled).max(axis=1) > _RANK * max(np.abs(scaled).max(), 1e-300)
+    rank = int(np.count_nonzero(sizes > _RANK_TOLERANCE * sizes.max(initial=0.0)))
+    moved = np.abs(scaled).max(axis=1) > _RANK_TOLERANCE * max(np.abs(scaled).max(), 1e-300)
     for k in order[rank:]:
-        missing[among[k]] = "one of its own" if moved[k] else "any muscle"
-    return sorted(among[k] for k in order[:rank])
+        missing[candidates[k]] = "independent motion" if moved[k] else "any muscle"
+    return sorted(candidates[k] for k in order[:rank])
 
 
-def _weakest(terms: Terms, rows: list[int]) -> tuple[int, Lack] | None:
-    """The coordinate whose torque is missing most, and what it lacks; None if all are driven."""
-    U, sizes, _ = np.linalg.svd(_scaled(terms, rows))
-    if len(sizes) < len(rows) or sizes[-1] <= _RANK * sizes[0]:
-        return rows[int(np.argmax(np.abs(U[:, -1])))], "one of its own"
+def _weakest_coordinate(terms: Terms, rows: list[int]) -> tuple[int, Missing] | None:
+    """Return the coordinate with the largest missing torque and the reason, or None."""
+    U, sizes, _ = np.linalg.svd(_scaled_torques(terms, rows))
+    if len(sizes) < len(rows) or sizes[-1] <= _RANK_TOLERANCE * sizes[0]:
+        return rows[int(np.argmax(np.abs(U[:, -1])))], "independent motion"
     t, slopes, _ = force_margin(terms, rows)
     if t > MARGIN:
-        reach = _reach(terms, rows, t)
-        worst = int(np.argmin(reach))
-        return None if reach[worst] >= 1.0 else (rows[worst], "one of its own")
+        ratios = _acceleration_ratios(terms, rows, t)
+        worst = int(np.argmin(ratios))
+        return None if ratios[worst] >= 1.0 else (rows[worst], "independent motion")
     if not np.isfinite(t):
-        return rows[-1], "one of its own"
+        return rows[-1], "independent motion"
     worst = int(np.argmax(np.abs(slopes)))
     return rows[worst], "down" if slopes[worst] > 0.0 else "up"
 
 
-def _reach(terms: Terms, rows: list[int], t: float) -> FloatArray:
-    """What the forces that are t within their bounds add to each coordinate, over what it needs."""
+def _acceleration_ratios(terms: Terms, rows: list[int], t: float) -> FloatArray:
+    """Return the acceleration that the margin t allows, relative to the required acceleration."""
     w = 0.5 * (terms.high - terms.low)
     inverse = np.linalg.pinv(terms.A[rows] * w)  # (m, S): relative forces for unit torques
     torque = t / np.maximum(np.abs(inverse).max(axis=0), 1e-300)

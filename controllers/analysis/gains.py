@@ -1,15 +1,16 @@
 """Gains and sampled stability margins of computed-torque laws.
 
-Computed torque makes every coordinate a double integrator, e'' = -(Kd e' + Kp e). Sampled with
-period T, held in between, and late by d ticks, its closed loop has the poles of
+Computed torque turns every coordinate into a double integrator, e'' = -(Kd e' + Kp e). With a
+sampling period T, a zero-order hold and a delay of d ticks, the closed-loop poles are the roots of
 
     z^d (z - 1)² + (Kp T²/2) (z + 1) + Kd T (z - 1) = 0.                                        (1)
 
-That is the loop of a perfect model whose forces stay within their bounds. Muscle forces held while
-the robot moves act as springs, often as negative ones, which costs margin: `linearise_loop` has
-that in it. A loop that predicts over its delay counts as one without.
+This assumes an exact model and forces within their limits. Muscle forces that are held while the
+robot moves act like springs, often with negative stiffness, and reduce the margins.
+`linearise_loop` includes this effect. A loop that predicts over its delay is treated as a loop
+without delay.
 
-Only `lqr` imports python-control: it takes a second.
+Only `lqr` imports python-control, since the import takes about 1 s.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ class Gains(NamedTuple):
     Attributes:
         kp: Position gain, in [1/s²].
         kd: Velocity gain, in [1/s].
-        k_held: Gain on the command that still acts while the new one is on its way, without unit;
-            0 without delay.
+        k_held: Gain on the previous command, which acts until the new command takes effect;
+            dimensionless, 0 without delay.
     """
 
     kp: float
@@ -42,24 +43,25 @@ class Gains(NamedTuple):
     k_held: float = 0.0
 
 
-_STIFF = 1e12  # Kp/Kd² above which the cubic's root is its limit, 2/3 Kd/Kp, to all digits
+# Above this Kp/Kd² the root of the cubic equals its limit 2/3 Kd/Kp in double precision.
+_MAX_STIFFNESS_RATIO = 1e12
 
 
 @dataclass(frozen=True)
 class Margins:
     """Stability margins of the sampled loop of a coordinate.
 
-    The loop is that of eq. (1). There is no lower gain margin: smaller gains keep it stable, down
-    to zero if it is not held at all.
+    The margins refer to the loop of eq. (1). A lower gain margin does not exist, since the loop
+    remains stable for all smaller positive gains.
 
     Attributes:
         stable: Whether all poles are inside the unit circle.
-        spectral_radius: Largest magnitude of a pole, without unit.
-        gain_margin: How many times both gains may grow, without unit; 0 when unstable.
-        phase_margin: In [rad]; 0 when unstable.
-        delay_margin: Further delay that it bears, in [s]; 0 when unstable. For periods that are not
-            short it is approximate, as the delay then is not a whole number of ticks.
-        modulus_margin: Distance of the Nyquist curve from -1, without unit; 0 when unstable.
+        spectral_radius: Largest magnitude of a pole, dimensionless.
+        gain_margin: Largest common factor on both gains, dimensionless; 0 when unstable.
+        phase_margin: Phase margin, in [rad]; 0 when unstable.
+        delay_margin: Additional delay that keeps the loop stable, in [s]; 0 when unstable.
+            Approximate for long periods, since this delay is not an integer number of ticks.
+        modulus_margin: Distance of the Nyquist curve from -1, dimensionless; 0 when unstable.
     """
 
     stable: bool
@@ -71,7 +73,7 @@ class Margins:
 
 
 def from_bandwidth(omega: float, zeta: float = 1.0) -> Gains:
-    """Gains that place both poles of a continuous loop: Kp = omega², Kd = 2 zeta omega.
+    """Return gains that place both poles of a continuous loop: Kp = omega², Kd = 2 zeta omega.
 
     Args:
         omega: Bandwidth, in [rad/s].
@@ -85,13 +87,14 @@ def from_bandwidth(omega: float, zeta: float = 1.0) -> Gains:
 
 
 def lqr(q_weight: ArrayLike, r_weight: float, period: float = 0.0, delay: int = 0) -> Gains:
-    """Gains that make the sum of T (x' Q x + r u²) least, x = (e, e'), by python-control.
+    """Return the gains that minimise the sum of T (x' Q x + r u²), x = (e, e').
 
-    With a delay they are those of the delay-augmented loop, K₀ [A B] with K₀ the gains without
-    delay: the same as K₀ on the state predicted for when the command takes effect.
+    python-control solves the Riccati equation. With a delay, the gains belong to the
+    delay-augmented loop: K₀ [A B], where K₀ are the gains without delay. This is equivalent to K₀
+    applied to the state that is predicted for the time at which the command takes effect.
 
     Args:
-        q_weight: Diagonal of Q, shape (2,), in [1/rad²] and [s²/rad²], or its first number alone.
+        q_weight: Diagonal of Q, shape (2,), in [1/rad²] and [s²/rad²], or only its first number.
         r_weight: r, in [s⁴/rad²].
         period: T, in [s]; 0 for a continuous loop.
         delay: Ticks until a command takes effect: 0 or 1.
@@ -108,20 +111,20 @@ def lqr(q_weight: ArrayLike, r_weight: float, period: float = 0.0, delay: int = 
         if delay:
             raise InputError("a delay in ticks requires a period")
         A, B = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
-        return _solved(control.lqr, A, B, Q, r_weight)
+        return _solve_riccati(control.lqr, A, B, Q, r_weight)
     require_positive(period=period)
     A, B = _double_integrator(period)
     if delay:
         A = np.block([[A, B], [np.zeros((1, 3))]])
         B = np.array([[0.0], [0.0], [1.0]])
         Q = np.diag([*np.diag(Q), 0.0])
-    return _solved(control.dlqr, A, B, Q, r_weight)
+    return _solve_riccati(control.dlqr, A, B, Q, r_weight)
 
 
-def _solved(
+def _solve_riccati(
     riccati: Callable[..., Any], A: FloatArray, B: FloatArray, Q: FloatArray, r: float
 ) -> Gains:
-    """Return the gains by a function of python-control."""
+    """Return the gains of a Riccati solver of python-control."""
     try:
         with np.errstate(all="ignore"):
             K, _, _ = riccati(A, B, Q, r)
@@ -132,7 +135,7 @@ def _solved(
 
 
 def poles(kp: float, kd: float, period: float, delay: int = 0) -> NDArray[np.complex128]:
-    """Poles of the sampled loop of one coordinate, eq. (1), shape (2 + delay,).
+    """Return the poles of the sampled loop of one coordinate, eq. (1), shape (2 + delay,).
 
     Args:
         kp: Position gain, in [1/s²].
@@ -151,15 +154,15 @@ def poles(kp: float, kd: float, period: float, delay: int = 0) -> NDArray[np.com
 
 
 def margins(kp: float, kd: float, period: float, delay: int = 0) -> Margins:
-    """Stability margins of the sampled loop of one coordinate.
+    """Return the stability margins of the sampled loop of one coordinate.
 
     With a = Kp T²/2 and b = Kd T the open loop is
 
         L(z) = z^-d (a (z + 1) + b (z - 1)) / (z - 1)²,   z = exp(i w),
 
-    and crosses magnitude 1 once, where sin²(w/2) is the positive root s of
-    4 s² - (b² - a²) s - a² = 0. These are closed forms, as the numeric margins of python-control
-    fail where all roots are near 1, which is at short periods.
+    and its magnitude crosses 1 once, at the positive root s = sin²(w/2) of
+    4 s² - (b² - a²) s - a² = 0. The function uses closed forms, since the numeric margins of
+    python-control fail at short periods, when all roots are near 1.
 
     Args:
         kp: Position gain, in [1/s²], positive.
@@ -193,9 +196,10 @@ def margins(kp: float, kd: float, period: float, delay: int = 0) -> Margins:
 def largest_stable_period(kp: float, kd: float, delay: int = 0) -> float:
     """Return the period below which the sampled loop of one coordinate is stable, in [s].
 
-    By the Jury criterion on eq. (1): the smaller of 2/Kd and 2 Kd/Kp without delay, the smallest
-    positive root of Kd - 3/2 Kp T - T (Kd - Kp T/2)² with a delay of one tick. A coordinate without
-    position gain is judged by its velocity; one without gains is not held, and never unstable.
+    The Jury criterion on eq. (1) yields, without delay, the smaller of 2/Kd and 2 Kd/Kp. With a
+    delay of one tick it yields the smallest positive root of Kd - 3/2 Kp T - T (Kd - Kp T/2)².
+    Without a position gain, only the velocity loop is checked. A coordinate without gains is not
+    controlled, so that its loop is never unstable.
 
     Args:
         kp: Position gain, in [1/s²].
@@ -210,9 +214,10 @@ def largest_stable_period(kp: float, kd: float, delay: int = 0) -> float:
         return 0.0 if kp else math.inf
     if delay == 0:
         return min(2.0 / kd, 2.0 * kd / kp if kp else math.inf)
-    # In x = Kd T and k = Kp/Kd²: 1 - (1 + 3k/2) x + k x² - k²/4 x³, numbers near 1 for any gains.
+    # With x = Kd T and k = Kp/Kd² the polynomial is 1 - (1 + 3k/2) x + k x² - k²/4 x³, whose
+    # coefficients are well scaled for all gains.
     k = kp / kd / kd
-    if k > _STIFF:
+    if k > _MAX_STIFFNESS_RATIO:
         return 2.0 * kd / (3.0 * kp)
     roots = np.roots([-0.25 * k**2, k, -(1.0 + 1.5 * k), 1.0])
     real = roots.real[np.abs(roots.imag) < 1e-9 * (1.0 + np.abs(roots))]
@@ -232,8 +237,9 @@ def sampling_warning(
         kp: Position gains, a number or shape (n,), in [1/s²].
         kd: Velocity gains, a number or shape (n,), in [1/s].
         period: T, in [s].
-        delay: Ticks until a command takes effect, 0 or 1; 0 for a loop that predicts over it.
-        names: n names of the coordinates, for the text.
+        delay: Ticks until a command takes effect, 0 or 1; 0 for a loop that predicts over its
+            delay.
+        names: n names of the coordinates, for the message.
 
     Raises:
         InputError: A gain, the period or the delay is wrong.
@@ -243,7 +249,7 @@ def sampling_warning(
     try:
         rows = np.broadcast_arrays(*gains)
     except ValueError:
-        raise InputError(f"kp {kp!r} and kd {kd!r} must be equally long") from None
+        raise InputError(f"kp {kp!r} and kd {kd!r} must have equal lengths") from None
     pairs = [(float(p), float(d)) for p, d in zip(*rows, strict=True)]
     limits = {pair: largest_stable_period(*pair, delay) for pair in dict.fromkeys(pairs)}
     worst = min(range(len(pairs)), key=lambda k: limits[pairs[k]])
@@ -251,26 +257,28 @@ def sampling_warning(
     limit = limits[p, d]
     if period < limit:
         return None
-    who = "" if names is None or len(limits) == 1 else f" of {names[worst]!r}"
-    late = " and one tick of delay" if delay else ""
-    cure = (
-        f"use a period below {limit * 1e3:.3g} ms, or smaller gains" if limit else "give it damping"
+    coordinate = "" if names is None or len(limits) == 1 else f" of {names[worst]!r}"
+    latency = " and one tick of delay" if delay else ""
+    advice = (
+        f"use a period below {limit * 1e3:.3g} ms, or smaller gains"
+        if limit
+        else "use a positive kd"
     )
     return (
-        f"the loop{who} with kp {p:g}, kd {d:g}, a period of {period * 1e3:g} ms{late} is unstable:"
-        f" {cure}"
+        f"the loop{coordinate} with kp {p:g}, kd {d:g}, a period of {period * 1e3:g} ms{latency}"
+        f" is unstable: {advice}"
     )
 
 
 def _gain_margin(kp: float, kd: float, T: float, delay: int) -> float:
-    """Return the factor on both gains that puts poles on the unit circle: Jury on eq. (1)."""
+    """Return the factor on both gains that moves a pole to the unit circle (Jury criterion)."""
     if delay == 0:
         return 2.0 / (kd * T)
     return (kd - 1.5 * kp * T) / (T * (kd - 0.5 * kp * T) ** 2)
 
 
 def _modulus_margin(a: float, b: float, delay: int, crossing: float) -> float:
-    """The least |1 + L(exp(i w))|, on a grid about the crossing, ever finer if it is best."""
+    """Return the minimum of |1 + L(exp(i w))|, on a grid that is refined near the minimum."""
     w = np.sort(np.append(np.geomspace(0.05 * crossing, math.pi, 400), crossing))
     for _ in range(4):
         half = 0.5 * w
@@ -282,7 +290,7 @@ def _modulus_margin(a: float, b: float, delay: int, crossing: float) -> float:
 
 
 def _double_integrator(T: float) -> tuple[FloatArray, FloatArray]:
-    """A, B of e'' = u, sampled and held."""
+    """Return A and B of e'' = u, sampled with a zero-order hold."""
     return np.array([[1.0, T], [0.0, 1.0]]), np.array([[0.5 * T**2], [T]])
 
 
@@ -291,9 +299,11 @@ def _state_weights(q_weight: ArrayLike) -> FloatArray:
     if weights.shape == (1,):
         weights = np.array([weights[0], 0.0])
     if weights.shape != (2,) or not np.isfinite(weights).all() or (weights < 0).any():
-        raise InputError(f"q_weight must be one or two numbers from 0 on, not {q_weight!r}")
+        raise InputError(
+            f"q_weight must be one or two finite non-negative numbers, not {q_weight!r}"
+        )
     if weights[0] == 0.0:
-        raise InputError("q_weight must weight the position: its first number must be positive")
+        raise InputError("the first number of q_weight, the position weight, must be positive")
     return weights
 
 

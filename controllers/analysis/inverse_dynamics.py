@@ -1,4 +1,4 @@
-"""Inverse dynamics: muscle forces along a motion, and the strength that muscles need for it.
+"""Inverse dynamics: muscle forces along a motion, and the muscle strength that it requires.
 
 tau = M(q) qdd + C(q, qd) + G(q) + D qd + w_e,   -L(q)'f = tau,   f_min <= f <= f_max
 """
@@ -17,12 +17,12 @@ from controllers.arrays import BoolArray, FloatArray
 from controllers.dynamics import Dynamics, actuator_names, bias_torque, independent_part
 from controllers.force_distribution.linear import minimum_infinity_norm
 from controllers.force_distribution.methods import distribute
-from controllers.force_distribution.one_way import both_ways, one_way
+from controllers.force_distribution.motor_columns import merge_motors, split_motors
 from controllers.force_distribution.poses import DistributedForces
 
 from .wrench_set import torque_margins
 
-_AT_BOUND = 1e-6  # a force this close to a bound is at it, relative to 1 N or the bound
+_AT_LIMIT = 1e-6  # maximum distance of a force that is at its limit, relative to 1 N or the limit
 _MAX_MARGIN = 1e6
 
 
@@ -31,11 +31,11 @@ class Motion:
     """Points of a motion.
 
     Attributes:
-        times: T times that increase, in [s].
+        times: T increasing times, in [s].
         q: Positions, shape (T, n), in [rad] or [m].
         qd: Velocities, shape (T, n), in [rad/s] or [m/s].
         qdd: Accelerations, shape (T, n), in [rad/s²] or [m/s²].
-        w_e: Generalised external load, shape (T, n), in [N·m] or [N]; none when None.
+        w_e: Generalised external load, shape (T, n), in [N·m] or [N], or None.
 
     Raises:
         InputError: A size or a number is wrong.
@@ -65,7 +65,7 @@ class Motion:
             if values is not None and (values.shape != self.q.shape or values.shape[:1] != (T,)):
                 raise InputError(f"{name} of the motion has shape {values.shape}, not ({T}, n)")
         if T < 1 or self.q.ndim != 2 or not (np.diff(self.times) > 0).all():
-            raise InputError("a motion needs points at times that increase")
+            raise InputError("a motion requires points at increasing times")
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +74,12 @@ class MotionTerms:
 
     Attributes:
         motion: The motion.
-        tau: Torque that the muscles must make, shape (T, n), in [N·m] or [N].
+        tau: Torque that the muscles must produce, shape (T, n), in [N·m] or [N].
         L: Muscle Jacobians, shape (T, m, n), in [m/rad] or [m/m].
-        f_min, f_max: Bounds, shape (m,), in [N].
-        muscle_names: m names; of the coordinates that have motors behind those of the muscles.
+        f_min, f_max: Force limits, shape (m,), in [N].
+        muscle_names: m names. The coordinates with motors follow the muscles.
         coordinate_names: n names.
-        motors: How many of the m are motors, whose torques may be negative.
+        motors: Number of motors among the m actuators. Their torques may be negative.
     """
 
     motion: Motion
@@ -92,7 +92,7 @@ class MotionTerms:
     motors: int = 0
 
     def distribute(self, method: str = "least_squares", **options: Any) -> MotionForces:
-        """Return forces along the motion.
+        """Compute forces along the motion.
 
         Args:
             method: Name of a distribution, see `controllers.force_distribution`.
@@ -100,14 +100,14 @@ class MotionTerms:
 
         Raises:
             InputError: The method does not fit the robot, or an option is wrong.
-            UnknownNameError: There is no such method or option.
+            UnknownNameError: The method or an option does not exist.
         """
-        L, f_min, f_max = one_way(self.L, self.f_min, self.f_max, self.motors)
+        L, f_min, f_max = split_motors(self.L, self.f_min, self.f_max, self.motors)
         found = distribute(L, self.tau, f_min, f_max, method, **options)
-        return MotionForces(self, replace(found, forces=both_ways(found.forces, self.motors)))
+        return MotionForces(self, replace(found, forces=merge_motors(found.forces, self.motors)))
 
     def with_bounds(self, f_min: ArrayLike | None, f_max: ArrayLike | None) -> MotionTerms:
-        """Return the same with other bounds; None keeps a bound.
+        """Return a copy with other force limits; None keeps a limit.
 
         Args:
             f_min: A number or shape (m,), in [N].
@@ -120,7 +120,7 @@ class MotionTerms:
 
 @dataclass(frozen=True, eq=False)
 class MotionForces:
-    """Muscle forces along a motion. Points without forces, NaN, count for nothing below.
+    """Muscle forces along a motion. The statistics ignore unsolved points, whose forces are NaN.
 
     Attributes:
         terms: Torques and muscle Jacobians.
@@ -132,17 +132,17 @@ class MotionForces:
 
     @property
     def forces(self) -> FloatArray:
-        """f, shape (T, m), in [N]; NaN if there are none."""
+        """f, shape (T, m), in [N]; NaN at unsolved points."""
         return self.distribution.forces
 
     @property
     def solved(self) -> BoolArray:
-        """Where there are forces, shape (T,)."""
+        """Whether each point is solved, shape (T,)."""
         return self.distribution.solved
 
     @property
     def margins(self) -> FloatArray:
-        """Distance of every force from the nearer bound, shape (T, m), in [N]."""
+        """Distance of every force from the nearer limit, shape (T, m), in [N]."""
         return np.minimum(self.forces - self.terms.f_min, self.terms.f_max - self.forces)
 
     @property
@@ -153,38 +153,38 @@ class MotionForces:
 
     @property
     def power(self) -> FloatArray:
-        """-f l', shape (T, m), in [W]: positive where a muscle shortens and so drives."""
+        """Muscle power -f l', shape (T, m), in [W]; positive when a muscle shortens."""
         return -self.forces * self.length_rates
 
     @cached_property
     def torque_margins(self) -> tuple[FloatArray, FloatArray]:
-        """How much more torque each coordinate can have, down and up; both (T, n), in [N·m] or [N].
+        """Torque reserves of each coordinate, down and up, shape (T, n) each, in [N·m] or [N].
 
         Raises:
             InputError: The robot has too many muscles; see `controllers.analysis.wrench_set`.
         """
         terms = self.terms
-        L, f_min, f_max = one_way(terms.L, terms.f_min, terms.f_max, terms.motors)
+        L, f_min, f_max = split_motors(terms.L, terms.f_min, terms.f_max, terms.motors)
         return torque_margins(L, terms.tau, f_min, f_max)
 
     def peaks(self) -> FloatArray:
-        """Largest |f| of every muscle, shape (m,), in [N]; NaN if no point is solved."""
+        """Return the largest |f| of every muscle, shape (m,), in [N]; NaN if no point is solved."""
         return self._over_time(lambda f, axis: np.abs(f).max(axis=axis))
 
     def rms(self) -> FloatArray:
-        """Root mean square of every force over the points, shape (m,), in [N]."""
+        """Return the root mean square of every force over the points, shape (m,), in [N]."""
         return np.sqrt(self._over_time(lambda f, axis: np.mean(f**2, axis=axis)))
 
     def peak_times(self) -> FloatArray:
-        """When every force is largest, shape (m,), in [s]."""
+        """Return the time of the largest force of every muscle, shape (m,), in [s]."""
         if not self.solved.any():
             return np.full(self.forces.shape[1], np.nan)
         return np.asarray(self.terms.motion.times[np.nanargmax(np.abs(self.forces), axis=0)])
 
     def shares_at_bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Part of the solved points with a force at f_min, and at f_max; both of shape (m,)."""
+        """Return the fractions of solved points with forces at f_min and f_max, shape (m,) each."""
         low, high = self.terms.f_min, self.terms.f_max
-        near = _AT_BOUND * np.maximum(1.0, np.where(np.isfinite(high), high, low))
+        near = _AT_LIMIT * np.maximum(1.0, np.where(np.isfinite(high), high, low))
         f = self.forces[self.solved]
         count = max(len(f), 1)
         at_min, at_max = f - low <= near, high - f <= near
@@ -197,28 +197,30 @@ class MotionForces:
 
 
 def motion_terms(dynamics: Dynamics, motion: Motion) -> MotionTerms:
-    """The torques and muscle Jacobians along a motion, with the friction of cables as they go.
+    """Compute torques and muscle Jacobians along a motion, including cable friction.
 
     Args:
         dynamics: The robot.
         motion: The motion.
 
     Raises:
-        InputError: The motion has another number of coordinates.
+        InputError: The motion and the robot differ in the number of coordinates.
     """
     names = dynamics.coordinate_names
     if motion.q.shape[1] != len(names):
         raise InputError(
-            f"the motion has {motion.q.shape[1]} coordinates, the robot {len(names)}: "
+            f"the motion has {motion.q.shape[1]} coordinates, the robot has {len(names)}: "
             f"{', '.join(names)}"
         )
     tau, L = [], []
-    slip = getattr(dynamics, "cable_slip", None)  # of robots whose cables rub
+    slip = getattr(
+        dynamics, "cable_slip", None
+    )  # only robots with cable friction have this attribute
     if slip is not None:
         slip.reset()
     for q, qd, qdd in zip(motion.q, motion.qd, motion.qdd, strict=True):
-        own = independent_part(dynamics, qdd)
-        tau.append(dynamics.mass_matrix(q) @ own + bias_torque(dynamics, q, qd))
+        independent_qdd = independent_part(dynamics, qdd)
+        tau.append(dynamics.mass_matrix(q) @ independent_qdd + bias_torque(dynamics, q, qd))
         if slip is not None:
             slip.follow(q)
         L.append(dynamics.actuator_jacobian(q))
@@ -239,62 +241,62 @@ def motion_terms(dynamics: Dynamics, motion: Motion) -> MotionTerms:
 
 @dataclass(frozen=True, eq=False)
 class MuscleSizes:
-    """Strength that the muscles need for a motion.
+    """Muscle strength that a motion requires.
 
     Attributes:
-        forces: Forces within the bounds.
-        unlimited: Forces without upper bounds.
-        needed: f_max that each muscle needs, shape (m,), in [N], and the effort of each motor, in
-            [N·m]: its peak without bounds and the margin. With these every point has these forces.
-        least_peaks: Smallest possible force of the strongest muscle, shape (T,), in [N]; NaN if
-            not even unlimited muscles will do. No distribution gets along with less.
-        margin: Added to the peak, as a part of it.
+        forces: Forces within the force limits.
+        unlimited: Forces without upper limits.
+        needed: Required f_max of each muscle, shape (m,), in [N], and required effort of each
+            motor, in [N·m]: the peak of `unlimited`, increased by the margin.
+        min_peaks: Smallest possible force of the most loaded muscle, shape (T,), in [N]; NaN if
+            unlimited muscles cannot produce the torque. No distribution has a lower peak.
+        margin: Relative increase of the peak.
     """
 
     forces: MotionForces
     unlimited: MotionForces
     needed: FloatArray
-    least_peaks: FloatArray
+    min_peaks: FloatArray
     margin: float
 
     @property
     def impossible(self) -> FloatArray:
-        """Times at which no strength is enough, in [s]: the muscles pull the wrong way."""
+        """Times at which muscles of any strength cannot produce the torque, in [s]."""
         return np.asarray(self.unlimited.terms.motion.times[~self.unlimited.solved])
 
     @property
     def critical(self) -> int | None:
-        """Index of the point that asks most of the strongest muscle; None if none is solved."""
-        return None if np.isnan(self.least_peaks).all() else int(np.nanargmax(self.least_peaks))
+        """Index of the point with the largest of `min_peaks`, or None if no point is solved."""
+        return None if np.isnan(self.min_peaks).all() else int(np.nanargmax(self.min_peaks))
 
 
 def size_muscles(
     terms: MotionTerms, *, margin: float = 0.2, method: str = "least_squares", **options: Any
 ) -> MuscleSizes:
-    """Strength that the muscles need: their forces without upper bounds.
+    """Compute the muscle strength that a motion requires, from forces without upper limits.
 
     Args:
         terms: Torques and muscle Jacobians along the motion.
-        margin: Added to a peak, as a part of it, from 0 to 1e6.
-        method: Name of the distribution; one that allows unlimited muscles.
+        margin: Relative increase of the peak, from 0 to 1e6.
+        method: Name of a distribution that allows unlimited muscles.
         options: Further keyword arguments of the method.
 
     Raises:
-        InputError: The margin is wrong, or the method needs upper bounds.
+        InputError: The margin is out of range, or the method requires upper limits.
     """
     if not 0.0 <= margin <= _MAX_MARGIN:
-        raise InputError(f"margin must be within 0 and {_MAX_MARGIN:g}: {margin}")
+        raise InputError(f"margin must be between 0 and {_MAX_MARGIN:g}: {margin}")
     muscles = len(terms.f_min) - terms.motors
-    open_ways = np.full(terms.motors, -np.inf)
-    lifted = terms.with_bounds(np.concatenate([terms.f_min[:muscles], open_ways]), np.inf)
+    no_limits = np.full(terms.motors, -np.inf)
+    lifted = terms.with_bounds(np.concatenate([terms.f_min[:muscles], no_limits]), np.inf)
     unlimited = lifted.distribute(method, **options)
-    L, f_min, f_max = one_way(lifted.L, lifted.f_min, lifted.f_max, terms.motors)
-    counts = (np.arange(len(f_min)) < muscles).astype(float)
-    least = minimum_infinity_norm(L, lifted.tau, f_min, f_max, counts=counts)
+    L, f_min, f_max = split_motors(lifted.L, lifted.f_min, lifted.f_max, terms.motors)
+    is_muscle = (np.arange(len(f_min)) < muscles).astype(float)
+    minimal = minimum_infinity_norm(L, lifted.tau, f_min, f_max, counts=is_muscle)
     return MuscleSizes(
         terms.distribute(method, **options),
         unlimited,
         np.maximum((1.0 + margin) * unlimited.peaks(), terms.f_min),
-        least.forces[:, :muscles].max(axis=1, initial=0.0),
+        minimal.forces[:, :muscles].max(axis=1, initial=0.0),
         margin,
     )

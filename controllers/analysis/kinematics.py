@@ -1,4 +1,4 @@
-"""Kinematics by least squares: q from muscle lengths, and q from a task position."""
+"""Forward kinematics from muscle lengths and inverse kinematics from a task position."""
 
 from __future__ import annotations
 
@@ -9,17 +9,15 @@ from numpy.typing import ArrayLike
 
 from addin_sdfusion.robot import InputError
 from controllers.arrays import FloatArray
-from controllers.dynamics import PathDynamics, TaskDynamics, closed
+from controllers.dynamics import PathDynamics, TaskDynamics, close_loops
 from controllers.validation import finite_vector, is_finite
 
-_EXACT = 1e-15  # relative changes at which an iteration has nothing to gain any more
-_MAX_STEP = 0.3  # of one iteration, in [rad] or [m]
-_NEAR_LIMIT = 1e-6  # a coordinate this close to a limit is at it, in [rad] or [m]
-_DAMPING = 1e-5  # of the posture next to the task, once the task is met
-_MET = 1e-13  # a task error that is nothing but rounding, in [m] or [rad]
-_SETTLED = (
-    1e-6  # a distance that is not worth a further step, in [rad] or [m], or relative to a step
-)
+_RELATIVE_TOLERANCE = 1e-15  # relative change at which least squares stops
+_MAX_STEP = 0.3  # step length of one iteration, in [rad] or [m]
+_NEAR_LIMIT = 1e-6  # distance from a limit at which a coordinate is at it, in [rad] or [m]
+_POSTURE_WEIGHT = 1e-5  # weight of the posture relative to the task, after the task is reached
+_ROUNDING = 1e-13  # task error caused by rounding, in [m] or [rad]
+_MIN_STEP = 1e-6  # step length at which the search stops, in [rad] or [m]
 _ITERATIONS = 200
 
 
@@ -29,8 +27,8 @@ class ForwardKinematics:
 
     Attributes:
         q: Joint positions, shape (n,), in [rad] or [m].
-        residual: l(q) - l, shape (m,), in [m]: near 0 if the lengths belong together.
-        determined: Whether the lengths determine all of q: L(q) has full column rank there.
+        residual: l(q) - l, shape (m,), in [m]; near 0 if the lengths are consistent.
+        determined: Whether L(q) has full column rank, so that the lengths determine all of q.
     """
 
     q: FloatArray
@@ -48,9 +46,9 @@ class InverseKinematics:
     """A configuration found for a task position.
 
     Attributes:
-        q: Joint positions, shape (n,), in [rad] or [m]; within the limits.
+        q: Joint positions within the joint limits, shape (n,), in [rad] or [m].
         error: y_d - y(q), shape (k,), in [m] or [rad].
-        at_limits: Names of the coordinates at a limit.
+        at_limits: Names of the coordinates at a joint limit.
     """
 
     q: FloatArray
@@ -66,21 +64,22 @@ def forward_kinematics(
     starts: int = 1,
     seed: int = 0,
 ) -> ForwardKinematics:
-    """Configuration from muscle lengths: min |l(q) - l|² within the limits, with L as Jacobian.
+    """Compute a configuration from muscle lengths: min |l(q) - l|² within the joint limits.
 
-    CASPR's `FKLeastSquares`. Lengths may belong to several q: it is the one that the start leads
-    to; of several starts, the one of least residual.
+    The method corresponds to `FKLeastSquares` of CASPR. If several configurations have the given
+    lengths, the start selects one of them. With several starts, the function returns the
+    configuration with the smallest residual.
 
     Args:
         robot: The robot.
         lengths: l, shape (m,), in [m].
-        q_start: Where to begin, shape (n,), in [rad] or [m], such as the last q of a motion.
-        starts: How many beginnings: the given one, and random ones within the limits, or
-            within pi, in [rad] or [m], of the given one if there is no limit.
-        seed: Of the random ones.
+        q_start: Start, shape (n,), in [rad] or [m], such as the previous q of a motion.
+        starts: Number of starts: `q_start` and random ones. Random starts are within the limits,
+            or within pi of `q_start`, in [rad] or [m], for a coordinate without limits.
+        seed: Seed of the random starts.
 
     Raises:
-        InputError: A size or a number is wrong.
+        InputError: A size is wrong or a number is not finite.
     """
     n, m = len(robot.coordinate_names), len(robot.muscle_names)
     desired, first = finite_vector("lengths", lengths, m), finite_vector("q_start", q_start, n)
@@ -88,7 +87,7 @@ def forward_kinematics(
     def error(q: FloatArray) -> FloatArray:
         return robot.muscle_lengths(q) - desired
 
-    from scipy.optimize import least_squares  # takes half a second
+    from scipy.optimize import least_squares  # late, since the import takes 0.5 s
 
     best: ForwardKinematics | None = None
     for start in _starts(first, robot.q_min, robot.q_max, starts, seed):
@@ -96,10 +95,10 @@ def forward_kinematics(
             error,
             start,
             robot.muscle_jacobian,
-            bounds=_open(robot.q_min, robot.q_max),
-            ftol=_EXACT,
-            xtol=_EXACT,
-            gtol=_EXACT,
+            bounds=_widen_limits(robot.q_min, robot.q_max),
+            ftol=_RELATIVE_TOLERANCE,
+            xtol=_RELATIVE_TOLERANCE,
+            gtol=_RELATIVE_TOLERANCE,
             x_scale="jac",
             max_nfev=_ITERATIONS,
         )
@@ -112,7 +111,7 @@ def forward_kinematics(
     return best
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what is out of reach is rejected
+@np.errstate(over="ignore", invalid="ignore")  # a position out of reach is rejected
 def inverse_kinematics(
     robot: TaskDynamics,
     y: ArrayLike,
@@ -123,26 +122,27 @@ def inverse_kinematics(
     starts: int = 8,
     seed: int = 0,
 ) -> InverseKinematics:
-    """Configuration for a task position, within the joint limits and otherwise near a posture.
+    """Compute the configuration nearest to a posture that reaches a task position.
 
-    Damped least squares: every step minimises |J dq - e|² + mu² |dq|² within the limits and a
-    longest step, with mu falling with the error e. Once the task is met, |dq - (q_p - q)|² leads
-    along the configurations that meet it to the one nearest to the posture q_p. Nakamura,
-    Hanafusa, "Inverse kinematic solutions with singularity robustness for robot manipulator
-    control", J. Dynamic Systems, Measurement, and Control 108 (1986).
+    The method is damped least squares. Every step minimises |J dq - e|² + mu² |dq|² within the
+    joint limits and a maximum step length; mu decreases with the error e. After the task is
+    reached, the term |dq - (q_p - q)|² moves the configuration along the solutions of the task
+    towards the posture q_p. Nakamura, Hanafusa, "Inverse kinematic solutions with singularity
+    robustness for robot manipulator control", J. Dynamic Systems, Measurement, and Control 108
+    (1986).
 
     Args:
         robot: The robot, with an operational space.
         y: Task position, shape (k,), in [m] or [rad].
-        q_start: Where to begin, shape (n,), in [rad] or [m].
-        posture: q_p, shape (n,); the start when None.
+        q_start: Start, shape (n,), in [rad] or [m].
+        posture: q_p, shape (n,) (default: `q_start`).
         tolerance: Largest error of a task coordinate, in [m] or [rad].
-        starts: Number of start poses to try: the given one, then random ones.
-        seed: Of the random ones.
+        starts: Number of starts: `q_start`, then random ones.
+        seed: Seed of the random starts.
 
     Raises:
-        InputError: A size or a number is wrong, or the position is out of reach; the message says
-            by how much, and which limits are in the way.
+        InputError: A size is wrong, a number is not finite, or the position is out of reach. The
+            message then states the remaining error and the active joint limits.
     """
     n = len(robot.coordinate_names)
     desired, first = (
@@ -166,46 +166,46 @@ def inverse_kinematics(
 def _descend(
     robot: TaskDynamics, y: FloatArray, start: FloatArray, posture: FloatArray, tolerance: float
 ) -> InverseKinematics:
-    """Where damped least squares lead from one start: to the task, then along it to the posture."""
+    """Reach the task from one start by damped least squares, then approach the posture."""
     q = np.clip(start, robot.q_min, robot.q_max)
-    q = _reach(robot, y, _closed(robot, q, q))
+    q = _reach_task(robot, y, _close_loops(robot, q, q))
     longest = _MAX_STEP
     for _ in range(_ITERATIONS):
         error = _task_error(robot, y, q)
-        if np.abs(error).max(initial=0.0) > tolerance or longest < _SETTLED:
+        if np.abs(error).max(initial=0.0) > tolerance or longest < _MIN_STEP:
             break
-        dq = _step(robot, q, error, posture - q, _DAMPING, longest)
-        if np.abs(dq).max(initial=0.0) < _SETTLED:
+        dq = _step(robot, q, error, posture - q, _POSTURE_WEIGHT, longest)
+        if np.abs(dq).max(initial=0.0) < _MIN_STEP:
             break
-        ahead = _reach(robot, y, _closed(robot, q + dq, q))
-        met = np.abs(_task_error(robot, y, ahead)).max(initial=0.0) <= tolerance
+        ahead = _reach_task(robot, y, _close_loops(robot, q + dq, q))
+        reached = np.abs(_task_error(robot, y, ahead)).max(initial=0.0) <= tolerance
         gain = np.linalg.norm(q - posture) - np.linalg.norm(ahead - posture)
-        if met and gain > 0:
+        if reached and gain > 0:
             q, longest = ahead, min(2.0 * longest, _MAX_STEP)
-        if not met or gain <= _SETTLED * longest:
-            longest *= 0.25  # too far for a linear model, or nearly there
+        if not reached or gain <= _MIN_STEP * longest:
+            longest *= 0.25  # the step exceeds the linear range, or the search has almost converged
     limits = np.minimum(q - robot.q_min, robot.q_max - q) <= _NEAR_LIMIT
     names = [name for name, at in zip(robot.coordinate_names, limits, strict=True) if at]
     return InverseKinematics(q, _task_error(robot, y, q), tuple(names))
 
 
-def _closed(robot: TaskDynamics, q: FloatArray, otherwise: FloatArray) -> FloatArray:
-    """Return the pose with closed loops; another one if they cannot be closed."""
+def _close_loops(robot: TaskDynamics, q: FloatArray, fallback: FloatArray) -> FloatArray:
+    """Return q with closed kinematic loops, or the fallback if they cannot be closed."""
     try:
-        return closed(robot, q)
+        return close_loops(robot, q)
     except InputError:
-        return otherwise
+        return fallback
 
 
-def _reach(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray:
-    """Return the configuration of least task error that q leads to, shape (n,)."""
+def _reach_task(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray:
+    """Minimise the task error, starting from q, and return the configuration, shape (n,)."""
     error, longest = _task_error(robot, y, q), _MAX_STEP
     for _ in range(_ITERATIONS):
         size = float(np.linalg.norm(error))
-        if size < _MET or longest < _SETTLED**2:
+        if size < _ROUNDING or longest < _MIN_STEP**2:
             break
         step = _step(robot, q, error, np.zeros_like(q), 0.1 * min(size, 1.0), longest)
-        ahead = _closed(robot, q + step, q)
+        ahead = _close_loops(robot, q + step, q)
         new = _task_error(robot, y, ahead)
         if np.linalg.norm(new) < size:
             q, error, longest = ahead, new, min(2.0 * longest, _MAX_STEP)
@@ -226,7 +226,7 @@ def _step(
     J = robot.task_jacobian(q)
     low = np.maximum(robot.q_min - q, -longest)
     high = np.minimum(robot.q_max - q, longest)
-    locked = high - low <= 1e-14  # a coordinate that its limits leave no room
+    locked = high - low <= 1e-14  # coordinates that cannot move within their limits
     dq: FloatArray = np.zeros_like(q)
     if locked.all():
         return dq
@@ -234,7 +234,9 @@ def _step(
     goal = np.concatenate([error, mu * to_posture])
     free = np.linalg.lstsq(rows, goal)[0]
     if (free < low[~locked]).any() or (free > high[~locked]).any():
-        from scipy.optimize import lsq_linear  # takes half a second, and steps are mostly free
+        from scipy.optimize import (
+            lsq_linear,
+        )  # late, since the import takes 0.5 s and is rarely needed
 
         bounds = low[~locked], high[~locked]
         free = lsq_linear(rows, goal, bounds=bounds, method="bvls", tol=1e-15).x
@@ -243,28 +245,29 @@ def _step(
 
 
 def _task_error(robot: TaskDynamics, y: FloatArray, q: FloatArray) -> FloatArray:
-    """Task error y - y(q), angles the short way round, shape (k,)."""
+    """Return the task error y - y(q), with angles wrapped to [-pi, pi), shape (k,)."""
     error = y - robot.task_position(q)
     turns = np.remainder(error + np.pi, 2.0 * np.pi) - np.pi
     return np.asarray(np.where(robot.task_angles, turns, error))
 
 
 def _out_of_reach(robot: TaskDynamics, y: FloatArray, best: InverseKinematics) -> str:
-    """Return the message about a position that no configuration reaches."""
+    """Return the error message for a position that no configuration reaches."""
     goal = ", ".join(f"{n} {v:.6g}" for n, v in zip(robot.task_names, y, strict=True))
     parts = []
-    for angles, what, unit in ((False, "distance", "m"), (True, "angle", "rad")):
-        rest = best.error[robot.task_angles == angles]
-        if len(rest):
-            parts.append(f"{what} {np.linalg.norm(rest):.4g} {unit}")
+    for angles, quantity, unit in ((False, "distance", "m"), (True, "angle", "rad")):
+        error = best.error[robot.task_angles == angles]
+        if len(error):
+            parts.append(f"{quantity} {np.linalg.norm(error):.4g} {unit}")
     limits = f"at the limits of {', '.join(best.at_limits)}" if best.at_limits else "at no limit"
-    return f"no configuration reaches {goal}: the nearest found leaves {', '.join(parts)}, {limits}"
+    remaining = f"the remaining error is {', '.join(parts)}, {limits}"
+    return f"no configuration reaches {goal}: {remaining}"
 
 
 def _starts(
     first: FloatArray, q_min: FloatArray, q_max: FloatArray, count: int, seed: int
 ) -> list[FloatArray]:
-    """Return the given start and random ones, within the limits."""
+    """Return the given start and random starts, within the joint limits."""
     if count < 1:
         raise InputError(f"starts must be at least 1: {count}")
     first = np.clip(first, q_min, q_max)
@@ -274,7 +277,7 @@ def _starts(
     return [first, *(rng.uniform(low, high) for _ in range(count - 1))]
 
 
-def _open(q_min: FloatArray, q_max: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Limits that scipy accepts: not equal, and the start may lie on them."""
+def _widen_limits(q_min: FloatArray, q_max: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return slightly wider limits, since scipy requires a start strictly between them."""
     slack = 1e-12 * np.maximum(1.0, np.abs(np.where(np.isfinite(q_min), q_min, 0.0)))
     return q_min - slack, np.maximum(q_max, q_min) + slack

@@ -1,12 +1,13 @@
-"""Linear models of a robot and of its sampled control loop, about a point.
+"""Linear models of a robot and of its sampled control loop at an operating point.
 
-The robot at held forces f, x = (q, qd):           x' = A x + B f
-The loop with period T, forces held in between,    x[k+1] = A_T x[k] + B_T f[k - delay]
-    A_T, B_T the exact sampling of A, B,           f[k] = K x[k]
+Robot at constant forces f, with x = (q, qd):      x' = A x + B f
+Loop with period T and zero-order hold:            x[k+1] = A_T x[k] + B_T f[k - delay]
+    A_T, B_T are A, B, sampled exactly,            f[k] = K x[k]
 
-The state of a loop with delay also holds the forces on their way. Held forces count: they are in A
-as springs, and often as negative ones. Everything is by central differences, at the bounds of
-forces as well as between them: there the loop is linear on one side only.
+With delay, the state of the loop also contains the forces that have not taken effect yet. The
+constant forces contribute a stiffness to A, which is often negative. All derivatives are central
+differences. At a force limit the loop is only linear on one side, so that the result is an average
+of both sides.
 """
 
 from __future__ import annotations
@@ -24,17 +25,17 @@ from controllers.dynamics import Dynamics, acceleration, actuator_names
 from controllers.validation import finite_vector, require_delay, require_period
 
 Controller = Callable[[FloatArray, FloatArray], FloatArray]
-"""Forces, shape (m,), of q and qd, at a fixed reference."""
+"""Function of q and qd that returns the forces, shape (m,), at a constant reference."""
 Step = Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-"""q and qd one period on, of q, qd and the forces held."""
+"""Function of q, qd and constant forces that returns q and qd one period later."""
 
 DIFFERENCE = 1e-6
-"""Default of half the difference of central differences, relative to 1 + |value|."""
+"""Default step of the central differences, relative to 1 + |value|."""
 
 
 @dataclass(frozen=True, eq=False)
 class LinearRobot:
-    """A robot about a point: x' = A x + B f, x = (q, qd), all as differences from the point.
+    """Linear robot model x' = A x + B f, x = (q, qd); x and f are deviations from the point.
 
     Attributes:
         A: Shape (2n, 2n).
@@ -46,15 +47,15 @@ class LinearRobot:
 
     @property
     def stiffness(self) -> FloatArray:
-        """-d qdd/dq, shape (n, n), in [1/s²]: M⁻¹ times what muscles and gravity hold with.
+        """-d qdd/dq, shape (n, n), in [1/s²]: M⁻¹ times the stiffness by muscles and gravity.
 
-        A negative eigenvalue -s² is a direction in which the robot falls, as exp(s t).
+        A negative eigenvalue -s² is an unstable direction, along which deviations grow as exp(s t).
         """
         n = len(self.A) // 2
         return -self.A[n:, :n]
 
     def sampled(self, period: float) -> tuple[FloatArray, FloatArray]:
-        """A_T, B_T of x[k+1] = A_T x[k] + B_T f[k], forces held for a period.
+        """Return A_T, B_T of x[k+1] = A_T x[k] + B_T f[k], with forces constant over a period.
 
         Args:
             period: T, in [s].
@@ -72,11 +73,11 @@ class LinearRobot:
 
 @dataclass(frozen=True, eq=False)
 class LinearLoop:
-    """A sampled loop about a point: x[k+1] = A x[k].
+    """Sampled loop at an operating point: x[k+1] = A x[k].
 
     Attributes:
-        A: Shape (2n, 2n), or (2n + m, 2n + m) with delay: the state then ends with the forces that
-            are on their way.
+        A: Shape (2n, 2n), or (2n + m, 2n + m) with delay. The state then ends with the forces that
+            have not taken effect yet.
     """
 
     A: FloatArray
@@ -89,12 +90,12 @@ class LinearLoop:
 
     @property
     def spectral_radius(self) -> float:
-        """Largest magnitude of a pole: errors grow or shrink by this factor a tick."""
+        """Largest magnitude of a pole: the growth factor of errors per tick."""
         return float(np.abs(self.poles[0]))
 
     @property
     def stable(self) -> bool:
-        """Whether small errors die out."""
+        """Whether small errors decay."""
         return self.spectral_radius < 1.0
 
 
@@ -106,17 +107,17 @@ def linearise_robot(
     *,
     difference: float = DIFFERENCE,
 ) -> LinearRobot:
-    """Return the robot about a state, at held forces.
+    """Linearise a robot at a state and constant forces.
 
     Args:
         dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         forces: f, shape (m,), in [N].
-        difference: Of the central differences, relative to 1 + |value|.
+        difference: Step of the central differences, relative to 1 + |value|.
 
     Raises:
-        InputError: A size is wrong, or a number not finite.
+        InputError: A size is wrong, or a number is not finite.
     """
     x, n = _state(q, qd, len(dynamics.coordinate_names))
     m = len(actuator_names(dynamics))
@@ -136,13 +137,13 @@ def linearise_robot(
 def linearise_controller(
     controller: Controller, q: ArrayLike, qd: ArrayLike, *, difference: float = DIFFERENCE
 ) -> FloatArray:
-    """K = df/d(q, qd), shape (m, 2n), in [N/rad] and [N·s/rad], or of [m].
+    """Compute K = df/d(q, qd), shape (m, 2n), in [N/rad] and [N·s/rad], or [N/m] and [N·s/m].
 
     Args:
-        controller: Forces of q and qd, at a fixed reference.
+        controller: Function of q and qd that returns forces, at a constant reference.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-        difference: Of the central differences, relative to 1 + |value|.
+        difference: Step of the central differences, relative to 1 + |value|.
 
     Raises:
         InputError: A number is not finite, or the sizes differ.
@@ -158,10 +159,10 @@ def close_loop(
     """Return the sampled loop of a linear robot and a linear controller.
 
     Args:
-        robot: About the same point.
+        robot: The robot, linearised at the same point.
         controller: K, shape (m, 2n); see `linearise_controller`.
         period: T, in [s].
-        delay: Ticks from reading a state until its forces take effect: 0 or 1.
+        delay: Ticks from the measurement of a state until its forces take effect: 0 or 1.
 
     Raises:
         InputError: The period, the delay or a size is wrong.
@@ -184,15 +185,16 @@ def linearise_loop(
     delay: int = 0,
     difference: float = DIFFERENCE,
 ) -> LinearLoop:
-    """Return the sampled loop as it is, numerically: one tick of any plant with any controller.
+    """Linearise one tick of a plant and a controller numerically.
 
     Args:
-        step: The plant over one period; all that it remembers must be q and qd.
-        controller: Forces of q and qd, at a fixed reference; without memory.
+        step: The plant over one period. Its state must consist of q and qd.
+        controller: Function of q and qd that returns forces, at a constant reference, without an
+            internal state.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-        delay: Ticks from reading a state until its forces take effect: 0 or 1.
-        difference: Of the central differences, relative to 1 + |value|.
+        delay: Ticks from the measurement of a state until its forces take effect: 0 or 1.
+        difference: Step of the central differences, relative to 1 + |value|.
 
     Raises:
         InputError: A number is not finite, the sizes differ, or the delay is wrong.
@@ -203,9 +205,9 @@ def linearise_loop(
     forces = controller(x[:n], x[n:])
 
     def tick(state: FloatArray) -> FloatArray:
-        q, qd, coming = state[:n], state[n : 2 * n], state[2 * n :]
+        q, qd, pending = state[:n], state[n : 2 * n], state[2 * n :]
         new = controller(q, qd)
-        after = np.concatenate(step(q, qd, coming if delay else new))
+        after = np.concatenate(step(q, qd, pending if delay else new))
         return np.concatenate([after, new]) if delay else after
 
     return LinearLoop(jacobian(tick, np.concatenate([x, forces]) if delay else x, difference))
@@ -214,12 +216,12 @@ def linearise_loop(
 def jacobian(
     function: Callable[[FloatArray], FloatArray], x: FloatArray, difference: float = DIFFERENCE
 ) -> FloatArray:
-    """Return the derivative by central differences, shape (size of the value, size of x).
+    """Compute a Jacobian by central differences, shape (size of the value, size of x).
 
     Args:
-        function: Of a vector, to a vector.
+        function: Function from a vector to a vector.
         x: The point.
-        difference: Half the difference, relative to 1 + |x|.
+        difference: Step to each side, relative to 1 + |x|.
 
     Raises:
         SimulationError: A value is not finite.
@@ -232,10 +234,10 @@ def jacobian(
         columns.append((function(ahead) - function(behind)) / (ahead[k] - behind[k]))
     J = np.array(columns).T
     if not np.isfinite(J).all():
-        raise SimulationError("cannot linearise: a value near the point is not finite")
+        raise SimulationError("cannot linearise: a value near the operating point is not finite")
     return J
 
 
 def _state(q: ArrayLike, qd: ArrayLike, n: int) -> tuple[FloatArray, int]:
-    """(q, qd), checked, and n."""
+    """Check sizes and values, and return the vector (q, qd) and n."""
     return np.concatenate([finite_vector("q", q, n), finite_vector("qd", qd, n)]), n

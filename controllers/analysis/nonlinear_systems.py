@@ -1,4 +1,4 @@
-"""A robot, its controller and their loop as python-control systems, for analysis and design.
+"""Robot, controller and control loop as python-control systems, for analysis and design.
 
     systems = to_nlsys(controller, dynamics, period=0.005)
     x = np.concatenate([q, qd])
@@ -7,8 +7,8 @@
     abs(linear.poles()).max()
     response = control.input_output_response(systems.loop, times, references, x)
 
-Slow, as every tick goes through python-control: for analysis, not for runs. It is imported here
-when it is needed: it takes a second.
+These systems are for analysis only. Runs do not use them, since python-control evaluates every tick
+slowly. `to_nlsys` imports python-control late, since the import takes about 1 s.
 """
 
 from __future__ import annotations
@@ -25,12 +25,13 @@ from controllers.validation import require_delay, require_period
 
 
 class Systems(NamedTuple):
-    """python-control systems of one period; all signals are vectors, such as `q[0]`, `q[1]`.
+    """python-control systems with a common period. Vector signals are named `q[0]`, `q[1]`, ...
 
     Attributes:
         plant: Inputs f; outputs and states q, qd.
-        controller: Inputs q, qd, q_d, qd_d, qdd_d; outputs f; with delay, states f.
-        loop: Inputs q_d, qd_d, qdd_d; outputs q, qd, f; states q, qd, and f with delay.
+        controller: Inputs q, qd, q_d, qd_d, qdd_d; outputs f. With delay, the states are f.
+        loop: Inputs q_d, qd_d, qdd_d; outputs q, qd, f; states q, qd. With delay, f is also a
+            state.
     """
 
     plant: Any
@@ -46,18 +47,18 @@ def to_nlsys(
     delay: int = 0,
     substeps: int = 10,
 ) -> Systems:
-    """python-control systems of a robot, its controller and their loop.
+    """Create python-control systems of a robot, its controller and their loop.
 
     Args:
-        controller: A controller of joint positions.
-        dynamics: The robot as it is; as the controller knows it when None.
-        period: T of the controller, which holds its forces in between, in [s].
-        delay: Ticks from reading a state until its forces take effect: 0 or 1.
-        substeps: Steps of the plant's integration in a period.
+        controller: A controller in joint space.
+        dynamics: The simulated robot (default: the robot model of the controller).
+        period: Period T of the controller, in [s]. Forces are constant between ticks.
+        delay: Ticks from the measurement of a state until its forces take effect: 0 or 1.
+        substeps: Integration steps of the plant per period.
 
     Raises:
-        InputError: The period, the delay or the number of substeps is wrong, or the robots differ
-            in size.
+        InputError: The period, the delay or the number of substeps is invalid, or the two robots
+            differ in size.
     """
     import control
 
@@ -67,27 +68,27 @@ def to_nlsys(
     state, forces = [*_signals("q", n), *_signals("qd", n)], _signals("f", m)
     reference = [*_signals("q_d", n), *_signals("qd_d", n), *_signals("qdd_d", n)]
 
-    def move(t: float, x: FloatArray, u: FloatArray, params: object) -> FloatArray:
+    def update_plant(t: float, x: FloatArray, u: FloatArray, params: object) -> FloatArray:
         return np.concatenate(integrate(robot, x[:n], x[n:], u, period, substeps))
 
-    def decide(t: float, x: FloatArray, u: FloatArray, params: object) -> FloatArray:
+    def compute_forces(t: float, x: FloatArray, u: FloatArray, params: object) -> FloatArray:
         q, qd, q_d, qd_d, qdd_d = u.reshape(5, n)
         return controller.solve(q, qd, q_d, qd_d, qdd_d).forces
 
-    def hold(t: float, x: FloatArray, u: FloatArray, params: object) -> FloatArray:
+    def output_pending(t: float, x: FloatArray, u: FloatArray, params: object) -> FloatArray:
         return x
 
     plant = control.nlsys(
-        move, None, inputs=forces, outputs=state, states=state, dt=period, name="plant"
+        update_plant, None, inputs=forces, outputs=state, states=state, dt=period, name="plant"
     )
-    memory = {"outfcn": hold, "states": forces} if delay else {"outfcn": decide}
+    output = {"outfcn": output_pending, "states": forces} if delay else {"outfcn": compute_forces}
     law = control.nlsys(
-        decide if delay else None,
+        compute_forces if delay else None,
         inputs=[*state, *reference],
         outputs=forces,
         dt=period,
         name="controller",
-        **memory,
+        **output,
     )
     loop = control.interconnect(
         [plant, law], inputs=reference, outputs=[*state, *forces], dt=period, name="loop"
@@ -103,18 +104,18 @@ def integrate(
     duration: float,
     substeps: int = 10,
 ) -> tuple[FloatArray, FloatArray]:
-    """State after a while at held forces, by the classical Runge-Kutta rule of fourth order.
+    """Integrate a robot at constant forces by the classical fourth-order Runge-Kutta method.
 
     Args:
         dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
         forces: f, shape (m,), in [N].
-        duration: In [s].
-        substeps: Steps of the rule.
+        duration: Duration, in [s].
+        substeps: Number of integration steps.
 
     Returns:
-        q and qd, shape (n,) each.
+        q and qd after the duration, shape (n,) each.
     """
     h = duration / substeps
     x = np.stack([q, qd])
@@ -131,8 +132,8 @@ def integrate(
     return x[0], x[1]
 
 
-def _check(known: Dynamics, robot: Dynamics, period: float, delay: int, substeps: int) -> None:
-    sizes = [(len(d.coordinate_names), len(actuator_names(d))) for d in (known, robot)]
+def _check(model: Dynamics, robot: Dynamics, period: float, delay: int, substeps: int) -> None:
+    sizes = [(len(d.coordinate_names), len(actuator_names(d))) for d in (model, robot)]
     if sizes[0] != sizes[1]:
         raise InputError(
             f"the controller has {sizes[0][0]} coordinates and {sizes[0][1]} muscles and motors,"
@@ -141,7 +142,7 @@ def _check(known: Dynamics, robot: Dynamics, period: float, delay: int, substeps
     require_period(period)
     require_delay(delay)
     if substeps < 1:
-        raise InputError(f"substeps must be 1 or more, not {substeps!r}")
+        raise InputError(f"substeps must be at least 1, not {substeps!r}")
 
 
 def _signals(name: str, size: int) -> list[str]:

@@ -1,14 +1,15 @@
 """Stiffness of a joint configuration that muscles hold with given forces.
 
-With tau = -L(q)'f from the muscles and loads G(q), a small displacement dq from equilibrium meets
-the torque -K dq with
+With muscle torques tau = -L(q)'f and loads G(q), a small displacement dq from equilibrium causes
+the restoring torque -K dq with
 
     K = K_g + K_c + K_l,   K_g = d(L'f)/dq at held f = sum_i f_i d²l_i/dq²,
                            K_c = L' diag(k) L,   K_l = dG/dq.
 
-K_g, from pretension, may well be negative: pretension then destabilises what muscles of finite
-stiffness, or a controller, must hold. Behzadipour, Khajepour, "Stiffness of cable-based parallel
-manipulators with application to stability analysis", J. Mechanical Design 128 (2006).
+The geometric stiffness K_g from pretension can be negative. Pretension then destabilises the robot,
+and the stiffness of the muscles or a controller must compensate it. Behzadipour, Khajepour,
+"Stiffness of cable-based parallel manipulators with application to stability analysis", J.
+Mechanical Design 128 (2006).
 """
 
 from __future__ import annotations
@@ -25,26 +26,26 @@ from controllers.dynamics import Dynamics, TaskDynamics
 from controllers.validation import finite_vector, is_finite, named_vector
 
 STEP = 1e-3
-"""Step of the differences, in [rad] or [m].
+"""Step h of the finite differences, in [rad] or [m].
 
-They are central and of fourth order: their error is about h⁴/30 of the fifth derivative, and eps/h
-from rounding. For paths of some 0.1 to 1 m these meet near eps^(1/5) = 7e-4; at 1e-3 both are some
-1e-13 of L.
+The differences are central and of fourth order. Their truncation error is about h⁴/30 times the
+fifth derivative, and their rounding error is about eps/h. For muscle paths of 0.1 to 1 m both are
+equal near h = eps^(1/5) = 7e-4. At 1e-3 both are about 1e-13 relative to L.
 """
 
-_SOFT = 1e-9  # an eigenvalue below this part of the largest is zero
+_ZERO = 1e-9  # an eigenvalue is zero below this value, relative to the largest eigenvalue
 
 
 @dataclass(frozen=True, eq=False)
 class Stiffness:
-    """Stiffness in joint coordinates, in [N·m/rad] or alike, shape (n, n) each, symmetric.
+    """Symmetric stiffness matrices in joint coordinates, shape (n, n), in [N·m/rad] or [N/m].
 
     Attributes:
-        geometric: K_g, from the held forces.
-        cable: K_c, from the muscles' own stiffness; zero if they hold their force exactly.
+        geometric: K_g, from the constant muscle forces.
+        cable: K_c, from the stiffness of the muscles; zero for constant muscle forces.
         load: K_l, from gravity.
-        asymmetry: Largest difference of K_g from its transpose before it was made symmetric: it is
-            a second derivative, so this is the error of the differences.
+        asymmetry: Largest difference between K_g and its transpose before symmetrisation. The exact
+            K_g is symmetric, so this is the error of the finite differences.
         coordinate_names: n names.
     """
 
@@ -61,32 +62,32 @@ class Stiffness:
 
     @property
     def is_stable(self) -> bool:
-        """Whether every displacement is pulled back: K is positive definite."""
+        """Whether K is positive definite, so that every displacement is opposed."""
         values = np.linalg.eigvalsh(self.total)
-        return bool(values[0] > _SOFT * np.abs(values).max())
+        return bool(values[0] > _ZERO * np.abs(values).max())
 
     def warnings(self) -> list[str]:
-        """Warnings about stiffness by pretension; empty if there are none."""
+        """Return warnings about negative stiffness."""
         found = []
         values, directions = np.linalg.eigh(self.geometric)
-        if values[0] < -_SOFT * np.abs(values).max():
+        if values[0] < -_ZERO * np.abs(values).max():
             found.append(
-                f"the held forces destabilise: geometric stiffness {values[0]:.4g} along "
-                f"{self._along(directions[:, 0])}; more pretension makes it worse"
+                f"the muscle forces destabilise the robot: geometric stiffness {values[0]:.4g} "
+                f"along {self._format_direction(directions[:, 0])}; reduce the pretension"
             )
         if not self.is_stable:
             values, directions = np.linalg.eigh(self.total)
             found.append(
-                f"the configuration is not stable by itself: stiffness {values[0]:.4g} along "
-                f"{self._along(directions[:, 0])}"
+                f"the configuration is unstable without control: stiffness {values[0]:.4g} along "
+                f"{self._format_direction(directions[:, 0])}"
             )
         return found
 
     def rates(self, M: ArrayLike) -> FloatArray:
-        """Eigenvalues of -M⁻¹K, smallest first, shape (n,), in [1/s²].
+        """Return the eigenvalues of -M⁻¹K in ascending order, shape (n,), in [1/s²].
 
-        A positive one, at held forces, is what a position gain Kp must exceed: a displacement grows
-        as exp(sqrt(rate) t).
+        A positive eigenvalue is an unstable mode at constant forces: a displacement grows as
+        exp(sqrt(eigenvalue) t). The position gain Kp must exceed it.
 
         Args:
             M: Mass matrix, shape (n, n).
@@ -97,43 +98,45 @@ class Stiffness:
         return rates
 
     def compliance(self, J: ArrayLike) -> FloatArray:
-        """Displacement of a task for forces on it, J K⁻¹ J', shape (k, k), in [m/N] or alike.
+        """Return the compliance of task coordinates, J K⁻¹ J', shape (k, k), in [m/N] or [rad/N].
 
         Args:
             J: Task Jacobian, shape (k, n).
 
         Raises:
             InputError: J has another shape.
-            SimulationError: K is singular, or not stable: there is no equilibrium to deviate from.
+            SimulationError: The configuration is not a stable equilibrium.
         """
         J_ = np.asarray(J, dtype=np.float64)
         n = len(self.coordinate_names)
         if J_.ndim != 2 or J_.shape[1] != n:
             raise InputError(f"J must have shape (k, {n}), not {J_.shape}")
         if not self.is_stable:
-            raise SimulationError(f"no compliance: {self.warnings()[-1]}")
+            raise SimulationError(f"the compliance does not exist: {self.warnings()[-1]}")
         compliance: FloatArray = J_ @ np.linalg.solve(self.total, J_.T)
         return 0.5 * (compliance + compliance.T)
 
     def task_stiffness(self, J: ArrayLike) -> FloatArray:
-        """Inverse of the compliance, shape (k, k), in [N/m] or alike: other tasks move freely.
+        """Return the inverse of the compliance, shape (k, k), in [N/m] or [N·m/rad].
+
+        Directions outside the task move freely.
 
         Args:
             J: Task Jacobian, shape (k, n).
 
         Raises:
-            InputError: J has another shape, or its rows depend on each other.
+            InputError: J has another shape, or its rows are linearly dependent.
             SimulationError: The configuration is not stable.
         """
         compliance = self.compliance(J)
         values = np.linalg.eigvalsh(compliance)
-        if values[0] <= _SOFT * values[-1]:
+        if values[0] <= _ZERO * values[-1]:
             raise InputError(
-                "the task coordinates depend on each other; their stiffness does not exist"
+                "the task coordinates are linearly dependent; their stiffness does not exist"
             )
         return np.asarray(np.linalg.inv(compliance), dtype=np.float64)
 
-    def _along(self, direction: FloatArray) -> str:
+    def _format_direction(self, direction: FloatArray) -> str:
         names = zip(self.coordinate_names, direction, strict=True)
         return ", ".join(f"{value:+.2f} {name}" for name, value in names if abs(value) > 0.01)
 
@@ -146,17 +149,17 @@ def stiffness(
     muscle_stiffness: ArrayLike = 0.0,
     step: float = STEP,
 ) -> Stiffness:
-    """Stiffness at a configuration, from L and its differences.
+    """Compute the stiffness at a configuration, from L and finite differences.
 
     Args:
         dynamics: The robot.
         q: Joint positions, shape (n,), in [rad] or [m].
         forces: f, shape (m,), in [N].
-        muscle_stiffness: k, a number or shape (m,), in [N/m]; 0 for muscles whose force is held.
-        step: Step of the differences, in [rad] or [m].
+        muscle_stiffness: k, a number or shape (m,), in [N/m]; 0 for constant muscle forces.
+        step: Step of the finite differences, in [rad] or [m].
 
     Raises:
-        InputError: A size or a number is wrong.
+        InputError: A size is wrong, or a number is out of range.
     """
     q_ = finite_vector("q", q, len(dynamics.coordinate_names))
     f = finite_vector("forces", forces, len(dynamics.muscle_names))
@@ -178,7 +181,7 @@ def stiffness(
 def task_stiffness(
     dynamics: TaskDynamics, q: ArrayLike, forces: ArrayLike, muscle_stiffness: ArrayLike
 ) -> FloatArray:
-    """Stiffness of the task coordinates of a robot that muscles hold, shape (k, k).
+    """Compute the stiffness of the task coordinates, shape (k, k).
 
     Args:
         dynamics: The robot.
@@ -187,7 +190,8 @@ def task_stiffness(
         muscle_stiffness: k, a number or shape (m,), in [N/m].
 
     Raises:
-        InputError: A size or a number is wrong, or the task coordinates depend on each other.
+        InputError: A size is wrong, a number is out of range, or the task coordinates are linearly
+            dependent.
         SimulationError: The configuration is not stable.
     """
     joint = stiffness(dynamics, q, forces, muscle_stiffness=muscle_stiffness)
@@ -195,7 +199,7 @@ def task_stiffness(
 
 
 def _jacobian(function: Callable[[FloatArray], FloatArray], q: FloatArray, h: float) -> FloatArray:
-    """Derivative by central differences of fourth order, shape (n, n)."""
+    """Compute a Jacobian by central differences of fourth order, shape (n, n)."""
     columns = []
     for j in range(len(q)):
         e = np.zeros(len(q))

@@ -1,11 +1,14 @@
 """Workspace analysis: conditions and metrics on a grid of poses.
 
-Wrench closure: unlimited muscles could make any torque. Static: the bounds allow forces that hold
-the robot at rest. Wrench-feasible: they do so against every load of a set. Dynamic: they give it
-every acceleration of a set. CASPR's workspace conditions; for the terms see Ebert-Uphoff,
-Voglewede, "On the connections between cable-driven parallel manipulators and grasping", ICRA 2004.
+    wrench closure:   Muscles without upper force limits can produce every torque.
+    static:           Forces within the limits hold the robot at rest.
+    wrench-feasible:  Forces within the limits hold the robot against every load of a set.
+    dynamic:          Forces within the limits produce every acceleration of a set.
 
-L, tau, f_min, f_max and half_widths are those of `wrench_set`.
+These are the workspace conditions of CASPR. For the terms see Ebert-Uphoff, Voglewede, "On the
+connections between cable-driven parallel manipulators and grasping", ICRA 2004.
+
+The module `wrench_set` defines the arguments L, tau, f_min, f_max and half_widths.
 """
 
 from __future__ import annotations
@@ -20,14 +23,14 @@ from numpy.typing import ArrayLike
 from addin_sdfusion.robot import InputError, UnknownNameError
 from controllers.arrays import BoolArray, FloatArray
 from controllers.dynamics import Dynamics
-from controllers.force_distribution.one_way import one_way
+from controllers.force_distribution.motor_columns import split_motors
 from controllers.force_distribution.quadratic import least_squares
 
 from .workspace_metrics import condition_number, tension_factor, unilateral_dexterity
 from .wrench_set import capacity_margin, has_wrench_closure, too_many_facets
 
-_ROUNDING = 1e-9  # a margin this little below 0 is rounding, relative to the torques
-_CLOSED = 1e-9  # a tension factor above this is wrench closure
+_ROUNDING = 1e-9  # largest negative margin that is treated as 0, relative to the torques
+_MIN_TENSION_FACTOR = 1e-9  # wrench closure requires a larger tension factor
 _MAX_CORNERS = 4096
 
 
@@ -37,8 +40,8 @@ class Workspace:
 
     Attributes:
         q: The poses, shape (..., n), in [rad] or [m].
-        conditions: By name, whether they hold, shape (...).
-        metrics: By name, their values, shape (...).
+        conditions: Whether each condition holds, shape (...), by name.
+        metrics: Values of each metric, shape (...), by name.
     """
 
     q: FloatArray
@@ -46,10 +49,10 @@ class Workspace:
     metrics: Mapping[str, FloatArray]
 
     def share(self, condition: str) -> float:
-        """Return the part of the poses where a condition holds, from 0 to 1.
+        """Return the fraction of the poses that fulfil a condition, from 0 to 1.
 
         Raises:
-            UnknownNameError: It was not looked at.
+            UnknownNameError: The condition was not evaluated.
         """
         if condition not in self.conditions:
             raise UnknownNameError("condition", condition, self.conditions)
@@ -62,34 +65,35 @@ def joint_grid(lower: ArrayLike, upper: ArrayLike, points: int | Sequence[int]) 
     Args:
         lower: Smallest q, shape (n,), in [rad] or [m].
         upper: Largest q, shape (n,).
-        points: How many along each coordinate, or along all.
+        points: Number of poses along each coordinate, or along all.
 
     Returns:
         Shape (points_1, ..., points_n, n).
 
     Raises:
-        InputError: A size or a number is wrong, such as a joint without limits.
+        InputError: A size is wrong, or a limit is not finite.
     """
     low, high = np.atleast_1d(np.asarray(lower, float)), np.atleast_1d(np.asarray(upper, float))
     counts = [points] * len(low) if isinstance(points, int) else list(points)
     if low.ndim != 1 or low.shape != high.shape or len(counts) != len(low):
-        raise InputError("lower, upper and points must be equally long")
+        raise InputError("lower, upper and points must have equal lengths")
     if not (np.isfinite(low) & np.isfinite(high) & (low <= high)).all():
-        raise InputError(f"a grid needs finite limits, lower below upper, not {low} and {high}")
+        raise InputError(f"lower {low} and upper {high} must be finite, with lower <= upper")
     if any(int(count) != count or count < 1 for count in counts):
-        raise InputError(f"points must be whole numbers of at least 1, not {points!r}")
+        raise InputError(f"points must be positive integers, not {points!r}")
     axes = [np.linspace(a, b, int(k)) for a, b, k in zip(low, high, counts, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
 
 def is_wrench_closed(L: ArrayLike) -> BoolArray:
-    """Whether unlimited muscles could make any torque, shape (...), for any number of muscles.
+    """Return whether muscles without upper force limits can produce every torque, shape (...).
 
-    Without muscles none is made; without coordinates there is none to make, and all is well.
+    Any number of muscles is allowed. The result is True without coordinates, and False if there are
+    coordinates but no muscles.
     """
     shape = np.shape(L)
     if len(shape) >= 2 and too_many_facets(shape[-2], shape[-1]):
-        return np.asarray(tension_factor(L) > _CLOSED)
+        return np.asarray(tension_factor(L) > _MIN_TENSION_FACTOR)
     return has_wrench_closure(L)
 
 
@@ -101,13 +105,14 @@ def is_wrench_feasible(
     *,
     half_widths: ArrayLike | None = None,
 ) -> BoolArray:
-    """Return whether the bounds allow every torque tau + W s with |s_j| <= 1, shape (...).
+    """Return whether the force limits allow every torque tau + W s with |s_j| <= 1, shape (...).
 
-    By the facets of the available torques; pose by pose over the corners of the desired ones where
-    the facets are too many or the muscles do not act on all coordinates independently.
+    The function uses the facets of the set of available torques. If there are too many facets, or
+    if the muscles do not act on all coordinates independently, it checks the corners of the set of
+    desired torques at every pose.
 
     Raises:
-        InputError: A size or a number is wrong, or there are too many corners.
+        InputError: A size is wrong, a number is out of range, or there are too many corners.
     """
     L_, tau_ = np.asarray(L, dtype=np.float64), np.asarray(tau, dtype=np.float64)
     if half_widths is None or too_many_facets(*L_.shape[-2:]):
@@ -128,12 +133,17 @@ def _feasible_at_corners(
     f_max: ArrayLike,
     half_widths: ArrayLike | None,
 ) -> BoolArray:
-    """Return whether the bounds allow all corners of the desired torques; the set is convex."""
+    """Return whether the force limits allow all corners of the desired torques.
+
+    This suffices, since the set of available torques is convex.
+    """
     if half_widths is None:
         return least_squares(L, tau, f_min, f_max).solved
     W = np.asarray(half_widths, dtype=np.float64)
     if 2 ** W.shape[-1] > _MAX_CORNERS:
-        raise InputError(f"half_widths make 2^{W.shape[-1]} corners, too many")
+        raise InputError(
+            f"half_widths define 2^{W.shape[-1]} corners; the maximum is {_MAX_CORNERS}"
+        )
     signs = product((-1.0, 1.0), repeat=W.shape[-1])
     corners = (tau + np.einsum("...nk,k->...n", W, np.array(s)) for s in signs)
     answers = [least_squares(L, corner, f_min, f_max).solved for corner in corners]
@@ -145,7 +155,7 @@ METRICS: Mapping[str, Callable[[FloatArray], FloatArray]] = {
     "tension_factor": tension_factor,
     "unilateral_dexterity": unilateral_dexterity,
 }
-"""Metrics of L alone by name; `capacity_margin` needs the torques and bounds as well."""
+"""Metrics that depend only on L, by name. `capacity_margin` also depends on torques and limits."""
 
 CONDITIONS = ("wrench_closure", "static", "wrench_feasible", "dynamic")
 
@@ -159,21 +169,22 @@ def workspace(
     loads: ArrayLike | None = None,
     accelerations: ArrayLike | None = None,
 ) -> Workspace:
-    """Conditions and metrics at the poses of a grid.
+    """Evaluate conditions and metrics at the poses of a grid.
 
     Args:
         dynamics: The robot.
         q: Poses, shape (..., n), in [rad] or [m]; see `joint_grid`.
-        conditions: Of `CONDITIONS`.
-        metrics: Of `METRICS`, or `capacity_margin`: that of the set of loads, or of rest.
-        loads: Of `wrench_feasible`: the loads w_e from -loads to loads of every coordinate, beside
-            gravity, a number or shape (n,), in [N·m] or [N].
-        accelerations: Of `dynamic`: accelerations from -a to a of every coordinate from rest, a
-            number or shape (n,), in [rad/s²] or [m/s²].
+        conditions: Names from `CONDITIONS`.
+        metrics: Names from `METRICS`, or `capacity_margin`. The capacity margin includes the loads
+            if they are specified.
+        loads: Largest load w_e of each coordinate in addition to gravity, for `wrench_feasible`: a
+            number or shape (n,), in [N·m] or [N]. The set includes both signs.
+        accelerations: Largest acceleration of each coordinate from rest, for `dynamic`: a number or
+            shape (n,), in [rad/s²] or [m/s²]. The set includes both signs.
 
     Raises:
-        InputError: A size or a number is wrong, or a set is missing.
-        UnknownNameError: There is no such condition or metric.
+        InputError: A size is wrong, a number is out of range, or a required set is missing.
+        UnknownNameError: A condition or a metric does not exist.
     """
     _check_names(conditions, metrics)
     n = len(dynamics.coordinate_names)
@@ -184,7 +195,7 @@ def workspace(
     L = np.array([dynamics.actuator_jacobian(p) for p in flat]).reshape(len(flat), -1, n)
     G = np.array([dynamics.gravity(p) for p in flat]).reshape(-1, n)
     motors = len(dynamics.motor_names)
-    L, *bounds = one_way(L, dynamics.f_min, dynamics.f_max, motors)
+    L, *bounds = split_motors(L, dynamics.f_min, dynamics.f_max, motors)
     box = None if loads is None else np.diag(_half_widths("loads", loads, n))
 
     def holds(condition: str) -> BoolArray:
@@ -193,8 +204,8 @@ def workspace(
         if condition == "static":
             return is_wrench_feasible(L, G, *bounds)
         if condition == "wrench_feasible":
-            return is_wrench_feasible(L, G, *bounds, half_widths=_given("loads", box))
-        a = np.diag(_half_widths("accelerations", _given("accelerations", accelerations), n))
+            return is_wrench_feasible(L, G, *bounds, half_widths=_required("loads", box))
+        a = np.diag(_half_widths("accelerations", _required("accelerations", accelerations), n))
         M = np.array([dynamics.mass_matrix(p) for p in flat]).reshape(-1, n, n)
         return is_wrench_feasible(L, G, *bounds, half_widths=M @ a)
 
@@ -220,17 +231,17 @@ def _check_names(conditions: Sequence[str], metrics: Sequence[str]) -> None:
             raise UnknownNameError("metric", name, (*METRICS, "capacity_margin"))
 
 
-def _given(what: str, value: ArrayLike | None) -> ArrayLike:
+def _required(name: str, value: ArrayLike | None) -> ArrayLike:
     if value is None:
-        raise InputError(f"this condition requires {what}")
+        raise InputError(f"this condition requires {name}")
     return value
 
 
-def _half_widths(what: str, values: ArrayLike, n: int) -> FloatArray:
+def _half_widths(name: str, values: ArrayLike, n: int) -> FloatArray:
     try:
         widths = np.broadcast_to(np.asarray(values, dtype=np.float64), (n,))
     except (TypeError, ValueError):
-        raise InputError(f"{what} must be a number or {n} numbers, not {values!r}") from None
+        raise InputError(f"{name} must be a number or {n} numbers, not {values!r}") from None
     if not (np.isfinite(widths) & (widths >= 0)).all():
-        raise InputError(f"{what} must be finite and not negative: {values!r}")
+        raise InputError(f"{name} must be finite and not negative: {values!r}")
     return np.asarray(widths)

@@ -1,7 +1,7 @@
 """Workspace metrics of CASPR, for one pose or a stack of poses.
 
-All take muscle Jacobians L, shape (..., m, n), in [m/rad] or [m/m], and raise InputError for
-another shape or values that are not finite.
+All functions require muscle Jacobians L, shape (..., m, n), in [m/rad] or [m/m]. They raise
+InputError for another shape and for values that are not finite.
 """
 
 from __future__ import annotations
@@ -19,9 +19,10 @@ from .wrench_set import full_rank
 
 
 def condition_number(L: ArrayLike) -> FloatArray:
-    """Smallest over largest singular value of L, from 0, singular, to 1, isotropic; shape (...).
+    """Return the smallest divided by the largest singular value of L, shape (...).
 
-    CASPR's `ConditionNumberMetric`, which is the inverse of what is usually called so.
+    The result is between 0 (singular) and 1 (isotropic). It corresponds to `ConditionNumberMetric`
+    of CASPR, and is the inverse of the usual condition number.
     """
     poses = _poses(L)
     if poses.m < poses.n:
@@ -32,12 +33,12 @@ def condition_number(L: ArrayLike) -> FloatArray:
 
 
 def tension_factor(L: ArrayLike) -> FloatArray:
-    """Return the largest ratio min f / max f of forces that make no torque, shape (...).
+    """Return the largest ratio min f / max f of forces that produce zero torque, shape (...).
 
-    From 0, no wrench closure, to 1, all muscles alike. Pham, Yeo, Yang, Chen, "Workspace analysis
-    of fully restrained cable-driven manipulators", Robotics and Autonomous Systems 57 (2009).
-    CASPR's `TensionFactorMetric` takes the ratio of one solution, of least sum; that is the
-    same where one muscle is to spare, and smaller otherwise.
+    The result is between 0 (no wrench closure) and 1 (equal forces). Pham, Yeo, Yang, Chen,
+    "Workspace analysis of fully restrained cable-driven manipulators", Robotics and Autonomous
+    Systems 57 (2009). `TensionFactorMetric` of CASPR uses the solution with the minimum sum of
+    forces. It is equal for m = n + 1 muscles, and smaller for more muscles.
     """
     poses = _poses(L)
     m, factors = poses.m, np.zeros(len(poses.L))
@@ -57,21 +58,22 @@ def tension_factor(L: ArrayLike) -> FloatArray:
 
 
 def unilateral_dexterity(L: ArrayLike) -> FloatArray:
-    """Dexterity with muscles that only pull, from 0, no wrench closure, to 1; shape (...).
+    """Return the dexterity with muscles that only pull, shape (...).
 
-    sqrt(m + 1) · (smallest over largest singular value) · h / sqrt(h² + 1), with h the smallest
-    entry of the unit vector along the least forces f >= 1 that make no torque; the best of all
-    muscles, and of all but one. Kurtz, Hayward, "Dexterity measures with unilateral actuation
-    constraints: the n + 1 case", Advanced Robotics 9 (1994), widened as CASPR's
-    `UnilateralDexterityMetric` does.
+    The result is between 0 (no wrench closure) and 1. It is sqrt(m + 1) · (smallest / largest
+    singular value) · h / sqrt(h² + 1). Here, h is the smallest entry of the unit vector along the
+    minimum forces f >= 1 that produce zero torque. The function returns the maximum over the set of
+    all muscles and all sets without one muscle. Kurtz, Hayward, "Dexterity measures with unilateral
+    actuation constraints: the n + 1 case", Advanced Robotics 9 (1994), extended to more muscles
+    like `UnilateralDexterityMetric` of CASPR.
     """
     poses = _poses(L)
     best = _dexterity(poses.L)
-    everyone = best > 0
+    closed = best > 0
     if poses.m > poses.n + 1:
         for k in range(poses.m):
-            some = np.delete(poses.L[everyone], k, axis=1)
-            best[everyone] = np.maximum(best[everyone], _dexterity(some))
+            reduced = np.delete(poses.L[closed], k, axis=1)
+            best[closed] = np.maximum(best[closed], _dexterity(reduced))
     return best.reshape(poses.stack)
 
 

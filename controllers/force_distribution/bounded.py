@@ -1,16 +1,16 @@
-"""Force distribution: the muscle forces of least cost that make a joint torque.
+"""Force distribution: muscle forces of minimum cost that produce a joint torque.
 
     min 1/2 (f - f_p)'H (f - f_p)   s.t.   -L'f = tau,   f_min <= f <= f_max
 
-or those of another norm of H^1/2 (f - f_p): of several the ones nearest to f_p. f_p is 0, or a
-pretension. Motors of joints are among the forces, behind the muscles: their torques may be
-negative.
+Another norm of H^1/2 (f - f_p) can be minimised instead. If the minimum is not unique, the solution
+nearest to f_p is used. f_p is a pretension (default: 0). The vector f contains muscle forces,
+followed by motor torques, which may be negative.
 
-When no force fits, the soft problem is solved instead: the smallest error within the bounds,
+If the problem is infeasible, the soft problem minimises the error within the force limits:
     min 1/2 |W (L'f + tau)|^2 + eps/2 (f - f_p)'H (f - f_p)   s.t.   f_min <= f <= f_max,
-with W = 1 for the torque's error, or M^-1 for that of the acceleration.
+where W = 1 weights the torque error and W = M^-1 weights the acceleration error.
 
-Computed by csrc/laws/distribution.c.
+The file csrc/laws/distribution.c implements the solution.
 """
 
 from __future__ import annotations
@@ -41,22 +41,22 @@ if TYPE_CHECKING:
 
 
 class ForceDistribution:
-    """Distributes joint torques over muscles.
+    """Distribution of joint torques over muscles.
 
     Args:
-        f_min: Lower bounds, shape (m,), in [N].
-        f_max: Upper bounds, shape (m,), in [N]; may be infinite.
-        weights: Diagonal of H, shape (m,), in [1/N²]; ones when None.
-        norm: What is made least, a whole number from 1 to 8, or infinity.
+        f_min: Lower force limits, shape (m,), in [N].
+        f_max: Upper force limits, shape (m,), in [N]; may be infinite.
+        weights: Diagonal of H, shape (m,), in [1/N²] (default: ones).
+        norm: Norm to minimise, an integer from 1 to 8, or infinity.
         pretension: f_p, a number or shape (m,), in [N].
         solver: `dual_newton`, or the name of a qpsolvers back end.
         tolerance: Largest torque error of a solved problem, relative to 1 + max |tau|.
-        coordinate_names: n names for reports; numbered when None.
-        muscle_names: m names for reports; numbered when None.
-        motors: How many of the last of the forces are torques of motors, which may be negative.
+        coordinate_names: n names for messages (default: `coordinate 1`, ...).
+        muscle_names: m names for messages (default: `muscle 1`, ...).
+        motors: Number of motors. Their torques are the last forces and may be negative.
 
     Raises:
-        InputError: A bound, weight or tolerance is wrong; the message names it.
+        InputError: A limit, weight or tolerance is invalid; the message names it.
         UnknownNameError: The back end is not installed.
     """
 
@@ -90,24 +90,24 @@ class ForceDistribution:
         self.set_bounds(f_min, f_max)
         self.norm = require_norm(norm)
         self.pretension = named_vector(
-            "pretension", pretension, self.muscle_names, most=MAX_PRETENSION
+            "pretension", pretension, self.muscle_names, upper=MAX_PRETENSION
         )
         if self.coordinate_names:
             self.law(len(self.coordinate_names))
 
     def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
-        """Change the bounds.
+        """Change the force limits.
 
         Args:
-            f_min: Lower bounds, shape (m,), in [N].
-            f_max: Upper bounds, shape (m,), in [N]; may be infinite.
+            f_min: Lower limits, shape (m,), in [N].
+            f_max: Upper limits, shape (m,), in [N]; may be infinite.
 
         Raises:
-            InputError: A bound is wrong; the message names the muscle.
+            InputError: A limit is invalid; the message names the muscle.
         """
         sizes = {np.shape(f_min), np.shape(f_max), self.weights.shape, (len(self.muscle_names),)}
         if len(sizes) != 1 or not self.weights.size:
-            raise InputError("f_min, f_max, weights and names must be equally long vectors")
+            raise InputError("f_min, f_max, weights and names must have equal lengths above 0")
         low, high = force_bounds(self.muscle_names, f_min, f_max, self._motors)
         for name, weight in zip(self.muscle_names, self.weights, strict=True):
             if not (np.isfinite(weight) and weight > 0):
@@ -118,7 +118,7 @@ class ForceDistribution:
             self._law.write(f_min=low, f_max=high)
 
     def law(self, n: int) -> law_in_c.LawInC:
-        """Return the law in C for n coordinates, which distributes a given torque."""
+        """Return the C implementation for n coordinates. It distributes a given torque."""
         if self._law is None or self._law["tau"].size != n:
             self._law = law_in_c.LawInC(n, self.f_min.size)
             self._law.write(
@@ -134,76 +134,78 @@ class ForceDistribution:
         return self._law
 
     def build_problem(self, L: FloatArray, tau: FloatArray) -> qpsolvers.Problem:
-        """Return the QP, apart from its solution.
+        """Return the QP without solving it.
 
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
             tau: Desired torque, shape (n,), in [N·m] or [N].
         """
-        return self._written(L, tau, None).build()
+        return self._write_problem(L, tau, None).build()
 
     def build_soft_problem(
         self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None
     ) -> qpsolvers.Problem:
-        """Return the QP that always has a solution, over f and behind it the error W (L'f + tau).
+        """Return the soft QP with the variables f, then the error W (L'f + tau).
 
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
             tau: Desired torque, shape (n,), in [N·m] or [N].
-            M: As for `solve`.
+            M: Mass matrix, shape (n, n); see `solve`.
         """
-        return self._written(L, tau, M).build(soft=True)
+        return self._write_problem(L, tau, M).build(soft=True)
 
     def reset(self) -> None:
-        """Forget the last solutions: the next does not depend on anything before it."""
+        """Discard previous solutions, so that the next solution does not depend on them."""
         if self._law is not None:
             self._law.reset()
 
     def get_state(self) -> FloatArray:
-        """Return all that is remembered between solutions: shape (2n,).
+        """Return the state of the solver between solutions, shape (2n,).
 
-        Without coordinate names n is not known before the first solution, and the shape is (0,).
+        Without coordinate names, n is unknown before the first solution. The shape is then (0,).
         """
         return np.empty(0) if self._law is None else self._law["memory"][self.f_min.size :].copy()
 
     def set_state(self, state: ArrayLike) -> None:
-        """Go back to what `get_state` gave; the following solutions repeat bit for bit.
+        """Restore a state, so that the following solutions repeat bit for bit.
 
         Args:
-            state: From `get_state`.
+            state: Result of `get_state`.
 
         Raises:
-            InputError: It has another shape, or is not finite.
+            InputError: The state has another shape, or is not finite.
         """
         values = float_array("the state", state)
         if values.ndim != 1 or values.size % 2 or not np.isfinite(values).all():
-            raise InputError(f"a force distribution's state is 2n finite numbers, not {state!r}")
+            raise InputError(
+                f"the state of a force distribution must be 2n finite numbers, not {state!r}"
+            )
         if values.size:
             self.law(values.size // 2)["memory"][self.f_min.size :] = values
         else:
             self.reset()
 
     def solve(self, L: FloatArray, tau: FloatArray, M: FloatArray | None = None) -> ForceSolution:
-        """Return forces that make the torque, or come as near as the bounds allow.
+        """Compute forces that produce the torque, or approximate it within the force limits.
 
-        The answer of a back end is checked, whatever its status; where it fails the check, the
-        default back end follows. Answers depend on earlier ones by rounding errors at most; see
-        `get_state`.
+        Every solution of a back end is checked, regardless of its status. If it fails the check,
+        the default back end solves the problem. Previous solutions affect a solution only by
+        rounding errors; see `get_state`.
 
         Args:
             L: Muscle Jacobian, shape (m, n), in [m/rad] or [m/m].
             tau: Desired torque, shape (n,), in [N·m] or [N].
-            M: Mass matrix, shape (n, n). With it, the error that is made smallest where no force
-                fits is that of the joints' acceleration, M^-1 (tau + L'f); without it, that of the
-                torque. The first lets a robot come back to its reference.
+            M: Mass matrix, shape (n, n). If the problem is infeasible, the solution minimises the
+                error of the joint acceleration, M^-1 (tau + L'f), so that a robot can return to its
+                reference. Without M, it minimises the torque error.
 
         Raises:
             InputError: L or tau has another shape.
             SimulationError: L or tau is not finite.
         """
-        return self.solve_law(self._written(L, tau, M))
+        return self.solve_law(self._write_problem(L, tau, M))
 
-    def _written(self, L: ArrayLike, tau: ArrayLike, M: FloatArray | None) -> law_in_c.LawInC:
+    def _write_problem(self, L: ArrayLike, tau: ArrayLike, M: FloatArray | None) -> law_in_c.LawInC:
         L, tau = np.asarray(L, dtype=np.float64), np.asarray(tau, dtype=np.float64)
         if L.shape != (self.f_min.size, tau.size) or tau.ndim != 1 or not tau.size:
             raise InputError(
@@ -215,7 +217,7 @@ class ForceDistribution:
         return law
 
     def solve_law(self, law: law_in_c.LawInC) -> ForceSolution:
-        """Return the forces for what is written in `law`; raises as `solve`."""
+        """Solve the problem in `law` and return the forces; raises the errors of `solve`."""
         status = law.solve(self.solver)
         if status >= law_in_c.FAILED:
             tau = law["tau"]
@@ -223,7 +225,7 @@ class ForceDistribution:
                 raise SimulationError("the desired torque or the muscle Jacobian is not finite")
             if status == law_in_c.WRONG:
                 raise SimulationError("the muscle Jacobian or a weight is too large for a float")
-            raise SimulationError(f"no forces found for the torque {tau} within the bounds")
+            raise SimulationError(f"no forces within the limits found for the torque {tau}")
         slack = law["slack"].copy()
         names = self.coordinate_names or tuple(f"coordinate {k + 1}" for k in range(slack.size))
         bounds = self.f_min.copy(), self.f_max.copy()

@@ -1,4 +1,4 @@
-"""Linear programmes by HiGHS, and the feasibility of a torque within the bounds of forces."""
+"""Linear programs solved by HiGHS, and feasibility of a torque within the force limits."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from scipy.optimize import linprog
 
 from controllers.arrays import FloatArray
 
-# The default of HiGHS is 1e-7; torques are scaled to about 1.
+# Torques are scaled to about 1, so that tolerances below the HiGHS default of 1e-7 are useful.
 _OPTIONS: Any = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
-_FLAT = 1e-12  # a row this small, relative to the largest, acts on nothing
-_MISSED = 1e-8  # a torque error above this, relative to the size of the terms, is an error
+_ZERO_ROW = 1e-12  # rows are zero below this value, relative to the largest row
+_MAX_ERROR = 1e-8  # largest torque error of a feasible torque, relative to the size of its terms
 
 
 def solve_linear(
@@ -27,19 +27,19 @@ def solve_linear(
 ) -> FloatArray | None:
     """Solve min cost'x s.t. A x = b, A_ub x <= b_ub, low <= x <= high; None if there is no x.
 
-    The rows of A are scaled by their largest entry, so that a tolerance means the same for all.
+    The rows of A are scaled by their largest entries, so that the tolerance is equal for all rows.
 
     Args:
-        cost: Shape (k,).
-        A: Shape (rows, k).
-        b: Shape (rows,).
-        low: Shape (k,).
-        high: Shape (k,).
-        A_ub: Shape (more rows, k).
-        b_ub: Shape (more rows,).
+        cost: Cost vector, shape (k,).
+        A: Equality matrix, shape (rows, k).
+        b: Right-hand side of the equalities, shape (rows,).
+        low: Lower bounds, shape (k,).
+        high: Upper bounds, shape (k,).
+        A_ub: Inequality matrix, shape (inequalities, k), or None.
+        b_ub: Right-hand side of the inequalities, shape (inequalities,), or None.
     """
     size = np.abs(A).max(axis=1)
-    size = np.where(size > _FLAT * size.max(initial=0.0), size, 1.0)
+    size = np.where(size > _ZERO_ROW * size.max(initial=0.0), size, 1.0)
     answer = linprog(
         cost,
         A_ub=A_ub,
@@ -53,23 +53,24 @@ def solve_linear(
 
 
 def is_infeasible(A: FloatArray, tau: FloatArray, f_min: FloatArray, f_max: FloatArray) -> bool:
-    """Return whether no f within the bounds makes A f = tau, up to rounding.
+    """Return whether no f within the force limits satisfies A f = tau, up to rounding.
 
-    It finds the smallest t >= 0 with |A f - tau| <= t, each row relative to its size.
+    The function computes the smallest t >= 0 with |A f - tau| <= t, relative to the size of each
+    row.
 
     Args:
         A: -L', shape (n, m).
-        tau: Shape (n,), in [N·m] or [N].
-        f_min: Shape (m,), in [N].
-        f_max: Shape (m,), in [N]; may be infinite.
+        tau: Desired torque, shape (n,), in [N·m] or [N].
+        f_min: Lower limits, shape (m,), in [N].
+        f_max: Upper limits, shape (m,), in [N]; may be infinite.
     """
     m = A.shape[1]
     size = np.abs(A).max(axis=1)
-    flat = size <= _FLAT * size.max(initial=0.0)
+    zero = size <= _ZERO_ROW * size.max(initial=0.0)
     scale = max(float(np.abs(tau).max()), float((np.abs(A) @ f_min).max()))
-    if (np.abs(tau[flat]) > _MISSED * scale).any():
+    if (np.abs(tau[zero]) > _MAX_ERROR * scale).any():
         return True
-    rows, desired = A[~flat] / size[~flat, None], tau[~flat] / size[~flat]
+    rows, desired = A[~zero] / size[~zero, None], tau[~zero] / size[~zero]
     unit = max(float(np.abs(desired).max(initial=0.0)), float(f_min.max(initial=0.0)), 1e-300)
     answer = linprog(
         np.append(np.zeros(m), 1.0),
@@ -78,9 +79,9 @@ def is_infeasible(A: FloatArray, tau: FloatArray, f_min: FloatArray, f_max: Floa
         bounds=_pairs(np.append(f_min, 0.0) / unit, np.append(f_max, np.inf) / unit),
         options=_OPTIONS,
     )
-    return not (answer.status == 0 and float(np.asarray(answer.x)[-1]) <= _MISSED)
+    return not (answer.status == 0 and float(np.asarray(answer.x)[-1]) <= _MAX_ERROR)
 
 
 def _pairs(low: FloatArray, high: FloatArray) -> list[tuple[float, float]]:
-    """Bounds as scipy takes them."""
+    """Return bounds in the format of scipy."""
     return list(zip(low.tolist(), high.tolist(), strict=True))

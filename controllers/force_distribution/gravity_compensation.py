@@ -1,4 +1,4 @@
-"""Forces of muscles, and torques of motors, that hold a robot at rest."""
+"""Muscle forces and motor torques that hold a robot at rest."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ def gravity_compensation(
     f_min: ArrayLike | None = None,
     f_max: ArrayLike | None = None,
 ) -> FloatArray:
-    """Return the smallest forces that balance gravity at rest, -L'f = G(q), within the bounds.
+    """Compute the smallest forces within the limits that balance gravity, -L'f = G(q).
 
-    Where none do, those that come nearest.
+    If this is infeasible, return the forces with the smallest acceleration error.
 
     Args:
-        dynamics: Dynamics of the robot.
-        q: Its positions, shape (n,), in [rad] or [m].
-        f_min: Lower bounds, shape (a,), in [N] and [N·m]; those of the dynamics when None.
-        f_max: Upper bounds, shape (a,); those of the dynamics when None.
+        dynamics: The robot.
+        q: Joint positions, shape (n,), in [rad] or [m].
+        f_min: Lower limits, shape (a,), in [N] and [N·m] (default: the limits of the robot).
+        f_max: Upper limits, shape (a,), in [N] and [N·m] (default: the limits of the robot).
 
     Returns:
-        f, shape (a,), in [N] and, of motors, [N·m].
+        f, shape (a,), in [N] for muscles and [N·m] for motors.
     """
     distribution = ForceDistribution(
         dynamics.f_min if f_min is None else f_min,

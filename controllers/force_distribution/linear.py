@@ -1,4 +1,4 @@
-"""Linear programmes over the forces: least sum, least largest force, largest distance to bounds."""
+"""Force distributions by linear programs: minimum sum, minimum peak, maximum distance to limits."""
 
 from __future__ import annotations
 
@@ -17,86 +17,93 @@ from .feasibility import solve_linear
 from .poses import Poses, distribution
 from .quadratic import solve_poses
 
-_WIDER = 1e-9  # how much a bound found by a linear programme is opened for the QP after it
+# Relaxation of the distance found by a linear program, so that the following QP is feasible.
+_RELAXATION = 1e-9
 
 
 @distribution()
 def linear_programme(poses: Poses, *, costs: ArrayLike = 1.0) -> FloatArray:
-    """Least cost c'f, by default the least sum of forces; CASPR's `IDSolverLinProg`.
+    """Minimise the cost c'f, by default the sum of forces.
 
-    The forces are a vertex of what is possible: along a motion they may jump.
+    The method corresponds to `IDSolverLinProg` of CASPR. The solution is a vertex of the feasible
+    set, so that forces may jump along a motion.
 
     Args:
-        poses: Of any number of muscles.
+        poses: Poses of a robot with any number of muscles.
         costs: c, a number or shape (m,), in [1/N], not negative.
 
     Raises:
         InputError: A cost is negative or not finite.
     """
     c = named_vector("costs", costs, [f"muscle {k + 1}" for k in range(poses.m)])
-    return _each(poses, partial(solve_linear, c))
+    return _solve_poses(poses, partial(solve_linear, c))
 
 
 @distribution()
 def minimum_infinity_norm(poses: Poses, *, counts: ArrayLike = 1.0) -> FloatArray:
-    """Least largest force: the strongest muscle is as weak as can be; CASPR's `IDSolverMinInfNorm`.
+    """Minimise the largest force.
 
-    The largest force is unique, the others often are not: of all answers it is the one of least
-    squares.
+    The method corresponds to `IDSolverMinInfNorm` of CASPR. The largest force is unique, but the
+    other forces often are not. The solution with the minimum sum of squares is returned.
 
     Args:
-        poses: Of any number of muscles.
-        counts: How much each force counts, a number or shape (m,), not negative: 0 for none.
+        poses: Poses of a robot with any number of muscles.
+        counts: Non-negative weight of each force, a number or shape (m,). A force with weight 0 is
+            ignored.
 
     Raises:
-        InputError: One is negative or not finite.
+        InputError: A weight is negative or not finite.
     """
     c = named_vector("counts", counts, [f"muscle {k + 1}" for k in range(poses.m)])
-    return _each(poses, partial(_least_largest, counts=c))
+    return _solve_poses(poses, partial(_minimize_largest, weights=c))
 
 
 @distribution(finite_bounds=True)
 def optimally_safe(poses: Poses, *, alpha: float = 1.0) -> FloatArray:
-    """Largest s with f_min + s <= f <= f_max - alpha s: as far from the bounds as can be.
+    """Maximise the distance s to the force limits, f_min + s <= f <= f_max - alpha s.
 
     Borgstrom et al., "Rapid computation of optimally safe tension distributions for parallel
-    cable-driven robots", IEEE Trans. Robotics 25 (2009); CASPR's `IDSolverOptimallySafe`. The
-    distance s is unique; of all forces that keep it, these are the nearest to the middle.
+    cable-driven robots", IEEE Trans. Robotics 25 (2009); `IDSolverOptimallySafe` of CASPR. The
+    distance s is unique. Among all forces with this distance, those nearest to the mean of the
+    limits are returned.
 
     Args:
-        poses: With finite upper bounds.
-        alpha: How much the upper bound counts next to the lower one, not negative.
+        poses: Poses with finite upper limits.
+        alpha: Weight of the distance to the upper limit, not negative.
 
     Raises:
         InputError: alpha is negative or not finite.
     """
     if not (is_finite(alpha) and alpha >= 0):
         raise InputError(f"alpha must be finite and not negative: {alpha}")
-    first = _each(poses, partial(_safest, alpha=alpha))
+    first = _solve_poses(poses, partial(_maximize_distance, alpha=alpha))
     distance = np.min(first - poses.f_min, axis=1, keepdims=True)
     if alpha > 0:
         above = np.min(poses.f_max - first, axis=1, keepdims=True)
         distance = np.minimum(distance, above / alpha)
-    distance = np.maximum(distance - _WIDER * poses.f_max.max(axis=1, keepdims=True), 0.0)
+    distance = np.maximum(distance - _RELAXATION * poses.f_max.max(axis=1, keepdims=True), 0.0)
     low, high = poses.f_min + distance, poses.f_max - alpha * distance
-    return _refined(poses, first, low, np.maximum(low, high), poses.middle)
+    return _refine(poses, first, low, np.maximum(low, high), poses.middle)
 
 
-def _least_largest(
-    A: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray, counts: FloatArray
+def _minimize_largest(
+    A: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray, weights: FloatArray
 ) -> FloatArray | None:
-    """The f of min max counts f, A f = b, low <= f <= high: of several that of least squares."""
+    """Return the f of min max(weights f) s.t. A f = b, low <= f <= high.
+
+    If several solutions exist, return the one with the minimum sum of squares.
+    """
     newton = DualNewton(low.size, b.size)
     newton.A[...], newton.b[:], newton.lb[:], newton.ub[:] = A, b, low, high
     newton.H_diagonal[:], newton.g[:], newton.softness[:] = 1.0, 0.0, 0.0
     if newton.solve() != SOLVED:
         return None
-    nothing = np.zeros(low.size)
-    status = newton.least_largest(low, high, counts, nothing, newton.x.copy())
+    target = np.zeros(low.size)
+    status = newton.minimize_largest(low, high, weights, target, newton.x.copy())
     return newton.x.copy() if status == SOLVED else None
 
 
-def _safest(
+def _maximize_distance(
     A: FloatArray, b: FloatArray, low: FloatArray, high: FloatArray, alpha: float
 ) -> FloatArray | None:
     """Return the f of max s s.t. A f = b, low + s <= f <= high - alpha s, s >= 0."""
@@ -113,11 +120,11 @@ def _safest(
     return None if x is None else x[:m]
 
 
-def _each(
+def _solve_poses(
     poses: Poses,
     solve: Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray | None],
 ) -> FloatArray:
-    """Solutions of a linear programme pose by pose, shape (P, m); NaN if there is none."""
+    """Solve a linear program for each pose; shape (P, m), NaN if infeasible."""
     forces = np.full((len(poses.L), poses.m), np.nan)
     for k, problem in enumerate(zip(poses.A, poses.tau, poses.f_min, poses.f_max, strict=True)):
         answer = solve(*problem)
@@ -126,10 +133,10 @@ def _each(
     return forces
 
 
-def _refined(
+def _refine(
     poses: Poses, first: FloatArray, low: FloatArray, high: FloatArray, target: FloatArray
 ) -> FloatArray:
-    """The forces nearest to a target within tighter bounds; the first answer where that fails."""
+    """Return the forces nearest to a target within tighter limits, or the first solution."""
     found = np.all(np.isfinite(first), axis=1)
     inner = poses._replace(f_min=low, f_max=np.maximum(low, high)).only(found)
     refined = first.copy()

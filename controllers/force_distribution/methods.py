@@ -1,9 +1,9 @@
-"""Force distribution as functions over one pose or a stack of poses: CASPR's menu.
+"""Force distribution methods as functions of one pose or a stack of poses.
 
     -L'f = tau,   f_min <= f <= f_max
 
-Every function is called as `distribute` is, without the name of a method: `least_squares(L, tau,
-f_min, f_max)`.
+The methods correspond to those of CASPR. Every function has the arguments of `distribute` except
+the name of the method: `least_squares(L, tau, f_min, f_max)`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ METHODS: Mapping[str, Callable[..., DistributedForces]] = {
         polygon_centroid,
     )
 }
-"""The distributions by name."""
+"""Force distribution functions by name."""
 
 
 def distribute(
@@ -51,25 +51,27 @@ def distribute(
     method: str = "least_squares",
     **options: Any,
 ) -> DistributedForces:
-    """Return forces for one pose or a stack of them, by the method of that name.
+    """Distribute torques over muscles for one pose or a stack of poses.
 
     Args:
         L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
         tau: Desired torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; may be infinite if the method allows it.
-        method: One of `METHODS`.
+        f_min: Lower limits, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper limits, a number, shape (m,) or (..., m), in [N]; may be infinite if the method
+            allows it.
+        method: Name of a method in `METHODS`.
         options: Further keyword arguments of the method.
 
     Raises:
-        InputError: A size, a number or an option is wrong, or the method does not fit the robot.
-        UnknownNameError: There is no such method.
+        InputError: A size, a number or an option is invalid, or the method does not support the
+            robot.
+        UnknownNameError: The method or an option does not exist.
     """
     if method not in METHODS:
         raise UnknownNameError("force distribution", method, METHODS)
     function = METHODS[method]
-    taken = inspect.unwrap(function).__kwdefaults__ or {}
+    known = inspect.unwrap(function).__kwdefaults__ or {}
     for option in options:
-        if option not in taken:
-            raise UnknownNameError(f"option of {method!r}", option, taken)
+        if option not in known:
+            raise UnknownNameError(f"option of {method!r}", option, known)
     return function(L, tau, f_min, f_max, **options)

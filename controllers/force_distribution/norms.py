@@ -1,7 +1,8 @@
-"""Least p-norms of forces: min |H^1/2 (f - f_p)|_p s.t. -L'f = tau, f_min <= f <= f_max.
+"""Minimum p-norm of forces: min |H^1/2 (f - f_p)|_p s.t. -L'f = tau, f_min <= f <= f_max.
 
-Computed by csrc/laws/norm.c. For whole p above 2 the p-th power is made least by Newton's method;
-p = 1 and infinity are linear programmes, of whose solutions it is the one nearest to f_p.
+The file csrc/laws/norm.c implements the solution. For integer p above 2, Newton's method minimises
+the p-th power of the norm. For p = 1 and infinity the problem is a linear program, and the solution
+nearest to f_p is used.
 """
 
 from __future__ import annotations
@@ -14,27 +15,27 @@ from controllers.qp import law_in_c
 from controllers.validation import named_vector, require_norm
 
 from .poses import Poses, distribution
-from .quadratic import goals
+from .quadratic import broadcast_target
 
 
 @distribution()
 def p_norm(
     poses: Poses, *, p: float = 4.0, weights: ArrayLike = 1.0, target: ArrayLike = 0.0
 ) -> FloatArray:
-    """Return the forces of least p-norm: between least squares and the least largest force.
+    """Minimise the p-norm of forces, a compromise between least squares and minimum peak force.
 
     Args:
-        poses: Of any number of muscles.
-        p: The norm, a whole number from 1 to 8, or infinity.
+        poses: Poses of a robot with any number of muscles.
+        p: The norm, an integer from 1 to 8, or infinity.
         weights: Diagonal of H, a number or shape (m,), in [1/N²].
         target: f_p, a number, shape (m,) or (..., m), in [N].
 
     Raises:
-        InputError: A size or a number is wrong.
+        InputError: A size is wrong, or a number is out of range.
     """
     require_norm(p)
     H = named_vector("weights", weights, [f"muscle {k + 1}" for k in range(poses.m)], above=0.0)
-    preferred = goals(poses, target)
+    preferred = broadcast_target(poses, target)
     law = law_in_c.LawInC(poses.n, poses.m)
     law.write(law=law_in_c.GIVEN, norm=p, H_f=H, M=np.eye(poses.n))
     forces = np.full((len(poses.L), poses.m), np.nan)

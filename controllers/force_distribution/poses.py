@@ -1,4 +1,4 @@
-"""Stacked poses, the checked forces of a distribution over them, and a status for each pose."""
+"""Stacks of poses, and checked forces of a distribution with a status for each pose."""
 
 from __future__ import annotations
 
@@ -19,22 +19,20 @@ SOLVED = "solved"
 INFEASIBLE = "infeasible"
 NO_ANSWER = "no answer"
 
-# Largest torque error of an accepted answer, relative to the terms that are added up, and largest
-# violation of a bound that counts as rounding, relative to 1 N or the bound.
-_ACCEPTED = 1e-8
-_ROUNDING = 1e-7
-_MIN_ROW = 1e-6  # a row counts as large as this part of the largest: below is rounding
+_MAX_TORQUE_ERROR = 1e-8  # of a solution, relative to the sum of the magnitudes of its terms
+_MAX_VIOLATION = 1e-7  # of a force limit by rounding, relative to 1 N or the limit
+_MIN_ROW = 1e-6  # minimum size of a row for the torque error, relative to the largest row
 
 
 class Poses(NamedTuple):
-    """P poses: A f = tau with A = -L', f_min <= f <= f_max.
+    """Force distribution problems of P poses: A f = tau with A = -L', f_min <= f <= f_max.
 
     Attributes:
         L: Muscle Jacobians, shape (P, m, n), in [m/rad] or [m/m].
         A: -L', shape (P, n, m).
         tau: Desired torques, shape (P, n), in [N·m] or [N].
-        f_min, f_max: Bounds, shape (P, m), in [N].
-        stack: Shape of the stack that the poses came in.
+        f_min, f_max: Force limits, shape (P, m), in [N].
+        stack: Original shape of the stack of poses.
     """
 
     L: FloatArray
@@ -56,11 +54,11 @@ class Poses(NamedTuple):
 
     @property
     def middle(self) -> FloatArray:
-        """The middle between the bounds, shape (P, m), in [N]."""
+        """Mean of the force limits, shape (P, m), in [N]."""
         return 0.5 * (self.f_min + self.f_max)
 
     def only(self, chosen: BoolArray) -> Poses:
-        """Some of the poses, in a flat stack."""
+        """Return the chosen poses as a flat stack."""
         L, A, tau, f_min, f_max, _ = self
         stack = (int(chosen.sum()),)
         return Poses(L[chosen], A[chosen], tau[chosen], f_min[chosen], f_max[chosen], stack)
@@ -68,13 +66,14 @@ class Poses(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DistributedForces:
-    """Muscle forces for one pose or a stack of them.
+    """Muscle forces for one pose or a stack of poses.
 
     Attributes:
         method: Name of the distribution.
-        forces: f, shape (..., m), in [N]; within the bounds, NaN if there is no answer.
-        status: Shape (...): `solved`; `infeasible`, no forces within the bounds make the torque;
-            or `no answer`, this method found none but there are some.
+        forces: f within the force limits, shape (..., m), in [N]; NaN if not solved.
+        status: Status of each pose, shape (...): `solved`; `infeasible` if no forces within the
+            limits produce the torque; `no answer` if forces exist, but the method did not find
+            them.
         torque_error: Largest |tau + L'f| of a coordinate, shape (...), in [N·m] or [N].
     """
 
@@ -85,21 +84,21 @@ class DistributedForces:
 
     @property
     def solved(self) -> BoolArray:
-        """Which poses are solved, shape (...)."""
+        """Whether each pose is solved, shape (...)."""
         return np.asarray(self.status == SOLVED)
 
 
 def gather(L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike) -> Poses:
-    """Return the poses of any stack, flat and checked.
+    """Check a stack of poses of any shape and return it flattened.
 
     Args:
         L: Muscle Jacobians, shape (..., m, n), in [m/rad] or [m/m].
         tau: Desired torques, shape (..., n), in [N·m] or [N].
-        f_min: Lower bounds, a number, shape (m,) or (..., m), in [N].
-        f_max: Upper bounds, likewise; may be infinite.
+        f_min: Lower limits, a number, shape (m,) or (..., m), in [N].
+        f_max: Upper limits, a number, shape (m,) or (..., m), in [N]; may be infinite.
 
     Raises:
-        InputError: A size or a number is wrong.
+        InputError: A size is wrong, or a number is out of range.
     """
     L_, tau_ = _numbers("L", L), _numbers("tau", tau)
     if L_.ndim < 2 or 0 in L_.shape[-2:] or tau_.ndim < 1 or tau_.shape[-1] != L_.shape[-1]:
@@ -114,7 +113,7 @@ def gather(L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike) -> 
     except ValueError:
         raise InputError(
             f"L {L_.shape}, tau {tau_.shape}, f_min {np.shape(f_min)} and f_max {np.shape(f_max)} "
-            f"do not belong together: bounds are a number or one for each of the {m} muscles"
+            f"have inconsistent shapes; f_min and f_max must be a number or {m} numbers"
         ) from None
     _check_bounds(low, high)
     flat = np.broadcast_to(L_, (*stack, m, n)).reshape(-1, m, n)
@@ -125,14 +124,14 @@ def gather(L: ArrayLike, tau: ArrayLike, f_min: ArrayLike, f_max: ArrayLike) -> 
 def distribution(
     *, finite_bounds: bool = False
 ) -> Callable[[Callable[..., FloatArray]], Callable[..., DistributedForces]]:
-    """Make a distribution over one pose or any stack of poses of a function over flat `Poses`.
+    """Return a decorator that extends a function of `Poses` to any stack of poses.
 
-    The function returns forces, shape (P, m), in [N]; NaN if it finds none. The distribution is
-    called with L, tau, f_min and f_max as `gather` takes them and the function's own options; its
-    answer is checked by `finish`.
+    The function returns forces, shape (P, m), in [N]; NaN if it finds none. The decorated function
+    has the arguments L, tau, f_min and f_max of `gather`, and the options of the function.
+    `check_forces` checks the result.
 
     Args:
-        finite_bounds: Whether the method needs finite upper bounds.
+        finite_bounds: Whether the method requires finite upper limits.
     """
 
     def decorate(method: Callable[..., FloatArray]) -> Callable[..., DistributedForces]:
@@ -143,22 +142,23 @@ def distribution(
             poses = gather(L, tau, f_min, f_max)
             if finite_bounds:
                 require_finite_bounds(poses, method.__name__)
-            return finish(poses, method.__name__, method(poses, **options))
+            return check_forces(poses, method.__name__, method(poses, **options))
 
         return distribute
 
     return decorate
 
 
-def _numbers(what: str, values: ArrayLike, *, infinite: bool = False) -> FloatArray:
+def _numbers(name: str, values: ArrayLike, *, infinite: bool = False) -> FloatArray:
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(f"{what} must be numbers, not {values!r}") from None
+        raise InputError(f"{name} must be numbers, not {values!r}") from None
     wrong = np.isnan(array) if infinite else ~np.isfinite(array)
     if wrong.any():
-        where = [int(k) for k in np.argwhere(wrong)[0]]
-        raise InputError(f"{what}{where or ''} is {array[tuple(where)]}: it must be a number")
+        index = [int(k) for k in np.argwhere(wrong)[0]]
+        allowed = "a number" if infinite else "finite"
+        raise InputError(f"{name}{index or ''} must be {allowed}, not {array[tuple(index)]}")
     return array
 
 
@@ -173,27 +173,27 @@ def _check_bounds(low: FloatArray, high: FloatArray) -> None:
 
 
 def require_finite_bounds(poses: Poses, method: str) -> None:
-    """Reject unlimited muscles, for methods that need the middle between the bounds.
+    """Reject muscles without upper limits, for methods that use the mean of the limits.
 
     Raises:
-        InputError: An upper bound is infinite.
+        InputError: An upper limit is infinite.
     """
     if not np.isfinite(poses.f_max).all():
         k = int(np.argwhere(~np.isfinite(poses.f_max))[0][1])
-        raise InputError(f"muscle {k + 1} has no upper bound: {method!r} needs a finite f_max")
+        raise InputError(f"muscle {k + 1}: f_max must be finite for {method!r}")
 
 
-def finish(poses: Poses, method: str, forces: FloatArray) -> DistributedForces:
-    """Return the checked answer of a method.
+def check_forces(poses: Poses, method: str, forces: FloatArray) -> DistributedForces:
+    """Check the forces of a method and return them with a status for each pose.
 
     Args:
         poses: The poses.
         method: Name of the distribution.
-        forces: Its forces, shape (P, m), in [N]; NaN if it found none.
+        forces: Forces of the method, shape (P, m), in [N]; NaN if it found none.
     """
     scale = np.maximum(1.0, np.where(np.isfinite(poses.f_max), poses.f_max, poses.f_min))
     outside = np.maximum(poses.f_min - forces, forces - poses.f_max)
-    near = np.all(outside <= _ROUNDING * scale, axis=1)  # not so for NaN
+    near = np.all(outside <= _MAX_VIOLATION * scale, axis=1)  # False for NaN
     clipped = np.clip(forces, poses.f_min, poses.f_max)
     errors, allowed = torque_errors(poses, clipped)
     solved = near & np.all(errors <= allowed, axis=1)
@@ -210,8 +210,8 @@ def finish(poses: Poses, method: str, forces: FloatArray) -> DistributedForces:
 
 
 def torque_errors(poses: Poses, forces: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """|tau + L'f| and how much of it is accepted, both of shape (P, n), in [N·m] or [N]."""
-    made = np.einsum("pnm,pm->pn", poses.A, forces)
+    """Return |tau + L'f| and its tolerance, shape (P, n) each, in [N·m] or [N]."""
+    produced = np.einsum("pnm,pm->pn", poses.A, forces)
     terms = np.abs(poses.tau) + np.einsum("pnm,pm->pn", np.abs(poses.A), np.abs(forces))
     terms += _MIN_ROW * terms.max(axis=1, keepdims=True)
-    return np.abs(poses.tau - made), _ACCEPTED * terms + np.finfo(float).tiny
+    return np.abs(poses.tau - produced), _MAX_TORQUE_ERROR * terms + np.finfo(float).tiny

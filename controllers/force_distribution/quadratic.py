@@ -1,6 +1,7 @@
 """Least squares: min (f - f_p)'H (f - f_p) s.t. -L'f = tau, f_min <= f <= f_max.
 
-CASPR's `IDSolverQuadProg`. The problem has one solution, and it is continuous along a motion.
+The method corresponds to `IDSolverQuadProg` of CASPR. The solution is unique and continuous along a
+motion.
 """
 
 from __future__ import annotations
@@ -19,34 +20,34 @@ from .poses import Poses, distribution
 
 @distribution()
 def least_squares(poses: Poses, *, weights: ArrayLike = 1.0, target: ArrayLike = 0.0) -> FloatArray:
-    """Return the forces of least weighted square distance to a target, of smallest norm by default.
+    """Minimise the weighted squared distance of the forces to a target.
 
-    Poses are solved in order, each from the multipliers of the one before: the poses of a motion
-    take about one Newton step each.
+    Poses are solved in order. Each solution starts from the multipliers of the previous pose, so
+    that the poses of a motion require about one Newton step each.
 
     Args:
-        poses: Of any number of muscles.
+        poses: Poses of a robot with any number of muscles.
         weights: Diagonal of H, a number or shape (m,), in [1/N²].
-        target: f_p, a number, shape (m,) or (..., m), in [N]: 0 for CASPR's `IDObjectiveMinQuad`,
-            the middle between the bounds for its `IDObjectiveQuadOptimallySafe`.
+        target: f_p, a number, shape (m,) or (..., m), in [N]. Use 0 for `IDObjectiveMinQuad` of
+            CASPR, and the mean of the limits for its `IDObjectiveQuadOptimallySafe`.
 
     Raises:
-        InputError: A size or a number is wrong.
+        InputError: A size is wrong, or a number is out of range.
     """
     names = [f"muscle {k + 1}" for k in range(poses.m)]
     H = named_vector("weights", weights, names, above=0.0)
-    return solve_poses(poses, H, goals(poses, target))
+    return solve_poses(poses, H, broadcast_target(poses, target))
 
 
-def goals(poses: Poses, target: ArrayLike) -> FloatArray:
-    """Return a target of all poses, shape (P, m), in [N].
+def broadcast_target(poses: Poses, target: ArrayLike) -> FloatArray:
+    """Return a target for each pose, shape (P, m), in [N].
 
     Args:
         poses: The poses.
         target: A number, shape (m,) or (..., m), in [N].
 
     Raises:
-        InputError: It has another shape, or is not finite.
+        InputError: The target has another shape, or is not finite.
     """
     try:
         goal = np.broadcast_to(np.asarray(target, float), (*poses.stack, poses.m))
@@ -58,7 +59,7 @@ def goals(poses: Poses, target: ArrayLike) -> FloatArray:
 
 
 def solve_poses(poses: Poses, H: FloatArray, target: FloatArray) -> FloatArray:
-    """Return the forces of the QP solver, shape (P, m), in [N]; NaN if it finds none.
+    """Solve the QP of each pose; shape (P, m), in [N], NaN if not solved.
 
     Args:
         poses: The poses.

@@ -1,4 +1,4 @@
-"""Muscle forces that were found for a torque, and how far they are off."""
+"""Muscle forces for a desired torque, and measures of their error."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from controllers.arrays import BoolArray, FloatArray
 
 Status = Literal["solved", "soft", "not converged"]
 STATUSES: tuple[Status, ...] = ("solved", "soft", "not converged")
-"""By their numbers in C."""
+"""Names of the status codes of the C core, in order."""
 
-_AT_BOUND = 1e-9  # a force this close to a bound is at it, relative to 1 N or the bound
+_AT_LIMIT = 1e-9  # maximum distance of a force that is at its limit, relative to 1 N or the limit
 
 
 @dataclass(frozen=True)
@@ -21,14 +21,14 @@ class ForceSolution:
     """Muscle forces for a desired torque, with measures of their error.
 
     Attributes:
-        forces: f, shape (m,), in [N]; always within the bounds.
-        status: `solved`; `soft` if it is proven that no force within the bounds makes the
-            torque; `not converged` if none was found, and none may or may not be, or where
-            these are of least squares, as those of the norm were not found.
-        slack: Torque that is missing, tau + L'f, shape (n,), in [N·m] or [N].
-        f_min, f_max: The bounds, shape (m,), in [N].
+        forces: f, shape (m,), in [N]; always within the force limits.
+        status: `solved`; `soft` if the torque is provably infeasible; `not converged` if the
+            solver found neither a solution nor a proof, or if it found least-squares forces
+            instead of forces for the specified norm.
+        slack: Missing torque tau + L'f, shape (n,), in [N·m] or [N].
+        f_min, f_max: Force limits, shape (m,), in [N].
         coordinate_names: n names.
-        muscle_names: m names; of the coordinates that have motors behind those of the muscles.
+        muscle_names: m names. The coordinates with motors follow the muscles.
     """
 
     forces: FloatArray
@@ -46,39 +46,39 @@ class ForceSolution:
 
     @property
     def bound_violation(self) -> float:
-        """Largest distance of a force from its bounds, in [N]; 0 when all are within."""
+        """Largest violation of a force limit, in [N]; 0 if all forces are within the limits."""
         outside = np.maximum(self.f_min - self.forces, self.forces - self.f_max)
         return float(np.max(outside, initial=0.0))
 
     @property
     def at_min(self) -> tuple[str, ...]:
-        """Names of the muscles and motors at their lower bound."""
-        return self._named(self._near_min)
+        """Names of the muscles and motors at their lower limit."""
+        return self._select_names(self._near_min)
 
     @property
     def at_max(self) -> tuple[str, ...]:
-        """Names of the muscles and motors at their upper bound."""
-        return self._named(self._near_max)
+        """Names of the muscles and motors at their upper limit."""
+        return self._select_names(self._near_max)
 
     @property
     def count_at_bounds(self) -> int:
-        """Number of muscles and motors at a bound."""
+        """Number of muscles and motors at a limit."""
         return int(np.count_nonzero(self._near_min | self._near_max))
 
     @property
     def _near_min(self) -> BoolArray:
-        return self.forces - self.f_min <= _AT_BOUND * np.maximum(1.0, self.f_min)
+        return self.forces - self.f_min <= _AT_LIMIT * np.maximum(1.0, self.f_min)
 
     @property
     def _near_max(self) -> BoolArray:
         finite = np.where(np.isfinite(self.f_max), self.f_max, np.finfo(float).max)
-        return finite - self.forces <= _AT_BOUND * np.maximum(1.0, finite)
+        return finite - self.forces <= _AT_LIMIT * np.maximum(1.0, finite)
 
-    def _named(self, chosen: BoolArray) -> tuple[str, ...]:
+    def _select_names(self, chosen: BoolArray) -> tuple[str, ...]:
         return tuple(name for name, at in zip(self.muscle_names, chosen, strict=True) if at)
 
     def describe(self) -> str:
-        """One line: the slack by coordinate, and the muscles at their bounds."""
+        """Return one line with the slack of each coordinate and the muscles at their limits."""
         slack = ", ".join(
             f"{name} {value:.3g}"
             for name, value in zip(self.coordinate_names, self.slack, strict=True)

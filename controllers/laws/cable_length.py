@@ -1,10 +1,11 @@
-"""Cable-length control: set points for position-controlled motors, without any joint sensor.
+"""Cable-length control: set points for position-controlled motors, without joint sensors.
 
     l0 = l(q_d) - (f_ff - D l_d')/K,   l_d' = L(q_d) qd_d
 
-The set points that would hold the reference exactly, if the robot were there: f_ff are the forces
-of eq. (3) on the reference itself. Without f_ff the joints sag until the springs' stretch makes
-these forces, about 1/K; with it only errors of the model are left to the springs.
+These set points hold the reference exactly if the robot is at the reference. The feedforward forces
+f_ff are the forces of eq. (3) at the reference. Without f_ff, the joints sag until the stretch of
+the springs, which is proportional to 1/K, produces these forces. With f_ff, the springs only
+compensate model errors.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from .motors import SpringMotors
 
 @dataclass(frozen=True)
 class CableLengthSolution(ForceSolution):
-    """Set points, and the forces that they make on the reference.
+    """Set points of motors, and the forces that they produce at the reference.
 
     Attributes:
         set_points: l0, shape (m,), in [m].
@@ -37,23 +38,23 @@ class CableLengthSolution(ForceSolution):
 
 
 class CableLengthController:
-    """Set points of position-controlled motors from a reference of the joints.
+    """Controller that computes set points of position-controlled motors from a joint reference.
 
     Args:
-        dynamics: The robot as the controller knows it.
-        motors: The robot's motors.
+        dynamics: Robot model of the controller.
+        motors: Motors of the robot.
         pretension: Constant forces instead of f_ff, a number or shape (m,), in [N], for a robot
-            whose masses are not known; f_ff when None.
-        weights: Diagonal of H for f_ff, shape (m,), in [1/N²]; ones when None.
+            with unknown masses (default: f_ff).
+        weights: Diagonal of H for f_ff, shape (m,), in [1/N²] (default: ones).
         solver: Name of a QP back end.
 
     Raises:
-        InputError: A constant or weight is wrong, or the motors are those of other muscles.
+        InputError: A constant or weight is invalid, or the muscles of motors and robot differ.
         UnknownNameError: The back end is not installed.
 
     Attributes:
         motors: The motors.
-        distribution: The force distribution of f_ff, with bounds and weights.
+        distribution: The force distribution for f_ff, with force limits and weights.
     """
 
     def __init__(
@@ -67,8 +68,11 @@ class CableLengthController:
     ) -> None:
         names = dynamics.muscle_names
         if motors.muscle_names != names:
-            raise InputError(f"motors of {motors.muscle_names}, but the muscles are {names}")
-        require_no_motors(dynamics, "set points of cables")
+            raise InputError(
+                f"the motors are defined for the muscles {motors.muscle_names}, "
+                f"but the robot has {names}"
+            )
+        require_no_motors(dynamics, "cable-length control")
         self.dynamics = dynamics
         self.motors = motors
         self.distribution = ForceDistribution(
@@ -82,7 +86,7 @@ class CableLengthController:
         self._pretension = (
             None
             if pretension is None
-            else named_vector("pretension", pretension, names, most=MAX_PRETENSION)
+            else named_vector("pretension", pretension, names, upper=MAX_PRETENSION)
         )
 
     def solve(
@@ -95,16 +99,15 @@ class CableLengthController:
         *,
         w_e: FloatArray | None = None,
     ) -> CableLengthSolution:
-        """Return the set points for a moment of the reference.
+        """Compute the set points for the reference at one time.
 
         Args:
-            q: Not used: this controller is blind.
+            q: Not used, since this controller has no feedback.
             qd: Not used.
             q_d: Desired positions, shape (n,), in [rad] or [m].
             qd_d: Desired velocities, shape (n,), in [rad/s] or [m/s].
             qdd_d: Desired accelerations, shape (n,), in [rad/s²] or [m/s²].
-            w_e: Generalised external load to compensate for, shape (n,), in [N·m] or [N]; none when
-                None.
+            w_e: Generalised external load to compensate, shape (n,), in [N·m] or [N], or None.
 
         Raises:
             InputError: A vector has another size.
@@ -115,12 +118,12 @@ class CableLengthController:
         check_sizes(names, q_d=q_d, qd_d=qd_d, qdd_d=qdd_d, w_e=w_e)
         L = robot.muscle_jacobian(q_d)
         tau = robot.mass_matrix(q_d) @ qdd_d + bias_torque(robot, q_d, qd_d)
-        forward = self._forward(L, tau if w_e is None else tau + w_e)
+        forward = self._feedforward(L, tau if w_e is None else tau + w_e)
         set_points = self.motors.set_points(robot.muscle_lengths(q_d), L @ qd_d, forward.forces)
         return CableLengthSolution(**vars(forward), set_points=set_points)
 
-    def _forward(self, L: FloatArray, tau: FloatArray) -> ForceSolution:
-        """f_ff; or the pretension, whose slack is zero as no torque is required of it."""
+    def _feedforward(self, L: FloatArray, tau: FloatArray) -> ForceSolution:
+        """Return f_ff, or the pretension with zero slack, since no torque is required."""
         if self._pretension is None:
             return self.distribution.solve(L, tau)
         robot = self.dynamics

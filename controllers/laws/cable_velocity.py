@@ -1,11 +1,12 @@
-"""Cable-velocity control: rates of the motors' set points, from the joints' errors.
+"""Cable-velocity control: rates of motor set points from joint errors.
 
     l0' = L(q) (qd_d + Kp (q_d - q) + Kd (qd_d - qd))
 
-After kindyn's `CableLengthController` and `CableLengthVelocityController`, which use one column of
-L for each joint by itself and no qd_d: there moving targets are followed late. Their error is of
-the other sign. No model is needed but L. Where the motors integrate l0', a standing error keeps
-winding: under a constant load the joints come to rest at q_d.
+This law extends `CableLengthController` and `CableLengthVelocityController` of kindyn. Those use
+only one column of L for each joint, define the error with the opposite sign, and do not use qd_d,
+so that they lag behind moving targets. The law requires no robot model except L. If the motors
+integrate l0', a constant error changes the set points continuously. Under a constant load the
+joints therefore converge to q_d.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class CableVelocitySolution:
     """Rates of set points.
 
     Attributes:
-        rates: l0', shape (m,), in [m/s]; negative if a motor winds up.
+        rates: l0', shape (m,), in [m/s]; negative when a motor shortens its cable.
         muscle_names: m names.
     """
 
@@ -35,17 +36,17 @@ class CableVelocitySolution:
 
 
 class CableVelocityController:
-    """Rates of the set points of motors from the joints' errors.
+    """Controller that computes rates of motor set points from joint errors.
 
     Args:
-        dynamics: The robot as the controller knows it; only its L counts.
-        kp: Gain on the error, a number or shape (n,), in [1/s].
-        kd: Gain on the error's rate, a number or shape (n,), without unit. With kp = 0 and no
-            feedforward this is kindyn's velocity controller.
-        feedforward: Whether qd_d itself counts; kindyn's does not have it.
+        dynamics: Robot model of the controller; only L is used.
+        kp: Gain on the position error, a number or shape (n,), in [1/s].
+        kd: Gain on the velocity error, a number or shape (n,), dimensionless. With kp = 0 and
+            without feedforward, this is the velocity controller of kindyn.
+        feedforward: Whether to add qd_d. The controllers of kindyn do not add it.
 
     Raises:
-        InputError: A gain is negative or not finite, or there are too many or too few.
+        InputError: A gain is negative or not finite, or the number of gains is wrong.
 
     Attributes:
         kp, kd: The gains, shape (n,).
@@ -59,7 +60,7 @@ class CableVelocityController:
         *,
         feedforward: bool = True,
     ) -> None:
-        require_no_motors(dynamics, "rates of set points of cables")
+        require_no_motors(dynamics, "cable-velocity control")
         self.dynamics = dynamics
         self.kp = named_vector("kp", kp, dynamics.coordinate_names)
         self.kd = named_vector("kd", kd, dynamics.coordinate_names)
@@ -73,7 +74,7 @@ class CableVelocityController:
         qd_d: FloatArray,
         qdd_d: FloatArray | None = None,
     ) -> CableVelocitySolution:
-        """Return the rates.
+        """Compute the rates of the set points.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].

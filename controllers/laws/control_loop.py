@@ -1,11 +1,11 @@
 """Sampled control loop around a control law: integral action, disturbance observer, delay.
 
-Integral action:       correction += T Ki e, at rest while the law cannot be met
+Integral action:       correction += T Ki e, stopped while the law is infeasible
 Disturbance observer:  w += (1 - exp(-w_o T)) (w_measured - w),
                        w_measured = -L'f - C - G - D qd - M (qd - qd_last)/T - w_e, at the last tick
-Delay:                 the law is evaluated at the state predicted for when its forces take effect
+Delay:                 the law uses the state predicted for the time when its forces take effect
 
-Computed by csrc/loop, which calls the law and the dynamics back.
+The folder csrc/loop implements the loop. It evaluates the law and the dynamics through callbacks.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from controllers.validation import (
     named_vector,
     require_delay,
     require_period,
-    resting,
+    smallest_forces,
 )
 
 from . import loop_in_c
 
 
 class ControlLaw(Protocol):
-    """A law that makes muscle forces of a state and a reference, both of one moment."""
+    """Control law that computes muscle forces from a state and a reference at the same time."""
 
     @property
     def dynamics(self) -> Dynamics: ...  # noqa: D102
 
     def error(self, q: FloatArray, reference: FloatArray) -> FloatArray:
-        """Return the reference's position less that of q, shape (r,)."""
+        """Return the position of the reference minus the position at q, shape (r,)."""
 
     def solve(
         self,
@@ -52,26 +52,26 @@ class ControlLaw(Protocol):
         w_e: FloatArray | None = None,
         correction: FloatArray | None = None,
     ) -> ForceSolution:
-        """Return the forces; see `JointSpaceController.solve`."""
+        """Compute the forces; see `JointSpaceController.solve`."""
 
 
 class ControlLoop:
-    """A control law ticking with a period.
+    """Sampled control loop that evaluates a control law once per period.
 
     Args:
-        law: The law.
-        names: Names of the r rows of its reference, for messages.
+        law: The control law.
+        names: Names of the r reference coordinates, for messages.
         period: T, in [s].
         ki: Integral gain, a number or shape (r,), in [1/s³].
-        observer: Bandwidth w_o of the disturbance observer, in [rad/s]; 0 for none.
-        delay: Ticks from reading a state until its forces take effect: 0 or 1.
-        predict: Whether to compensate for the delay.
+        observer: Bandwidth w_o of the disturbance observer, in [rad/s]; 0 without an observer.
+        delay: Ticks from the measurement of a state until its forces take effect: 0 or 1.
+        predict: Whether to compensate the delay by prediction.
 
     Raises:
-        InputError: A setting is wrong.
+        InputError: A setting is invalid.
 
     Attributes:
-        law: The law.
+        law: The control law.
     """
 
     def __init__(
@@ -86,7 +86,9 @@ class ControlLoop:
         predict: bool = True,
     ) -> None:
         if not (is_finite(observer) and observer >= 0):
-            raise InputError(f"observer must be a bandwidth in rad/s or 0, not {observer!r}")
+            raise InputError(
+                f"observer must be a finite bandwidth in rad/s, at least 0, not {observer!r}"
+            )
         require_delay(delay)
         n, m, r = len(law.dynamics.coordinate_names), len(actuator_names(law.dynamics)), len(names)
         self.law = law
@@ -94,7 +96,7 @@ class ControlLoop:
         self._loop = loop_in_c.LoopInC(n, m, r, self)
         self._loop.write(ki=named_vector("ki", ki, names), delay=delay, predict=predict)
         self.set_period(period)
-        self.reset(resting(law.dynamics.f_min, law.dynamics.f_max))
+        self.reset(smallest_forces(law.dynamics.f_min, law.dynamics.f_max))
 
     def set_period(self, period: float) -> None:
         """Change the period.
@@ -103,7 +105,7 @@ class ControlLoop:
             period: T, in [s].
 
         Raises:
-            InputError: It is not positive and finite.
+            InputError: The period is not positive and finite.
         """
         require_period(period)
         self._period = period
@@ -116,9 +118,9 @@ class ControlLoop:
 
     @property
     def acting(self) -> FloatArray:
-        """The forces that act from this tick to the next, and behind them the torques of motors.
+        """Muscle forces and motor torques from this tick to the next.
 
-        Shape (a,), in [N] and [N·m]. What is put in their place is what the observer knows.
+        Shape (a,), in [N] and [N·m]. If other forces are assigned, the observer uses those.
         """
         return self._loop["acting"].copy()
 
@@ -128,14 +130,15 @@ class ControlLoop:
 
     @property
     def disturbance(self) -> FloatArray:
-        """The observer's load on the left of the motion equation, shape (n,), in [N·m] or [N]."""
+        """Estimated load on the left of the equation of motion, shape (n,), in [N·m] or [N]."""
         return self._loop["disturbance"].copy()
 
     def reset(self, forces: FloatArray) -> None:
-        """Forget everything.
+        """Reset the integral action, the observer and the delayed forces.
 
         Args:
-            forces: What acts until the first forces take effect, shape (a,), in [N] and [N·m].
+            forces: Forces that act until the first computed forces take effect, shape (a,), in [N]
+                and [N·m].
         """
         self._loop.write(remembered=0.0)
         self._loop.write(acting=forces, coming=forces)
@@ -149,18 +152,18 @@ class ControlLoop:
         *,
         applied: FloatArray | None = None,
     ) -> ForceSolution:
-        """One tick; `acting` is what is to be applied now.
+        """Execute one tick. Afterwards, `acting` contains the forces to apply.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
             qd: Joint velocities, shape (n,), in [rad/s] or [m/s].
-            reference: Position, velocity and acceleration, shape (3, r), at this moment.
-            w_e: Known generalised external load, shape (n,), in [N·m] or [N]; none when None.
-            applied: Mean tensions of the muscles, and torques of the motors, since the last tick,
-                shape (a,), in [N] and [N·m]; what was commanded when None.
+            reference: Position, velocity and acceleration at the time of the tick, shape (3, r).
+            w_e: Known generalised external load, shape (n,), in [N·m] or [N], or None.
+            applied: Mean muscle forces and motor torques since the last tick, shape (a,), in [N]
+                and [N·m] (default: the commanded forces).
 
         Returns:
-            The solution computed at this tick; it takes effect `delay` ticks later.
+            Solution of this tick, which takes effect `delay` ticks later.
 
         Raises:
             InputError: A vector has another size.
@@ -176,31 +179,33 @@ class ControlLoop:
         return self._solution
 
     def get_state(self) -> FloatArray:
-        """All that the loop remembers, as one row of numbers; the law's own memory is apart."""
+        """Return the state of the loop as a vector, without the state of the law."""
         return self._loop["remembered"].copy()
 
     def set_state(self, state: FloatArray) -> None:
-        """Go back to a state from `get_state`.
+        """Restore a state from `get_state`.
 
         Raises:
-            InputError: It has another length, or is not finite.
+            InputError: The state has another length, or is not finite.
         """
         remembered = self._loop["remembered"]
         if np.shape(state) != remembered.shape or not np.isfinite(state).all():
-            raise InputError(f"the control loop's state is {remembered.size} finite numbers")
+            raise InputError(
+                f"the state of the control loop must be {remembered.size} finite numbers"
+            )
         remembered[:] = state
 
-    # What the loop in C asks.
+    # Callbacks of the C loop.
 
     def terms(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """M, h = C + G + D qd, and L, at a state."""
+        """Return M, h = C + G + D qd, and L at a state."""
         robot = self.law.dynamics
         return robot.mass_matrix(q), bias_torque(robot, q, qd), robot.actuator_jacobian(q)
 
     def solve(
         self, q: FloatArray, qd: FloatArray, reference: FloatArray, load: FloatArray
     ) -> tuple[int, FloatArray, FloatArray]:
-        """Status, forces and slack of the law."""
+        """Solve the law and return status, forces and slack."""
         correction = self._loop["correction"].copy()
         self._solution = self.law.solve(q, qd, *reference, w_e=load, correction=correction)
         solution = self._solution

@@ -1,7 +1,9 @@
-"""The native laws in joint space: THE table. Their formulas are `csrc/laws/joint/<name>.c`.
+"""Table of the native control laws in joint space.
 
-Experiments, `JointSpaceController` and the documentation read the table; hatch_build.py makes of it
-the list of laws in C. It reads this module by its path, so that it needs the standard library only.
+The file `csrc/laws/joint/<name>.c` implements the formula of a law. Experiments,
+`JointSpaceController` and the documentation read this table, and hatch_build.py generates the list
+of laws in C from it. This module only uses the standard library, since hatch_build.py loads it by
+its path.
 """
 
 from __future__ import annotations
@@ -15,15 +17,15 @@ C_LIST = "controllers/generated/joint_law_list.h"
 
 
 class JointLaw(NamedTuple):
-    """A formula for the torque of the joints, which is distributed over the muscles.
+    """Control law with a formula for the joint torque, which is distributed over the muscles.
 
     Attributes:
-        name: Its name in experiments and that of its C file, with the function `<name>_torque`.
-        meaning: What it is, in Markdown.
-        torque_gains: Whether its gains make torques of errors, in [N·m/rad] and [N·m·s/rad], and
-            not accelerations, in [1/s²] and [1/s].
-        needs_gravity: Whether it needs the array G, which costs time.
-        unread: What it does not read of the reference: `qd_d`, `qdd_d`.
+        name: Name in experiments, of the C file, and of the function `<name>_torque` in it.
+        meaning: Description in Markdown.
+        torque_gains: Whether the gains convert errors to torques, in [N·m/rad] and [N·m·s/rad],
+            instead of accelerations, in [1/s²] and [1/s].
+        needs_gravity: Whether the law uses the array G. Other laws save its computation.
+        unread: Parts of the reference that the law does not use: `qd_d`, `qdd_d`.
     """
 
     name: str
@@ -59,21 +61,21 @@ JOINT_LAWS = (
 
 
 def c_list(root: Path) -> str:
-    """Return the text of `C_LIST`.
+    """Return the contents of `C_LIST`.
 
     Args:
-        root: The source tree.
+        root: Root folder of the source tree.
 
     Raises:
-        ValueError: A law has no C file, or a C file no law.
+        ValueError: A law has no C file, or a C file is not in the table.
     """
     files, names = (
         {path.stem for path in (root / CSRC).glob("*.c")},
         [law.name for law in JOINT_LAWS],
     )
     for name in sorted(files.symmetric_difference(names)):
-        lacking = f"{TABLE} has no law" if name in files else f"{CSRC} has no file for the law"
-        raise ValueError(f"{lacking} {name!r}")
+        missing = f"{TABLE} has no law" if name in files else f"{CSRC} has no file for the law"
+        raise ValueError(f"{missing} {name!r}")
     lines = (f"    JOINT_LAW({law.name}, {law.needs_gravity:d})" for law in JOINT_LAWS)
     head = f"/* Made by hatch_build.py of {TABLE}: change that, not this. */\n"
     return " \\\n".join([f"{head}#define JOINT_LAWS(JOINT_LAW)", *lines]) + "\n"

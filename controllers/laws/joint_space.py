@@ -4,15 +4,16 @@ min 1/2 (f - f_p)'H (f - f_p)
 s.t. M(q)(qdd_d + Kd (qd_d - qd) + Kp (q_d - q)) + C(q, qd) + G(q) + w_e = -L(q)'f,
      f_min <= f <= f_max
 
-Where no force fits, the error of the acceleration is made as small as the bounds allow.
+If no forces within the limits exist, the controller minimises the acceleration error.
 
-Passive coordinates follow nothing: springs, dampers and the motion of the others drive them. Their
-accelerations are eliminated by their own rows of the motion equation, which leaves the others'
-rows exact: with a the active and p the passive ones,
+Passive coordinates do not follow the reference. Springs, dampers and the motion of the other
+coordinates drive them. The passive rows of the equation of motion are used to eliminate the passive
+accelerations from the active rows. With active coordinates a and passive coordinates p, M, tau and
+L become
 
     M_aa - M_ap M_pp⁻¹ M_pa,   tau_a - M_ap M_pp⁻¹ tau_p,   L_a - L_p M_pp⁻¹ M_pa
 
-Computed by csrc/laws/joint/joint_space.c and csrc/laws/distribution.c.
+The files csrc/laws/joint/joint_space.c and csrc/laws/distribution.c implement the computation.
 """
 
 from __future__ import annotations
@@ -43,32 +44,34 @@ _State = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 class JointSpaceController:
     """Computed-torque control of joint positions through muscle forces.
 
-    Other native laws are a formula for the torque in the place of eq. (3)'s left side; so is the
-    `required_torque` of a derived class, a formula in Python. Their torque is distributed likewise.
+    Other native laws replace the left side of eq. (3) by another formula for the torque. A derived
+    class can override `required_torque` with a formula in Python. The same QP distributes the
+    torque over the muscles.
 
     Args:
-        dynamics: The robot as the controller knows it.
+        dynamics: Robot model of the controller.
         kp: Position gain Kp, a number or shape (n,), in [1/s²].
         kd: Velocity gain Kd, a number or shape (n,), in [1/s].
-        weights: Diagonal of H, shape (a,), in [1/N²], or [1/(N·m)²] of motors; ones when None.
-        norm: What of H^1/2 (f - f_p) is made least, a whole number from 1 to 8, or infinity.
+        weights: Diagonal of H, shape (a,), in [1/N²] for muscles and [1/(N·m)²] for motors
+            (default: ones).
+        norm: Norm of H^1/2 (f - f_p) to minimise, an integer from 1 to 8, or infinity.
         pretension: f_p, a number or shape (a,), in [N] and [N·m].
         solver: Name of a qpsolvers back end.
-        passive: Which coordinates follow nothing, shape (n,); none when None.
-        law: The name of a law of `JOINT_LAWS`, which says the units of its gains; that of the class
-            when None.
+        passive: Whether each coordinate is passive, shape (n,) (default: all are active).
+        law: Name of a law in `JOINT_LAWS`, which also defines the units of the gains (default: the
+            law of the class).
 
     Raises:
-        InputError: A gain, bound or weight is wrong.
-        UnknownNameError: There is no such law, or the back end is not installed.
+        InputError: A gain, limit or weight is invalid.
+        UnknownNameError: The law does not exist, or the back end is not installed.
 
     Attributes:
         kp, kd: The gains, shape (n,).
-        distribution: The force distribution, with bounds, weights and the back end.
+        distribution: The force distribution, with force limits, weights and the back end.
     """
 
     law = "joint_space"
-    """Its name in `JOINT_LAWS`."""
+    """Name of the law in `JOINT_LAWS`."""
 
     def __init__(
         self,
@@ -124,25 +127,25 @@ class JointSpaceController:
             kd: Velocity gain, a number or shape (n,), in [1/s].
 
         Raises:
-            InputError: kp is not above 0, kd negative, or there are too many or too few.
+            InputError: kp is not positive, kd is negative, or the number of gains is wrong.
         """
         self.kp = named_vector("kp", kp, self.dynamics.coordinate_names, above=0.0)
         self.kd = named_vector("kd", kd, self.dynamics.coordinate_names)
 
     def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
-        """Change the force bounds; see `ForceDistribution.set_bounds`."""
+        """Change the force limits; see `ForceDistribution.set_bounds`."""
         self.distribution.set_bounds(f_min, f_max)
 
     def reset(self) -> None:
-        """Forget the solver's warm start."""
+        """Discard the warm start of the solver."""
         self.distribution.reset()
 
     def get_state(self) -> FloatArray:
-        """Return all that the controller remembers: the solver's warm start."""
+        """Return the state of the controller, which is the warm start of the solver."""
         return self.distribution.get_state()
 
     def set_state(self, state: FloatArray) -> None:
-        """Go back to a state from `get_state`; see `ForceDistribution.set_state`."""
+        """Restore a state from `get_state`; see `ForceDistribution.set_state`."""
         self.distribution.set_state(state)
 
     def required_torque(
@@ -156,7 +159,9 @@ class JointSpaceController:
         w_e: FloatArray | None = None,
         correction: FloatArray | None = None,
     ) -> FloatArray:
-        """The torque that the muscles must make: the left side of eq. (3) and the joints' damping.
+        """Compute the torque that the muscles must produce.
+
+        This is the left side of eq. (3) plus the torque of the joint damping.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
@@ -164,9 +169,9 @@ class JointSpaceController:
             q_d: Desired positions, shape (n,).
             qd_d: Desired velocities, shape (n,).
             qdd_d: Desired accelerations, shape (n,), in [rad/s²] or [m/s²].
-            w_e: Generalised external load, shape (n,), in [N·m] or [N]; none when None.
-            correction: Added to the commanded acceleration, shape (n,), or to the torque by laws
-                that command none; none when None.
+            w_e: Generalised external load, shape (n,), in [N·m] or [N], or None.
+            correction: Vector to add to the commanded acceleration, shape (n,), or None. Laws
+                without a commanded acceleration add it to the torque.
 
         Returns:
             tau, shape (n,), in [N·m] or [N].
@@ -176,7 +181,7 @@ class JointSpaceController:
         return self._law.required_torque()
 
     def error(self, q: FloatArray, q_d: FloatArray) -> FloatArray:
-        """q_d - q, shape (n,), in [rad] or [m]."""
+        """Return q_d - q, shape (n,), in [rad] or [m]."""
         return q_d - q
 
     def build_problem(
@@ -189,7 +194,7 @@ class JointSpaceController:
         *,
         w_e: FloatArray | None = None,
     ) -> qpsolvers.Problem:
-        """Eq. (3) as a QP, apart from its solution. Arguments as in `required_torque`."""
+        """Return the QP of eq. (3) without solving it; see `required_torque` for the arguments."""
         self._write((q, qd, q_d, qd_d, qdd_d), w_e, None)
         return self._law.build()
 
@@ -204,10 +209,10 @@ class JointSpaceController:
         w_e: FloatArray | None = None,
         correction: FloatArray | None = None,
     ) -> ForceSolution:
-        """Return the forces of eq. (3), checked. Arguments as in `required_torque`.
+        """Compute and check the forces of eq. (3); see `required_torque` for the arguments.
 
         Raises:
-            InputError: A vector has another length than q.
+            InputError: The length of a vector is wrong.
             SimulationError: The state or the reference is not finite.
         """
         names = self.dynamics.coordinate_names
@@ -217,7 +222,7 @@ class JointSpaceController:
         return self.distribution.solve_law(self._law)
 
     def _write(self, state: _State, w_e: FloatArray | None, correction: FloatArray | None) -> None:
-        """All that the law in C takes, or the torque of a formula in Python."""
+        """Write all inputs of the law in C, or the torque of an overridden `required_torque`."""
         if type(self).required_torque is JointSpaceController.required_torque:
             self._write_law(state, w_e, correction)
         else:

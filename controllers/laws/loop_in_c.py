@@ -1,4 +1,4 @@
-"""Binding of the control loop in C, around a law and dynamics in Python; see csrc/loop."""
+"""Binding of the control loop in C, with a law and dynamics in Python; see csrc/loop."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ERROR = _CFUNC(None, _P, _P, _P, _P)
 
 
 class _Robot(ctypes.Structure):
-    """`control_robot` of control_loop.h."""
+    """The C structure `control_robot` in control_loop.h."""
 
     _fields_ = (
         ("self", _P),
@@ -34,23 +34,23 @@ class _Robot(ctypes.Structure):
 
 
 class _Law(ctypes.Structure):
-    """`control_law` of control_loop.h."""
+    """The C structure `control_law` in control_loop.h."""
 
     _fields_ = (("self", _P), ("torque", _P), ("solve", _SOLVE), ("error", _ERROR))
 
 
-class Asked(Protocol):
-    """What the loop asks: see `ControlLoop`."""
+class LoopCallbacks(Protocol):
+    """Callbacks of the loop in C; see `ControlLoop`."""
 
     law: Any
 
     def terms(self, q: FloatArray, qd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """M, h and L."""
+        """Return M, h and L."""
 
     def solve(
         self, q: FloatArray, qd: FloatArray, reference: FloatArray, load: FloatArray
     ) -> tuple[int, FloatArray, FloatArray]:
-        """Status, forces and slack."""
+        """Solve the law and return status, forces and slack."""
 
 
 @cache
@@ -69,17 +69,17 @@ def _library() -> ctypes.PyDLL:
 
 
 class LoopInC:
-    """The loop for n coordinates, m actuators and r rows of the reference.
+    """Control loop in C for n coordinates, m actuators and r reference coordinates.
 
-    `loop[name]` is an array of control_loop.h: the loop's own memory.
+    `loop[name]` is the array of this name in control_loop.h. It is a view of the memory in C.
     """
 
-    def __init__(self, n: int, m: int, r: int, asked: Asked) -> None:
-        self._n, self._m, self._r, self._asked = n, m, r, asked
+    def __init__(self, n: int, m: int, r: int, callbacks: LoopCallbacks) -> None:
+        self._n, self._m, self._r, self._callbacks = n, m, r, callbacks
         self._library = loops = _library()
         sizes = n, m, 0 if r == n else r
         self._memory = np.zeros(-(-loops.control_loop_size(*sizes) // 8))
-        robot = asked.law.dynamics
+        robot = callbacks.law.dynamics
         dependent = getattr(robot, "dependent", None)
         self._dependent = None if dependent is None else np.asarray(dependent, dtype=np.float64)
         has_loops = hasattr(robot, "complete")
@@ -91,7 +91,7 @@ class LoopInC:
             None if self._dependent is None else self._dependent.ctypes.data,
             None,
         )
-        self._law = _Law(None, None, _SOLVE(self._solve), _ERROR(self._remaining))
+        self._law = _Law(None, None, _SOLVE(self._solve), _ERROR(self._error))
         self.handle = _P(
             loops.control_loop_open(ctypes.byref(self._robot), *sizes, self._memory.ctypes.data)
         )
@@ -116,14 +116,14 @@ class LoopInC:
         return found
 
     def write(self, **arrays: ArrayLike) -> None:
-        """Write arrays by name, each as numpy broadcasts it."""
+        """Write arrays by name; numpy broadcasts the values."""
         for name, values in arrays.items():
             self[name][...] = values
 
     def tick(
         self, period: float, q: FloatArray, qd: FloatArray, reference: FloatArray, load: FloatArray
     ) -> None:
-        """A tick; what the law or the dynamics raise is raised."""
+        """Execute one tick; raises errors of the law and of the dynamics."""
         self._q[:], self._qd[:], self._reference[:], self._load[:] = q, qd, reference, load
         self._failure = None
         self._library.control_loop_tick(self.handle, period, *self._addresses)
@@ -131,7 +131,7 @@ class LoopInC:
             raise self._failure
 
     def _view(self, address: int, length: int) -> FloatArray:
-        """Memory of the loop, which stays where it is, as an array."""
+        """Return a cached view of memory of the loop, whose address does not change."""
         found = self._views.get((address, length))
         if found is None:
             found = self._views[address, length] = law_in_c.view(address, length)
@@ -143,7 +143,7 @@ class LoopInC:
     def _terms(self, _: Any, q: int, qd: int, M: int, h: int, L: int) -> None:
         n, m = self._n, self._m
         try:
-            terms = self._asked.terms(self._read(q, n), self._read(qd, n))
+            terms = self._callbacks.terms(self._read(q, n), self._read(qd, n))
             for address, size, values in zip((M, h, L), (n * n, n, m * n), terms, strict=True):
                 self._view(address, size)[:] = np.ravel(values)
         except BaseException as failure:
@@ -152,9 +152,9 @@ class LoopInC:
     def _complete(self, _: Any, q: int, qd: int, qdd: int) -> None:
         n = self._n
         try:
-            made = self._view(qdd, n)
-            robot = self._asked.law.dynamics
-            made[:] = robot.complete(self._read(q, n), self._read(qd, n), made.copy())
+            completed = self._view(qdd, n)
+            robot = self._callbacks.law.dynamics
+            completed[:] = robot.complete(self._read(q, n), self._read(qd, n), completed.copy())
         except BaseException as failure:
             self._failure = self._failure or failure
 
@@ -167,17 +167,17 @@ class LoopInC:
         try:
             desired = self._read(reference, 3 * r).reshape(3, r)
             state = self._read(q, n), self._read(qd, n)
-            status, found, lacking = self._asked.solve(*state, desired, self._read(load, n))
+            status, found, missing = self._callbacks.solve(*state, desired, self._read(load, n))
             self._view(forces, self._m)[:] = found
-            self._view(slack, r)[:] = lacking
+            self._view(slack, r)[:] = missing
         except BaseException as failure:
             self._failure = failure
             return law_in_c.FAILED
         return status
 
-    def _remaining(self, _: Any, q: int, position: int, error: int) -> None:
+    def _error(self, _: Any, q: int, position: int, error: int) -> None:
         try:
             at, goal = self._read(q, self._n), self._read(position, self._r)
-            self._view(error, self._r)[:] = self._asked.law.error(at, goal)
+            self._view(error, self._r)[:] = self._callbacks.law.error(at, goal)
         except BaseException as failure:
             self._failure = self._failure or failure

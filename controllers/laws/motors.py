@@ -1,9 +1,9 @@
-"""Position-controlled motors that pull their muscles through springs.
+"""Position-controlled motors with springs in series with the muscles.
 
     f = max(0, K (l - l0) + D l'),   l0 = l_zero - r theta
 
-l is the path's length, l0 the length that the motor has left free: its set point. Solved for l0 it
-turns forces into set points, as CASPR's `offsetGeneration` does with -f/K for the stretch.
+l is the length of the muscle path. l0 is the set point of the motor: the length of the unstretched
+cable. Solving for l0 converts forces to set points, like `offsetGeneration` of CASPR.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from controllers.validation import named_vector
 class SpringMotors:
     """Motors of m muscles, each with a spring in series.
 
-    Arguments of methods have shape (m,): lengths l and set points l0 in [m], rates l' = L qd, or
-    l0' for speeds, in [m/s], and forces f in [N], from 0 on.
+    Arguments of methods have shape (m,): lengths l and set points l0 in [m]; rates l' = L qd, or
+    l0' in `speeds`, in [m/s]; non-negative forces f in [N].
 
     Args:
         muscle_names: m names.
@@ -53,18 +53,18 @@ class SpringMotors:
         )
 
     def forces(self, lengths: FloatArray, rates: FloatArray, set_points: FloatArray) -> FloatArray:
-        """f, shape (m,), in [N]; a cable only pulls."""
+        """Return f, shape (m,), in [N]; zero for a slack cable."""
         pull = self.stiffness * (lengths - set_points) + self.damping * rates
         return np.maximum(pull, 0.0)
 
-    @np.errstate(over="ignore")  # of a weak spring: a command that is not a number is rejected
+    @np.errstate(over="ignore")  # with a weak spring; commands that are not finite are rejected
     def set_points(self, lengths: FloatArray, rates: FloatArray, forces: FloatArray) -> FloatArray:
-        """l0 that makes the forces at a length and rate, shape (m,), in [m]."""
+        """Return the set points l0 for forces at given lengths and rates, shape (m,), in [m]."""
         l0: FloatArray = lengths - (forces - self.damping * rates) / self.stiffness
         return l0
 
     def angles(self, set_points: FloatArray, zero: FloatArray) -> FloatArray:
-        """Return angles theta of the spindles, shape (m,), in [rad]; winding up is positive.
+        """Return spindle angles theta, shape (m,), in [rad]; positive angles shorten the cable.
 
         Args:
             set_points: l0, shape (m,), in [m].
@@ -74,6 +74,6 @@ class SpringMotors:
         return theta
 
     def speeds(self, rates: FloatArray) -> FloatArray:
-        """Speeds theta' of the spindles, shape (m,), in [rad/s]; winding up is positive."""
+        """Return spindle speeds theta', shape (m,), in [rad/s]; positive when shortening."""
         omega: FloatArray = -rates / self.spindle_radius
         return omega

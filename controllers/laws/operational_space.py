@@ -6,12 +6,13 @@ s.t. M qdd + C + G + D qd + w_e = -L'f,
      J qdd + J' qd + s = ydd_d + Kd (yd_d - J qd) + Kp (y_d - y),
      f_min <= f <= f_max,   -2 w qd - w² (q - q_min) <= qdd <= -2 w qd + w² (q_max - q).
 
-The paper's own form has qdd_p = 0, f_p = 0, H_r = 0, s = 0 and no bounds on qdd. Taken literally it
-leaves the robot's self-motion undamped, and a redundant arm drifts away; the posture acceleration
-qdd_p = kp (q0 - q) - kd qd keeps it. Of a task with a finite weight in W the constraint may give
-way; of one with an infinite weight s = 0. Tasks of a later priority never disturb those before.
+The paper uses qdd_p = 0, f_p = 0, H_r = 0, s = 0 and no bounds on qdd. This form does not damp the
+self-motion of the robot, so that a redundant arm drifts. The posture acceleration
+qdd_p = kp (q0 - q) - kd qd prevents the drift. A task with a finite weight in W can be violated;
+a task with an infinite weight has s = 0. Tasks of a lower priority do not affect tasks of a higher
+priority.
 
-Computed by csrc/laws/operational_space.c.
+The file csrc/laws/operational_space.c implements the computation.
 """
 
 from __future__ import annotations
@@ -42,10 +43,10 @@ if TYPE_CHECKING:
     import qpsolvers
 
 FORCE_WEIGHT = 1e-6
-"""Default of H_f, in [1/N²], beside H_q in [s⁴/rad²]: larger ones buy self-motion with forces."""
+"""Default of H_f, in [1/N²]. Larger values relative to H_q reduce forces by more self-motion."""
 
 LIMIT_BANDWIDTH = 20.0
-"""Default of w, in [rad/s]: how late and how hard joint limits are kept."""
+"""Default of w, in [rad/s]. Larger values brake later and harder before a joint limit."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Posture:
     Attributes:
         kd: Damping, a number or shape (n,), in [1/s].
         kp: Stiffness, a number or shape (n,), in [1/s²].
-        q0: The preferred posture, shape (n,), in [rad] or [m]; needed where kp is not 0.
+        q0: Preferred posture, shape (n,), in [rad] or [m]; required if kp is not 0.
     """
 
     kd: ArrayLike = 10.0
@@ -64,18 +65,18 @@ class Posture:
 
 
 DAMPED = Posture()
-"""Default posture: self-motion is damped, without a preferred configuration."""
+"""Default posture: damping of self-motion, without a preferred configuration."""
 
 
 @dataclass(frozen=True)
 class OperationalSpaceSolution(ForceSolution):
-    """Muscle forces and accelerations; slack is counted in task accelerations.
+    """Muscle forces and accelerations. The slack is a task acceleration.
 
     Attributes:
-        slack: Task acceleration that is missing, shape (k,), in [m/s²] or [rad/s²].
+        slack: Missing task acceleration, shape (k,), in [m/s²] or [rad/s²].
         coordinate_names: Names of the k task coordinates.
-        qdd: Acceleration that the forces make by the controller's model, shape (n,).
-        limits_dropped: Whether no forces could keep the joint limits' bounds on qdd.
+        qdd: Joint acceleration predicted by the robot model, shape (n,), in [rad/s²] or [m/s²].
+        limits_dropped: Whether the bounds on qdd from joint limits were infeasible and removed.
     """
 
     qdd: FloatArray
@@ -86,28 +87,30 @@ class OperationalSpaceController:
     """Computed-torque control of task coordinates through muscle forces.
 
     Args:
-        dynamics: The robot as the controller knows it, with an operational space.
+        dynamics: Robot model of the controller, with an operational space.
         kp: Position gain Kp, a number or shape (k,), in [1/s²].
         kd: Velocity gain Kd, a number or shape (k,), in [1/s].
-        posture: What to do with the freedom that the tasks leave; None for the paper's literal
-            form, which is not stable on redundant robots.
-        task_weights: W, a number or shape (k,), in [s⁴/m²] or [s⁴/rad²]; infinite for a task that
-            is to be met exactly.
-        priorities: Rank of every task coordinate, shape (k,), 1 first; all equal when None.
+        posture: Desired motion in the null space of the tasks. None selects the form of the paper,
+            which is not stable for redundant robots.
+        task_weights: W, a number or shape (k,), in [s⁴/m²] or [s⁴/rad²]; infinite for a hard
+            constraint.
+        priorities: Priority of every task coordinate, shape (k,), 1 is the highest (default: equal
+            priorities).
         acceleration_weights: Diagonal of H_q, a number or shape (n,).
-        force_weights: Diagonal of H_f, a number or shape (a,), in [1/N²], of motors [1/(N·m)²].
-        force_rate_weights: Diagonal of H_r, a number or shape (a,), likewise.
-        pretension: f_p, a number or shape (a,), in [N] and [N·m]; 0 when None.
-        limit_bandwidth: w, in [rad/s]; None to leave joint limits to the robot.
+        force_weights: Diagonal of H_f, a number or shape (a,), in [1/N²] for muscles and
+            [1/(N·m)²] for motors.
+        force_rate_weights: Diagonal of H_r, a number or shape (a,), in the units of H_f.
+        pretension: f_p, a number or shape (a,), in [N] and [N·m] (default: 0).
+        limit_bandwidth: w, in [rad/s]; None disables the bounds on qdd.
         solver: Name of a QP back end.
 
     Raises:
-        InputError: A gain, weight, bound or size is wrong; the message names it.
+        InputError: A gain, weight, limit or size is invalid; the message names it.
         UnknownNameError: The back end is not installed.
 
     Attributes:
         kp, kd: The gains, shape (k,).
-        f_min, f_max: Bounds of forces and of motors' torques, shape (a,), in [N] and [N·m].
+        f_min, f_max: Limits of muscle forces and motor torques, shape (a,), in [N] and [N·m].
     """
 
     def __init__(
@@ -130,7 +133,7 @@ class OperationalSpaceController:
         joints, actuators = dynamics.coordinate_names, actuator_names(dynamics)
         tasks = dynamics.task_names
         if not tasks:
-            raise InputError("the robot has no operational space to control; give it task frames")
+            raise InputError("the robot has no operational space; define task frames")
         self._law = law_in_c.LawInC(len(joints), len(actuators), len(tasks))
         self.set_gains(kp, kd)
         self.set_bounds(dynamics.f_min, dynamics.f_max)
@@ -138,11 +141,11 @@ class OperationalSpaceController:
         f_p = 0.0 if pretension is None else pretension
         self._law.write(
             W=named_vector("task_weights", task_weights, tasks, above=0.0, infinite=True),
-            priority=self._ranks(priorities),
+            priority=self._check_priorities(priorities),
             H_q=named_vector("acceleration_weights", acceleration_weights, joints, above=0.0),
             H_f=named_vector("force_weights", force_weights, actuators, above=0.0),
             H_r=named_vector("force_rate_weights", force_rate_weights, actuators),
-            f_p=named_vector("pretension", f_p, actuators, most=MAX_PRETENSION),
+            f_p=named_vector("pretension", f_p, actuators, upper=MAX_PRETENSION),
             limit_bandwidth=positive_or_none("limit_bandwidth", limit_bandwidth, "rad/s"),
         )
         self.reset()
@@ -155,47 +158,48 @@ class OperationalSpaceController:
             kd: Velocity gain, a number or shape (k,), in [1/s].
 
         Raises:
-            InputError: kp is not above 0, kd negative, or there are too many or too few.
+            InputError: kp is not positive, kd is negative, or the number of gains is wrong.
         """
         self.kp = named_vector("kp", kp, self.dynamics.task_names, above=0.0)
         self.kd = named_vector("kd", kd, self.dynamics.task_names)
         self._law.write(kp=self.kp, kd=self.kd)
 
     def set_bounds(self, f_min: ArrayLike, f_max: ArrayLike) -> None:
-        """Change the force bounds.
+        """Change the force limits.
 
         Args:
-            f_min: Lower bounds, shape (a,), in [N] and, of motors, [N·m].
-            f_max: Upper bounds, shape (a,); may be infinite.
+            f_min: Lower limits, shape (a,), in [N] for muscles and [N·m] for motors.
+            f_max: Upper limits, shape (a,), in [N] for muscles and [N·m] for motors; may be
+                infinite.
 
         Raises:
-            InputError: A bound is wrong; the message names the muscle or motor.
+            InputError: A limit is invalid; the message names the muscle or motor.
         """
         names, motors = actuator_names(self.dynamics), len(self.dynamics.motor_names)
         self.f_min, self.f_max = force_bounds(names, f_min, f_max, motors)
         self._law.write(f_min=self.f_min, f_max=self.f_max)
 
     def reset(self) -> None:
-        """Forget the last forces and the solvers' warm starts."""
+        """Discard the last forces and the warm starts of the solvers."""
         self._law.reset()
 
     def get_state(self) -> FloatArray:
-        """All that the controller remembers: the last forces and the solvers' warm starts."""
+        """Return the state of the controller: the last forces and the solver warm starts."""
         return self._law["memory"].copy()
 
     def set_state(self, state: FloatArray) -> None:
-        """Go back to a state from `get_state`; the following solutions repeat bit for bit.
+        """Restore a state from `get_state`, so that the following solutions repeat bit for bit.
 
         Raises:
             InputError: The state has another length or is not finite.
         """
         memory = self._law["memory"]
         if np.shape(state) != memory.shape or not np.isfinite(state).all():
-            raise InputError(f"the controller's state is {memory.size} finite numbers")
+            raise InputError(f"the state of the controller must be {memory.size} finite numbers")
         memory[:] = state
 
     def error(self, q: FloatArray, y_d: FloatArray) -> FloatArray:
-        """y_d - y, angles the shorter way round, shape (k,), in [m] or [rad]."""
+        """Return y_d - y, with angles wrapped to [-pi, pi), shape (k,), in [m] or [rad]."""
         e: FloatArray = y_d - self.dynamics.task_position(q)
         angles = self.dynamics.task_angles
         e[angles] = np.remainder(e[angles] + np.pi, 2.0 * np.pi) - np.pi
@@ -210,9 +214,9 @@ class OperationalSpaceController:
         ydd_d: FloatArray,
         w_e: FloatArray | None = None,
     ) -> qpsolvers.Problem:
-        """Eq. (4) with the tasks of the first priority, as a QP over [qdd, f, s].
+        """Return the QP of eq. (4) for the tasks of the highest priority, over [qdd, f, s].
 
-        s are the errors of tasks with finite weights. Arguments as in `solve`.
+        s are the errors of tasks with finite weights. See `solve` for the arguments.
         """
         self._write(q, qd, y_d, yd_d, ydd_d, w_e, None)
         return self._law.build()
@@ -228,10 +232,10 @@ class OperationalSpaceController:
         w_e: FloatArray | None = None,
         correction: FloatArray | None = None,
     ) -> OperationalSpaceSolution:
-        """Return the forces of eq. (4), checked.
+        """Compute and check the forces of eq. (4).
 
-        Where no forces within the bounds meet the tasks, these give way, the last priority first;
-        the motion equation never does.
+        If the tasks are infeasible, they are violated, starting with the lowest priority. The
+        equation of motion is never violated.
 
         Args:
             q: Joint positions, shape (n,), in [rad] or [m].
@@ -239,12 +243,13 @@ class OperationalSpaceController:
             y_d: Desired task coordinates, shape (k,), in [m] or [rad].
             yd_d: Desired task velocities, shape (k,).
             ydd_d: Desired task accelerations, shape (k,), in [m/s²] or [rad/s²].
-            w_e: Generalised external load on the left of the motion equation, shape (n,), in
-                [N·m] or [N]; none when None.
-            correction: Added to the commanded task acceleration, shape (k,); none when None.
+            w_e: Generalised external load on the left of the equation of motion, shape (n,), in
+                [N·m] or [N], or None.
+            correction: Vector to add to the commanded task acceleration, shape (k,), in [m/s²] or
+                [rad/s²], or None.
 
         Raises:
-            InputError: A vector has the wrong length.
+            InputError: The length of a vector is wrong.
             SimulationError: The state or the reference is not finite.
         """
         robot = self.dynamics
@@ -305,15 +310,17 @@ class OperationalSpaceController:
         chosen = Posture(kd=0.0) if posture is None else posture
         kp, kd = named_vector("posture kp", chosen.kp, names), chosen.kd
         if chosen.q0 is None and kp.any():
-            raise InputError("a posture with a stiffness kp needs its q0")
+            raise InputError("a posture with a positive kp requires q0")
         q0 = np.zeros(len(names)) if chosen.q0 is None else chosen.q0
         q0 = finite_vector("posture q0", q0, len(names))
         self._law.write(posture_kp=kp, posture_kd=named_vector("posture kd", kd, names), q0=q0)
 
-    def _ranks(self, priorities: ArrayLike | None) -> FloatArray:
+    def _check_priorities(self, priorities: ArrayLike | None) -> FloatArray:
         tasks = self.dynamics.task_names
         k = len(tasks)
-        ranks = np.ones(k) if priorities is None else float_array("priorities", priorities)
-        if ranks.shape != (k,) or not (np.isfinite(ranks).all() and (ranks >= 1).all()):
-            raise InputError(f"priorities must be {k} numbers from 1 on, for {', '.join(tasks)}")
-        return ranks
+        values = np.ones(k) if priorities is None else float_array("priorities", priorities)
+        if values.shape != (k,) or not (np.isfinite(values).all() and (values >= 1).all()):
+            raise InputError(
+                f"priorities must be {k} finite numbers of at least 1, for {', '.join(tasks)}"
+            )
+        return values

@@ -1,4 +1,4 @@
-"""Controllers of native laws that are a formula for the joints' torque: see `JOINT_LAWS`."""
+"""Controllers of the native laws with a formula for the joint torque; see `JOINT_LAWS`."""
 
 from __future__ import annotations
 
@@ -6,41 +6,43 @@ from .joint_space import JointSpaceController
 
 
 class ForcePositionController(JointSpaceController):
-    """Computed torque without the reference's acceleration, after kindyn's class of this name.
+    """Computed-torque controller without the acceleration of the reference.
 
     tau = M(q)(Kp (q_d - q) + Kd (qd_d - qd)) + C(q, qd) + G(q)
 
-    For targets that come without an acceleration, such as those of a person at a slider. kindyn
-    controls each joint by itself with M_jj alone; here the full M keeps one joint's motion from
-    disturbing the others. Arguments, attributes and units as of `JointSpaceController`.
+    Use this law for targets without an acceleration, such as the positions of a slider. The class
+    of this name in kindyn controls each joint separately with M_jj. This law uses the full M, so
+    that the motion of one joint does not disturb the others. The arguments, attributes and units
+    are those of `JointSpaceController`.
     """
 
     law = "force_position"
 
 
 class TorquePositionController(JointSpaceController):
-    """A spring and a damper at every joint, after kindyn's class of this name.
+    """Controller that emulates a spring and a damper at every joint.
 
     tau = Kp (q_d - q) - Kd qd
 
-    It needs no model of the robot but its muscle Jacobian; the joints sag by G/Kp under their
-    weight. Arguments and attributes as of `JointSpaceController`, but for the units of the gains:
-    kp in [N·m/rad], kd in [N·m·s/rad]; for prismatic joints [N/m], [N·s/m].
+    The law follows the class of this name in kindyn. It requires no robot model except the muscle
+    Jacobian. The joints sag by G/Kp under gravity. The arguments and attributes are those of
+    `JointSpaceController`, but the gains have other units: kp in [N·m/rad] and kd in [N·m·s/rad],
+    or [N/m] and [N·s/m] for prismatic joints.
     """
 
     law = "torque_position"
 
 
 class LyapunovController(JointSpaceController):
-    """Lyapunov static compensation: a spring, a damper and the robot's weight.
+    """Lyapunov static compensation: a spring and a damper at every joint, plus gravity.
 
     tau = G(q) + Kp (q_d - q) + Kd (qd_d - qd)
 
-    At a reference at rest V = 1/2 qd'M qd + 1/2 e'Kp e only falls, V' = -qd'(Kd + D) qd: whatever M
-    is, the robot comes to rest at q_d. Sampled, that holds for short periods, and within the bounds
-    of forces. As CASPR's `LyapunovStaticCompensation`, after A. B. Alp and S. K. Agrawal, Cable
-    Suspended Robots: Design, Planning and Control, ICRA 2002. Arguments, attributes and units of
-    the gains as of `TorquePositionController`.
+    For a constant reference, V = 1/2 qd'M qd + 1/2 e'Kp e decreases with V' = -qd'(Kd + D) qd. The
+    robot therefore converges to q_d for every M. This holds for short sampling periods and for
+    forces within their limits. The law corresponds to `LyapunovStaticCompensation` of CASPR, after
+    A. B. Alp and S. K. Agrawal, Cable Suspended Robots: Design, Planning and Control, ICRA 2002.
+    The arguments, attributes and units are those of `TorquePositionController`.
     """
 
     law = "lyapunov"

@@ -20,9 +20,9 @@ _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 @cache
 def library() -> ctypes.PyDLL:
-    """Return the loaded solver.
+    """Load the library of the solver and return it.
 
-    Loaded with the Python lock held during calls: they take microseconds.
+    Calls do not release the Python lock (GIL), since they only take microseconds.
 
     Raises:
         CardsflowError: The library is missing.
@@ -46,47 +46,47 @@ def library() -> ctypes.PyDLL:
 
 
 class _Box(ctypes.Structure):
-    """Addresses of bounds: `box` of csrc/qp/linear.h."""
+    """The C structure `box` in csrc/qp/linear.h: addresses of lower and upper bounds."""
 
     _fields_ = (("low", ctypes.c_void_p), ("high", ctypes.c_void_p))
 
 
 class DualNewton:
-    """A solver for problems of one size; see csrc/qp/dual_newton.h.
+    """Solver for problems of a fixed size; see csrc/qp/dual_newton.h.
 
-    The arrays are the solver's own memory: write the problem into them, call `solve`, and read the
-    answer. Inputs are neither copied nor checked, apart from the status that `solve` returns.
+    The arrays are views of the solver memory. Write the problem to the arrays, call `solve`, and
+    read the solution from the arrays. The solver does not copy inputs. The status of `solve`
+    reports invalid inputs.
 
     Args:
         n: Number of variables.
-        m_eq: Number of rows.
+        m_eq: Number of equality rows.
 
     Raises:
         InputError: A size is not positive or too large.
 
     Attributes:
-        H_diagonal, g, lb, ub: Of the problem, shape (n,).
-        A: Of the problem, shape (m_eq, n); its transpose is contiguous.
-        b, softness: Of the problem, shape (m_eq,).
-        start: Multipliers to start from, shape (m_eq,); `solve` leaves those of a solved problem.
-        x: Of the answer, shape (n,).
-        multipliers, slack: Of the answer, shape (m_eq,).
-        residuals: Of the answer, relative: of the rows, and of the dual.
+        H_diagonal, g, lb, ub: Cost and bounds of the problem, shape (n,).
+        A: Equality matrix of the problem, shape (m_eq, n); its transpose is contiguous.
+        b, softness: Right-hand side and softness of the rows, shape (m_eq,).
+        start: Start value of the multipliers, shape (m_eq,). After a successful `solve`, it
+            contains the multipliers of the solution.
+        x: Solution, shape (n,).
+        multipliers, slack: Multipliers and slack of the solution, shape (m_eq,).
+        residuals: Relative primal and dual residuals of the solution, shape (2,).
     """
 
     def __init__(self, n: int, m_eq: int) -> None:
         solver = library()
         size = solver.dual_newton_size(n, m_eq)
         if not size:
-            raise InputError(
-                f"a problem of {n} variables and {m_eq} rows is too small or too large"
-            )
+            raise InputError(f"a QP with {n} variables and {m_eq} rows is too small or too large")
         self._memory = np.empty((size + 7) // 8)
         self._open(solver.dual_newton_open(n, m_eq, self._memory.ctypes.data))
 
     @classmethod
     def at(cls, handle: int) -> DualNewton:
-        """Return the solver of a handle whose memory belongs to another."""
+        """Return the solver of a handle; its memory must outlive the returned object."""
         self = cls.__new__(cls)
         self._open(handle)
         return self
@@ -110,26 +110,26 @@ class DualNewton:
         return np.ctypeslib.as_array(pointer, (length.value,))
 
     def solve(self) -> int:
-        """Solve the problem in the arrays; one of the constants above."""
+        """Solve the problem in the arrays and return a status constant of this module."""
         status: int = self._solve(self._handle)
         return status
 
-    def least_largest(
+    def minimize_largest(
         self, low: FloatArray, high: FloatArray, c: FloatArray, p: FloatArray, first: FloatArray
     ) -> int:
-        """Solve min max c_i |x_i - p_i| over the rows in the arrays, low <= x <= high.
+        """Solve min max c_i |x_i - p_i| subject to the rows in the arrays and low <= x <= high.
 
-        Of several answers x is the one nearest to p.
+        If several solutions exist, the solver returns the one nearest to p.
 
         Args:
-            low: Shape (n,).
-            high: Shape (n,).
-            c: Shape (n,), not negative.
-            p: Shape (n,).
-            first: An x that fulfils rows and bounds, shape (n,).
+            low: Lower bounds, shape (n,).
+            high: Upper bounds, shape (n,).
+            c: Non-negative weights, shape (n,).
+            p: Target, shape (n,).
+            first: A feasible x, shape (n,).
 
         Returns:
-            One of the constants above.
+            A status constant of this module.
         """
         vectors = [np.ascontiguousarray(v, dtype=np.float64) for v in (low, high, c, p, first)]
         low_, high_, *others = (vector.ctypes.data for vector in vectors)
@@ -138,6 +138,6 @@ class DualNewton:
 
     @property
     def steps(self) -> int:
-        """Newton steps of the last call."""
+        """Number of Newton steps of the last call."""
         count: int = self._steps(self._handle)
         return count

@@ -1,4 +1,4 @@
-"""Binding of the laws in C; see csrc/laws/computed_torque.h."""
+"""Binding of the control laws in C; see csrc/laws/computed_torque.h."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 SOLVED, SOFT, NOT_CONVERGED, FAILED, WRONG, NEXT = range(6)
 GIVEN = -1
-"""In the array `law`: the torque is what `tau` holds."""
+"""Value of the array `law` that selects the torque in the array `tau`."""
 
 
 @cache
 def library() -> ctypes.PyDLL:
-    """Return the library of the laws; Python's lock is held during calls."""
+    """Load the library of the control laws; calls do not release the Python lock (GIL)."""
     laws = dual_newton.library()
     pointer, size, whole = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int
     laws.computed_torque_law.argtypes = [ctypes.c_char_p]
@@ -43,16 +43,16 @@ def library() -> ctypes.PyDLL:
 
 
 def view(address: int, length: int) -> FloatArray:
-    """Memory of C as an array; whoever owns the memory must outlive it."""
+    """Return a view of C memory as an array; the memory must outlive the array."""
     memory = (ctypes.c_double * length).from_address(address)
     return np.frombuffer(memoryview(memory).cast("B")) if length else np.empty(0)
 
 
 def number_of(law: str) -> int:
-    """Return the number of a law in joint space by its name in `JOINT_LAWS`, for the array `law`.
+    """Return the number of a joint-space law in `JOINT_LAWS`, for the array `law`.
 
     Raises:
-        CardsflowError: The library was compiled of another table.
+        CardsflowError: The library was compiled from another table.
     """
     number: int = library().computed_torque_law(law.encode())
     if number < 0:
@@ -63,24 +63,25 @@ def number_of(law: str) -> int:
 
 
 class LawInC:
-    """A law for n coordinates and m actuators, with k task coordinates or, in joint space, none.
+    """Control law in C for n coordinates, m actuators and k task coordinates.
 
-    `law[name]` is an array of computed_torque.h, in its shape: the law's own memory.
+    k is 0 for laws in joint space. `law[name]` is the array of this name in computed_torque.h. It
+    is a view of the memory in C.
     """
 
     def __init__(self, n: int, m: int, k: int = 0) -> None:
         laws = library()
         self._memory = np.zeros(-(-laws.computed_torque_size(n, m, k) // 8))
-        self._take(laws.computed_torque_open(n, m, k, self._memory.ctypes.data), n, m, k)
+        self._open(laws.computed_torque_open(n, m, k, self._memory.ctypes.data), n, m, k)
 
     @classmethod
     def at(cls, handle: int, n: int, m: int, k: int = 0) -> LawInC:
-        """Return the law of a handle whose memory belongs to another."""
+        """Return the law of a handle; its memory must outlive the returned object."""
         self = cls.__new__(cls)
-        self._take(handle, n, m, k)
+        self._open(handle, n, m, k)
         return self
 
-    def _take(self, handle: int, n: int, m: int, k: int) -> None:
+    def _open(self, handle: int, n: int, m: int, k: int) -> None:
         self._library, self.handle = library(), ctypes.c_void_p(handle)
         self._shapes = {"M": (n, n), "L": (m, n), "J": (k, n)}
         self._arrays: dict[str, FloatArray] = {}
@@ -99,26 +100,26 @@ class LawInC:
         return found
 
     def write(self, **arrays: ArrayLike | None) -> None:
-        """Write arrays by name, each as numpy broadcasts it; 0 if None is given."""
+        """Write arrays by name; numpy broadcasts the values, and None writes 0."""
         for name, values in arrays.items():
             self[name][...] = 0.0 if values is None else values
 
     def reset(self) -> None:
-        """Forget the calls before."""
+        """Discard the results of previous calls."""
         self._library.computed_torque_reset(self.handle)
 
     @property
     def needs_gravity(self) -> bool:
-        """Whether the law chosen in joint space takes G."""
+        """Whether the selected joint-space law uses G."""
         return bool(self._library.computed_torque_needs_gravity(self.handle))
 
     def required_torque(self) -> FloatArray:
-        """Return the torque of the law in joint space, shape (n,)."""
+        """Return the torque of the joint-space law, shape (n,), in [N·m] or [N]."""
         self._library.computed_torque_require(self.handle)
         return self["tau"].copy()
 
     def solve(self, solver: str = qp.DEFAULT_SOLVER) -> int:
-        """Solve by a back end, and in C if that has no answer or a wrong one; a status."""
+        """Solve by a back end, or in C if the back end fails, and return a status."""
         if solver != qp.DUAL_NEWTON:
             status = self._solve_by(solver)
             if status < FAILED:
@@ -140,10 +141,10 @@ class LawInC:
         return status
 
     def build(self, *, soft: bool = False) -> qpsolvers.Problem:
-        """The program for qpsolvers, with a variable behind f for each row that may give way.
+        """Return the QP for qpsolvers, with an additional variable after f for each soft row.
 
         Args:
-            soft: Whether all rows but the motion equation may.
+            soft: Whether all rows except the equation of motion are soft.
         """
         name = "computed_torque_build_soft" if soft else "computed_torque_build"
         getattr(self._library, name)(self.handle)

@@ -19,30 +19,31 @@ Status = Literal["solved", "infeasible", "not converged"]
 
 SOFTNESS = 1e-4
 
-# A row's terms below this share of the largest row's are not compared with themselves.
+# Lower limit of the size of a row, relative to the largest row. It avoids large relative residuals
+# of rows whose terms are all small.
 _MIN_ROW = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
 class BoxProblem:
-    """A QP with a diagonal cost, equalities that may be soft, and bounds.
+    """QP with a diagonal cost, hard or soft equalities, and bounds.
 
     Units: with the cost in [c], x_i in [u_i] and row j in [r_j], H is in [c/u²], g in [c/u],
-    A in [r/u], b and s in [r]. The answer does not depend on these units beyond rounding.
+    A in [r/u], b and s in [r]. The solution depends on these units only by rounding.
 
     Attributes:
         H_diagonal: Diagonal of H, shape (n,), finite and positive.
         g: Linear cost, shape (n,).
-        A: Equalities, shape (m_eq, n), in any memory layout; rows may depend on each other.
-        b: Their right sides, shape (m_eq,).
-        lb: Lower bounds, shape (n,); -inf if there is none.
-        ub: Upper bounds, shape (n,); inf if there is none, equal to lb for a fixed variable.
-        row_weights: Shape (m_eq,), without unit: inf for a hard row, positive and finite for a soft
-            one. All rows are hard when None.
-        softness: The eps of a soft row of weight 1, relative to the problem's scale: eps_j =
+        A: Equality matrix, shape (m_eq, n), in any memory layout; rows may be linearly dependent.
+        b: Right-hand side of the equalities, shape (m_eq,).
+        lb: Lower bounds, shape (n,); -inf if unlimited.
+        ub: Upper bounds, shape (n,); inf if unlimited, equal to lb for a fixed variable.
+        row_weights: Weights of the rows, shape (m_eq,), dimensionless: inf for a hard row, positive
+            and finite for a soft row (default: all rows are hard).
+        softness: The eps of a soft row with weight 1, relative to the scale of the problem: eps_j =
             softness · scale / row_weights_j, where scale is the mean of diag(A H⁻¹ A') over the
-            soft rows. Rows of different units need weights of their own. The default bends a
-            solution that exists by about 1e-4 of itself; a smaller one bends it less.
+            soft rows. Rows with different units require different weights. The default changes a
+            feasible solution by about 1e-4 relative to its size. Smaller values change it less.
     """
 
     H_diagonal: FloatArray
@@ -57,12 +58,12 @@ class BoxProblem:
 
 @dataclass(frozen=True)
 class Residuals:
-    """Residuals of the optimality conditions, each relative to the terms that are added up.
+    """Residuals of the optimality conditions, relative to the size of their terms.
 
     Attributes:
         equality: Largest |A x - s - b| of a row, relative to |b_j| + |s_j| + sum_i |A_ji x_i|.
         dual: Largest |x - clip(H⁻¹ (A'y - g), lb, ub)| of a variable, relative to |x_i| and the
-            terms before clipping. NaN if the back end gave no multipliers.
+            terms before clipping. NaN if the back end returns no multipliers.
         bounds: Largest violation of a bound.
     """
 
@@ -73,21 +74,21 @@ class Residuals:
 
 @dataclass(frozen=True, eq=False)
 class BoxSolution:
-    """An answer to a `BoxProblem`; the arrays are the caller's own.
+    """Solution of a `BoxProblem`. The arrays are copies.
 
     Attributes:
-        x: Shape (n,), always within the bounds. Without meaning unless `solved`.
-        multipliers: y, shape (m_eq,), with Hx + g - A'y = 0 for variables off their bounds, and
-            s_j = -eps_j y_j for soft rows. If `infeasible`, the certificate: a direction y with
+        x: Variables, shape (n,), always within the bounds; only valid if `solved`.
+        multipliers: y, shape (m_eq,), with Hx + g - A'y = 0 for variables not at a bound, and
+            s_j = -eps_j y_j for soft rows. If `infeasible`, y is the certificate: a direction with
             y'b > y'Ax for every x within the bounds.
-        status: `solved`: the residuals were checked. `infeasible`: no x fulfils the hard rows, and
-            the certificate was checked. `not converged`: neither could be shown.
-        slack: A x - b, shape (m_eq,): of a soft row its slack s_j, of a hard one what rounding
-            leaves.
-        iterations: Newton steps; 0 if another back end answered.
-        fell_back: Whether the chosen back end gave no answer that passed the check.
-        solver: Name of the back end that answered.
-        residuals: What the check found.
+        status: `solved` if the residuals passed the check; `infeasible` if a checked certificate
+            proves that no x fulfils the hard rows; otherwise `not converged`.
+        slack: A x - b, shape (m_eq,): the slack s_j of a soft row, or the rounding error of a hard
+            row.
+        iterations: Newton steps; 0 for other back ends.
+        fell_back: Whether the chosen back end failed the check, so that `dual_newton` was used.
+        solver: Name of the back end of this solution.
+        residuals: Residuals of the check.
     """
 
     x: FloatArray
@@ -127,34 +128,34 @@ def row_softness(problem: BoxProblem) -> FloatArray:
 
 
 def check(problem: BoxProblem, eps: FloatArray, x: FloatArray, y: FloatArray | None) -> Residuals:
-    """How well x and the multipliers y fulfil the optimality conditions.
+    """Compute the residuals of x and the multipliers y in the optimality conditions.
 
     Args:
-        problem: The program.
+        problem: The QP.
         eps: Softness of the rows, shape (m_eq,).
-        x: Shape (n,).
-        y: Multipliers, shape (m_eq,); None if they are unknown.
+        x: Variables, shape (n,).
+        y: Multipliers, shape (m_eq,), or None if unknown.
     """
     A, b, H, g = problem.A, problem.b, problem.H_diagonal, problem.g
     outside = float(max(np.maximum(problem.lb - x, x - problem.ub).max(), 0.0))
     norms = np.sqrt((A * A / H).sum(axis=1))
     norms[norms == 0.0] = norms.max() or 1.0
-    rest = (A @ x - b) / norms
+    error = (A @ x - b) / norms
     size = (np.abs(b) + np.abs(A) @ np.abs(x)) / norms
     size += _MIN_ROW * size.max()
     if y is None:
         hard = eps == 0
-        return Residuals(_relative(rest[hard], size[hard]), float("nan"), outside)
+        return Residuals(_relative(error[hard], size[hard]), float("nan"), outside)
     desired = np.clip((A.T @ y - g) / H, problem.lb, problem.ub)
     terms = np.abs(x) + (np.abs(g) + np.abs(A).T @ np.abs(y)) / H
     return Residuals(
-        _relative(rest + eps * y / norms, size + np.abs(eps * y) / norms),
+        _relative(error + eps * y / norms, size + np.abs(eps * y) / norms),
         _relative(x - desired, terms),
         outside,
     )
 
 
-def _relative(rest: FloatArray, size: FloatArray) -> float:
-    """Return the largest |rest| / size; 0/0 is defined as 0."""
+def _relative(error: FloatArray, size: FloatArray) -> float:
+    """Return the largest |error| / size; 0/0 is defined as 0."""
     tiny = float(np.finfo(float).tiny)
-    return float((np.abs(rest) / np.maximum(size, tiny)).max(initial=0.0))
+    return float((np.abs(error) / np.maximum(size, tiny)).max(initial=0.0))

@@ -1,4 +1,4 @@
-"""Solvers of quadratic programs: a checked one for `BoxProblem`, and qpsolvers for others."""
+"""Solvers of quadratic programs: `BoxSolver` with checked solutions, and back ends of qpsolvers."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 DUAL_NEWTON = "dual_newton"
 DEFAULT_SOLVER = DUAL_NEWTON
 
-# An answer of a qpsolvers back end is accepted if its relative residuals are below this.
-_ACCEPTED = 1e-6
+# Largest relative residual of an accepted solution of a qpsolvers back end.
+_MAX_RESIDUAL = 1e-6
 
-# Tighter than the defaults of 1e-3 to 1e-6, and iteration limits: some methods iterate for minutes
-# on a problem that has no solution.
+# Tolerances are tighter than the defaults of 1e-3 to 1e-6. Iteration limits are necessary, since
+# some methods iterate for minutes on an infeasible problem.
 _OPTIONS: dict[str, dict[str, Any]] = {
     "clarabel": {"tol_feas": 1e-10, "tol_gap_abs": 1e-10, "tol_gap_rel": 1e-10},
     "osqp": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iter": 20000, "polishing": True},
@@ -35,9 +35,9 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 
 
 def available_solvers() -> list[str]:
-    """Return names of the back ends that can be used, sorted.
+    """Return the sorted names of the installed back ends.
 
-    The first call imports qpsolvers, which takes a third of a second: dual_newton does without.
+    The first call imports qpsolvers, which takes about 0.3 s. `dual_newton` does not require it.
     """
     import qpsolvers
 
@@ -45,14 +45,14 @@ def available_solvers() -> list[str]:
 
 
 def require_solver(name: str, *, key: str | None = None) -> str:
-    """Return the name, if there is such a back end.
+    """Check that a back end is installed and return its name.
 
     Args:
         name: `dual_newton`, or the name of a qpsolvers back end.
-        key: Where the name comes from, for the message.
+        key: Settings key that contains the name, for the message.
 
     Raises:
-        UnknownNameError: It is not installed or does not exist.
+        UnknownNameError: The back end does not exist or is not installed.
     """
     if name != DUAL_NEWTON and name not in (known := available_solvers()):
         raise UnknownNameError("QP solver", name, known, key=key)
@@ -60,21 +60,24 @@ def require_solver(name: str, *, key: str | None = None) -> str:
 
 
 def solve(problem: qpsolvers.Problem, solver: str) -> FloatArray | None:
-    """A qpsolvers back end's answer, shape (number of variables,), unchecked; None if it gave none.
+    """Solve a QP by a qpsolvers back end, without checking the solution.
 
-    Whatever the back end raises or warns of counts as no answer: the caller checks the answer by
-    itself and has a fallback.
+    Exceptions and warnings of the back end are ignored, since the caller checks the solution and
+    has a fallback.
 
     Args:
         problem: The quadratic program.
         solver: Name of an installed qpsolvers back end.
+
+    Returns:
+        x, shape (number of variables,), or None if the back end returns no solution.
     """
     solution = _attempt(problem, solver)
     return None if solution is None else solution.x
 
 
 def _attempt(problem: qpsolvers.Problem, solver: str) -> qpsolvers.Solution | None:
-    """Return the back end's solution, unchecked, if it has an x."""
+    """Return the unchecked solution of a back end, or None if it has no x."""
     import qpsolvers
 
     try:
@@ -87,16 +90,16 @@ def _attempt(problem: qpsolvers.Problem, solver: str) -> qpsolvers.Solution | No
 
 
 class BoxSolver:
-    """Solves problems of one size again and again, as a controller does.
+    """Solver for a sequence of problems of a fixed size, such as in a control loop.
 
         solver = BoxSolver(n, m_eq)
         solution = solver.solve(BoxProblem(H_diagonal, g, A, b, lb, ub))
 
-    Every answer is checked. Where the chosen back end fails, `dual_newton` follows. No back end's
-    word is taken for a problem without a solution: `infeasible` is what a certificate proves.
+    Every solution is checked. If the chosen back end fails, `dual_newton` solves the problem. The
+    status `infeasible` always requires a checked certificate.
 
-    `dual_newton` remembers the multipliers of the last solved problem: the next, if it is near,
-    takes fewer steps. This changes an answer by rounding errors at most; to repeat answers bit for
+    `dual_newton` starts from the multipliers of the last solved problem, so that similar problems
+    require fewer steps. This changes solutions only by rounding errors. To repeat solutions bit for
     bit, save and restore `get_state`, or call `reset` before every problem.
 
     Args:
@@ -117,42 +120,44 @@ class BoxSolver:
         self._inputs = [(name, getattr(self._newton, name)) for name in names]
 
     def reset(self) -> None:
-        """Forget the last multipliers: the next solution does not depend on anything before it."""
+        """Discard the last multipliers, so that the next solution does not depend on them."""
         self._newton.start[:] = 0.0
 
     def get_state(self) -> FloatArray:
-        """Return all that the solver remembers: the last multipliers, shape (m_eq,)."""
+        """Return the state of the solver: the last multipliers, shape (m_eq,)."""
         return self._newton.start.copy()
 
     def set_state(self, state: ArrayLike) -> None:
-        """Go back to what `get_state` gave; the following answers repeat bit for bit.
+        """Restore a state from `get_state`, so that the following solutions repeat bit for bit.
 
         Raises:
             InputError: The state has another shape, or is not finite.
         """
         values = np.asarray(state, dtype=np.float64)
         if values.shape != (self.m_eq,) or not np.isfinite(values).all():
-            raise InputError(f"a solver's state is {self.m_eq} finite numbers, not {state!r}")
+            raise InputError(
+                f"the state of a solver must be {self.m_eq} finite numbers, not {state!r}"
+            )
         self._newton.start[:] = values
 
     def solve(self, problem: BoxProblem) -> BoxSolution:
-        """Return the checked answer.
+        """Solve a problem and check the solution.
 
         Args:
-            problem: Of this solver's size.
+            problem: A problem of the size of this solver.
 
         Raises:
-            InputError: A shape, cost, weight or bound is wrong.
+            InputError: A shape, cost, weight or bound is invalid.
             SimulationError: A number is not finite.
         """
-        self._hand_over(problem)
+        self._write_problem(problem)
         answer = None
         if self.solver != DUAL_NEWTON:
-            answer = self._try_qpsolvers(problem, self.solver)
-        return self._try_dual_newton() if answer is None else answer
+            answer = self._solve_by_qpsolvers(problem, self.solver)
+        return self._solve_by_dual_newton() if answer is None else answer
 
-    def _hand_over(self, problem: BoxProblem) -> None:
-        """Write the problem into the solver's own memory."""
+    def _write_problem(self, problem: BoxProblem) -> None:
+        """Write the problem to the memory of the solver."""
         for name, target in self._inputs:
             values = np.asarray(getattr(problem, name))
             if values.shape != target.shape:
@@ -163,14 +168,14 @@ class BoxSolver:
             newton.softness.fill(0.0)
             return
         if not (newton.H_diagonal > 0).all():
-            _refuse(newton)
+            _raise_invalid(newton)
         newton.softness[:] = row_softness(problem)
 
-    def _try_dual_newton(self) -> BoxSolution:
+    def _solve_by_dual_newton(self) -> BoxSolution:
         newton = self._newton
         status = newton.solve()
         if status > dual_newton.NOT_CONVERGED:
-            _refuse(newton)
+            _raise_invalid(newton)
         equality, dual = newton.residuals.tolist()
         return BoxSolution(
             x=newton.x.copy(),
@@ -183,8 +188,8 @@ class BoxSolver:
             residuals=Residuals(equality, dual, 0.0),
         )
 
-    def _try_qpsolvers(self, problem: BoxProblem, solver: str) -> BoxSolution | None:
-        """Return a qpsolvers back end's answer, or None if it gave none that passes the check."""
+    def _solve_by_qpsolvers(self, problem: BoxProblem, solver: str) -> BoxSolution | None:
+        """Return the solution of a qpsolvers back end, or None if it fails the check."""
         eps = self._newton.softness
         solution = _attempt(as_qpsolvers(problem, eps), solver)
         if solution is None:
@@ -193,7 +198,7 @@ class BoxSolver:
         y = None if solution.y is None else -np.asarray(solution.y)
         slack = problem.A @ x - problem.b
         residuals = check(problem, eps, x, y)
-        if not residuals.equality <= _ACCEPTED or residuals.dual > _ACCEPTED:
+        if not residuals.equality <= _MAX_RESIDUAL or residuals.dual > _MAX_RESIDUAL:
             return None
         if y is None:
             y = np.full(self.m_eq, np.nan)
@@ -207,8 +212,8 @@ _STATUS: dict[int, Status] = {
 }
 
 
-def _refuse(newton: dual_newton.DualNewton) -> None:
-    """Raise the error that names the wrong number of a rejected problem."""
+def _raise_invalid(newton: dual_newton.DualNewton) -> None:
+    """Raise an error that names the invalid number of a problem."""
     for name in ("H_diagonal", "g", "A", "b"):
         values = getattr(newton, name)
         if not np.isfinite(values).all():
@@ -219,19 +224,17 @@ def _refuse(newton: dual_newton.DualNewton) -> None:
         if not value > 0:
             raise InputError(f"H_diagonal[{i}] {value} must be positive")
         if not (low <= high and low < np.inf and high > -np.inf):
-            raise InputError(
-                f"lb[{i}] {low} and ub[{i}] {high} leave no finite number between them"
-            )
-    raise SimulationError("a number of the QP, squared, is too large or too small for a float")
+            raise InputError(f"lb[{i}] {low} and ub[{i}] {high} must allow a finite number")
+    raise SimulationError("a number of the QP is too large or too small for a float when squared")
 
 
 def as_qpsolvers(
     problem: BoxProblem | dual_newton.DualNewton, eps: FloatArray
 ) -> qpsolvers.Problem:
-    """The same program for qpsolvers, with variables [x, s of the soft rows], in memory of its own.
+    """Convert a QP to qpsolvers, with the variables x, then s of the soft rows. Arrays are copied.
 
     Args:
-        problem: The program.
+        problem: The QP.
         eps: Softness of the rows, shape (m_eq,).
     """
     import qpsolvers

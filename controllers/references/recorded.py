@@ -1,4 +1,4 @@
-"""Trajectories from positions alone: through waypoints, and along recorded samples."""
+"""Trajectories through waypoints and along recorded samples."""
 
 from __future__ import annotations
 
@@ -16,33 +16,35 @@ from controllers.arrays import FloatArray
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-_MAX_NOISE = 1e100  # whose square is a number
+_MAX_NOISE = 1e100  # its square must be representable as a float
 
 MIN_SAMPLES = 6
-"""That a smoothing spline needs."""
+"""Minimum number of samples of a smoothing spline."""
 
-_MAX_KNOTS = 0.75  # a sample; with more, samples are too far apart to tell noise from motion
-_MAX_ORDER = 12
-_MIN_NOISE = 1e-9  # of the largest difference: below it, the spline's knots are rounding's
+# Knots per sample. If a spline requires more, the sampling is too coarse to separate noise and
+# motion.
+_MAX_KNOTS = 0.75
+_MAX_ORDER = 12  # of differences for the estimate of the noise
+_MIN_NOISE = 1e-9  # relative to the range of the samples; smaller noise is rounding error
 
 
-@np.errstate(all="ignore")  # what overflows is rejected at the end
+@np.errstate(all="ignore")  # values that overflow are rejected at the end
 def waypoint_trajectory(
     times: FloatArray, q: FloatArray, name: str = "waypoints", space: Space = "joint"
 ) -> Trajectory:
-    """The motion of least jerk through waypoints, from rest to rest, without stopping on the way.
+    """Return the minimum-jerk motion through waypoints, which starts and ends at rest.
 
-    It minimises the integral of the squared third derivative: a spline of fifth order whose
-    derivatives up to the fourth are continuous.
+    The motion does not stop at waypoints. It minimises the integral of the squared third
+    derivative. The result is a spline of fifth order with continuous derivatives up to the fourth.
 
     Args:
-        times: Of the waypoints, shape (m,), m >= 2, rising from 0, in [s].
+        times: Times of the waypoints, shape (m,), m >= 2, increasing from 0, in [s].
         q: Positions, shape (m, n), in [rad] or [m].
-        name: The trajectory's name.
-        space: Whether q is joint positions or task coordinates.
+        name: Name of the trajectory.
+        space: Whether q contains joint positions or task coordinates.
 
     Raises:
-        InputError: Shapes, numbers or times are none of a motion.
+        InputError: A shape is wrong, a number is not finite, or the times do not increase from 0.
     """
     _require_motion(times, q, 2)
     rest = np.zeros((2, q.shape[1]))
@@ -65,26 +67,26 @@ def recorded_trajectory(
 ) -> Trajectory:
     """Return a recorded motion as a trajectory.
 
-    Without velocities, a smoothing spline of fifth order gives positions, velocities and
-    accelerations: the smoothest that stays within the noise (Reinsch 1967). What is given is taken
-    as it is and interpolated linearly; accelerations that are missing are the derivative of the
-    velocities' smoothing spline.
+    Without velocities, the positions, velocities and accelerations are those of a smoothing spline
+    of fifth order: the smoothest spline whose residual is within the noise (Reinsch 1967). With
+    velocities, the samples are interpolated linearly without smoothing. Missing accelerations are
+    then the derivative of a smoothing spline of the velocities.
 
     Args:
-        times: Of the samples, shape (m,), rising from 0, in [s].
+        times: Times of the samples, shape (m,), increasing from 0, in [s].
         q: Positions, shape (m, n), in [rad] or [m].
-        qd: Velocities, shape (m, n).
-        qdd: Accelerations, shape (m, n); with velocities only.
-        noise: Standard deviation of the noise in what is smoothed; 0 for a spline through all
-            samples; found from the samples, for each coordinate, when None.
-        name: The trajectory's name.
-        space: Whether q is joint positions or task coordinates.
+        qd: Velocities, shape (m, n), in [rad/s] or [m/s], or None.
+        qdd: Accelerations, shape (m, n), in [rad/s²] or [m/s²], or None; requires velocities.
+        noise: Standard deviation of the noise of the smoothed samples; 0 for a spline through all
+            samples (default: estimated for each coordinate).
+        name: Name of the trajectory.
+        space: Whether q contains joint positions or task coordinates.
 
     Raises:
-        InputError: Shapes, numbers or times are none of a motion, or the noise is none.
+        InputError: A shape is wrong, a number is out of range, or the times do not increase from 0.
     """
     if noise is not None and not 0.0 <= noise <= _MAX_NOISE:
-        raise InputError(f"noise must be within 0 and {_MAX_NOISE:g}, not {noise!r}")
+        raise InputError(f"noise must be between 0 and {_MAX_NOISE:g}, not {noise!r}")
     _require_motion(times, q, 2 if qd is not None and qdd is not None else MIN_SAMPLES)
     for rows in (qd, qdd):
         if rows is not None:
@@ -101,14 +103,14 @@ def recorded_trajectory(
 
 
 def _smoothing_spline(times: FloatArray, q: FloatArray, noise: float | None) -> BSpline:
-    """Return the smoothest spline of fifth order whose squared distances sum up as noise's do."""
+    """Return the smoothest spline of fifth order whose residual is consistent with the noise."""
     from scipy.interpolate import BSpline, splrep
 
     m = len(times)
     sigma = _noise(q) if noise is None else noise
     if sigma > 0.0:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # its last spline is good enough
+            warnings.simplefilter("ignore", RuntimeWarning)  # the last iterate suffices
             knots, c, k = splrep(times, q, k=5, s=(m + math.sqrt(2.0 * m)) * sigma**2)
         if len(knots) - 2 * (k + 1) < _MAX_KNOTS * m:
             return BSpline(knots, c, k)
@@ -119,12 +121,12 @@ def _spline_through(times: FloatArray, q: FloatArray, ends: Any) -> BSpline:
     """Return the spline of fifth order through all samples.
 
     Args:
-        times: Shape (m,).
-        q: Shape (m, ...).
-        ends: Orders of derivatives with their values, the same at both ends.
+        times: Times, shape (m,), in [s].
+        q: Samples, shape (m, ...).
+        ends: Orders and values of derivatives, equal at both ends.
 
     Raises:
-        InputError: Times are so uneven that rounding leaves no spline.
+        InputError: The times are too uneven to compute a spline with floats.
     """
     from scipy.interpolate import make_interp_spline
 
@@ -132,14 +134,17 @@ def _spline_through(times: FloatArray, q: FloatArray, ends: Any) -> BSpline:
         return make_interp_spline(times, q, k=5, bc_type=(ends, ends))
     except (np.linalg.LinAlgError, ValueError):
         steps = np.diff(times)
-        what = f"has times {steps.min():.3g} to {steps.max():.3g} s apart, too uneven for a spline"
-        raise InputError(what) from None
+        raise InputError(
+            f"has steps of {steps.min():.3g} to {steps.max():.3g} s, which are too uneven for a "
+            "spline"
+        ) from None
 
 
 def _noise(q: FloatArray) -> float:
-    """The noise's standard deviation, by differences of an order in which the motion vanishes.
+    """Estimate the standard deviation of the noise from high-order differences.
 
-    Differences of order k have the variance binomial(2k, k) times that of white noise.
+    The motion vanishes in differences of high order k. The variance of white noise is then
+    multiplied by binomial(2k, k).
     """
     orders = [k for k in range(2, _MAX_ORDER + 1) if len(q) >= 3 * k]
     if not orders:
@@ -149,18 +154,18 @@ def _noise(q: FloatArray) -> float:
 
 
 def _knots(splines: Sequence[BSpline]) -> FloatArray:
-    """Where polynomials of any of the splines meet, ends included."""
-    every: FloatArray = np.unique(np.concatenate([spline.t for spline in splines]))
-    kept: FloatArray = every[np.diff(every, prepend=-np.inf) > 1e-9 * every[-1]]
-    return kept
+    """Return the knots of all splines, including the ends, without duplicates."""
+    knots: FloatArray = np.unique(np.concatenate([spline.t for spline in splines]))
+    distinct: FloatArray = knots[np.diff(knots, prepend=-np.inf) > 1e-9 * knots[-1]]
+    return distinct
 
 
-def _require_motion(times: FloatArray, rows: FloatArray, fewest: int) -> None:
-    """Reject what is not a motion."""
+def _require_motion(times: FloatArray, rows: FloatArray, min_rows: int) -> None:
+    """Check shapes, values and times of a motion."""
     if rows.ndim != 2 or len(rows) != len(times):
-        raise InputError(f"has no row for each of {len(times)} times: shape {rows.shape}")
-    if len(times) < fewest:
-        raise InputError(f"needs at least {fewest} rows, not {len(times)}")
+        raise InputError(f"has shape {rows.shape}, not ({len(times)}, n), for {len(times)} times")
+    if len(times) < min_rows:
+        raise InputError(f"requires at least {min_rows} rows, not {len(times)}")
     if not (np.isfinite(times).all() and np.isfinite(rows).all()):
         raise InputError("has numbers that are not finite")
     if times[0] != 0.0:
@@ -168,14 +173,14 @@ def _require_motion(times: FloatArray, rows: FloatArray, fewest: int) -> None:
     steps = np.diff(times)
     if (steps <= 0.0).any():
         k = int(np.argmax(steps <= 0.0))
-        raise InputError(f"the time of row {k + 2} is not after that of the row before")
+        raise InputError(f"has a time in row {k + 2} that is not after the time in row {k + 1}")
 
 
 def _trajectory(
     spline: Spline, times: FloatArray, rows: Sequence[FloatArray], name: str, space: Space
 ) -> Trajectory:
-    if not all(np.isfinite(each).all() for each in rows):
+    if not all(np.isfinite(array).all() for array in rows):
         raise InputError("has a motion too fast for finite velocities and accelerations")
-    lists = [[tuple(row) for row in each.tolist()] for each in rows]
+    lists = [[tuple(row) for row in array.tolist()] for array in rows]
     points = tuple(map(TrajectoryPoint, times.tolist(), *lists))
     return Trajectory(name, spline, points, float(times[-1]) / (len(times) - 1), space)

@@ -1,4 +1,4 @@
-"""What all references are: parts one after another, evaluated by csrc/references."""
+"""Base class of references: sequences of parts, evaluated by csrc/references."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from controllers.arrays import FloatArray
 from controllers.qp import dual_newton
 
 SPLINES, ROSE, APPROACH = range(3)
-"""Kinds of parts: `reference_kind` of csrc/references/references.h."""
+"""Kinds of parts: the C enumeration `reference_kind` in csrc/references/references.h."""
 
 _P, _SIZE = ctypes.c_void_p, ctypes.c_size_t
 
 
 class JointReference(NamedTuple):
-    """A point of a reference, or its points at k times.
+    """One point of a reference, or points at k times.
 
     Attributes:
         q: Positions, shape (n,) or (k, n), in [rad] or [m].
@@ -34,14 +34,14 @@ class JointReference(NamedTuple):
 
 
 class ReferencePart(NamedTuple):
-    """A part of a reference: a spline, a rose, or an approach.
+    """Part of a reference: a spline, a rose curve, or an approach.
 
     Attributes:
-        kind: One of the constants above.
-        r: Number of rows: coordinates, or task coordinates.
-        duration: In [s].
-        segments, powers: Of splines, else 0.
-        data: The numbers of the part, in the order of csrc/references/references.h.
+        kind: SPLINES, ROSE or APPROACH.
+        r: Number of coordinates, or of task coordinates.
+        duration: Duration, in [s].
+        segments, powers: Number of segments and of powers of a spline; 0 for other parts.
+        data: Numbers of the part, in the order of csrc/references/references.h.
     """
 
     kind: int
@@ -53,7 +53,7 @@ class ReferencePart(NamedTuple):
 
 
 class _Part(ctypes.Structure):
-    """`reference_part` of csrc/references/references.h."""
+    """The C structure `reference_part` in csrc/references/references.h."""
 
     _fields_ = (
         ("kind", _SIZE),
@@ -74,17 +74,17 @@ def _library() -> ctypes.PyDLL:
 
 
 class Reference:
-    """A motion in time, defined for every t; its points are (y, yd, ydd) or (q, qd, qdd).
+    """Reference motion, defined for every t. Its points are (y, yd, ydd) or (q, qd, qdd).
 
     Args:
-        name: Its name.
-        parts: Its parts, at least one, all of the same size.
+        name: Name.
+        parts: One or more parts of the same size.
 
     Attributes:
-        name: Its name.
-        duration: The sum of the parts' durations, in [s].
+        name: Name.
+        duration: Sum of the durations of the parts, in [s].
         parts: The parts.
-        begins: When each part begins, in [s].
+        begins: Start times of the parts, in [s].
     """
 
     def __init__(self, name: str, parts: Sequence[ReferencePart]) -> None:
@@ -94,13 +94,15 @@ class Reference:
         self.duration = float(ends[-1])
 
     def evaluate(self, t: ArrayLike) -> JointReference:
-        """Return the reference at a time, or at several; at rest before 0 and after its duration.
+        """Return the reference at one or several times.
+
+        The reference is at rest before 0 and after its duration.
 
         Args:
             t: Time, in [s]: a number, or an array of shape (k,).
 
         Returns:
-            Positions, velocities and accelerations, shape (n,) each, or (k, n).
+            Positions, velocities and accelerations, each of shape (n,) or (k, n).
         """
         times, begins = np.asarray(t, dtype=float, order="C"), np.array(self.begins)
         rows = np.empty((*times.shape, 3, self.parts[0].r))

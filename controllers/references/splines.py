@@ -1,4 +1,4 @@
-"""References: piecewise polynomials through given points, as CASPR defines them."""
+"""Spline references: piecewise polynomials through given points, as defined by CASPR."""
 
 from __future__ import annotations
 
@@ -16,31 +16,32 @@ from .reference import SPLINES, Reference, ReferencePart
 
 
 class SplineReference(Reference):
-    """A piecewise polynomial through the points of a trajectory, every coordinate for itself.
+    """Piecewise polynomial through the points of a trajectory, separate for every coordinate.
 
-    A linear spline matches their positions, a cubic one (Hermite) their velocities as well, a
-    quintic one their accelerations too. A parabolic blend rests in every point: between two of them
-    it speeds up for the blend time, goes straight, and slows down for the blend time. Between
-    samples, positions, velocities and accelerations are interpolated linearly, each for itself, for
-    rounded samples make wild polynomials.
+    A linear spline matches positions. A cubic spline (Hermite) also matches velocities, and a
+    quintic spline also matches accelerations. A parabolic blend is at rest at every point. Between
+    two points it accelerates for the blend time, moves at constant velocity, and decelerates for
+    the blend time. Between samples, positions, velocities and accelerations are interpolated
+    linearly and separately, since polynomials through rounded samples oscillate.
 
-    Before the first point and after the last, it rests there.
+    The reference is at rest before the first point and after the last point.
 
     Args:
-        trajectory: The points; of an operational trajectory q is its y.
+        trajectory: The points. In an operational trajectory, q contains y.
 
     Attributes:
-        name: The trajectory's name.
+        name: Name of the trajectory.
         duration: Time of the last point, in [s].
-        times: When each segment begins, and the last one ends, in [s].
-        coefficients: Of the powers of the time since a segment's begin, lowest first, of
-            positions, velocities and accelerations, shape (segments, powers, 3, n).
+        times: Start times of the segments and end time of the last one, in [s].
+        coefficients: Polynomial coefficients of positions, velocities and accelerations, shape
+            (segments, powers, 3, n). The variable is the time since the start of the segment;
+            the lowest power is first.
 
     Raises:
-        InputError: Between two points is more motion than numbers have room for.
+        InputError: The motion between two points exceeds the range of floats.
     """
 
-    @np.errstate(all="ignore")  # what overflows is rejected at the end
+    @np.errstate(all="ignore")  # values that overflow are rejected at the end
     def __init__(self, trajectory: Trajectory) -> None:
         points = trajectory.points
         if trajectory.spline == "samples":
@@ -52,9 +53,8 @@ class SplineReference(Reference):
         if not np.isfinite(coefficients).all():
             segment = int((~np.isfinite(coefficients)).any(axis=(1, 2, 3)).argmax())
             raise InputError(
-                f"trajectory {trajectory.name!r} cannot be followed from "
-                f"{self.times[segment]:.6g} s on: "
-                "its points there are too far apart for the time between them; increase the time"
+                f"trajectory {trajectory.name!r} is too fast after {self.times[segment]:.6g} s: "
+                "the points are too far apart for the time between them; increase the time"
             )
         self.coefficients = coefficients
         data = np.concatenate([self.times, coefficients.ravel(), points[0].q, points[-1].q])
@@ -64,12 +64,12 @@ class SplineReference(Reference):
 
 
 def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
-    """Segments that match what the points give.
+    """Return segments that match the positions and derivatives of the points.
 
     Returns:
-        Where the segments begin and the last one ends, in [s], and for each of them the
-        coefficients of the powers of the time since its begin, lowest first, of the positions,
-        velocities and accelerations; shape (segments, orders, 3, n).
+        Start times of the segments and end time of the last one, in [s], and coefficients of
+        positions, velocities and accelerations, shape (segments, orders, 3, n), as in
+        `SplineReference.coefficients`.
     """
     times = [point.time for point in points]
     lengths = np.diff(times)
@@ -77,7 +77,7 @@ def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray
     orders = max(len(before) + len(after) for before, after in pairwise(derivatives))
     bernstein = np.array(
         [
-            _raised(_bernstein(before, after, length), orders)
+            _raise_degree(_bernstein(before, after, length), orders)
             for (before, after), length in zip(pairwise(derivatives), lengths, strict=True)
         ]
     )
@@ -85,14 +85,14 @@ def _splines(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray
 
 
 def _bernstein(before: FloatArray, after: FloatArray, length: float) -> FloatArray:
-    """Return the polynomial in Bernstein's basis with given values and derivatives at both ends.
+    """Return the polynomial with given values and derivatives at both ends, in Bernstein form.
 
-    Its q-th derivative at an end depends on the q + 1 coefficients next to that end alone.
+    The q-th derivative at an end only depends on the q + 1 coefficients nearest to that end.
 
     Args:
-        before: Value and derivatives at the begin, shape (1 to 3, n).
-        after: The same at the end.
-        length: Between the ends, in [s].
+        before: Value and derivatives at the start, shape (1 to 3, n).
+        after: Value and derivatives at the end, shape (1 to 3, n).
+        length: Time between start and end, in [s].
 
     Returns:
         Coefficients, shape (len(before) + len(after), n).
@@ -110,8 +110,8 @@ def _bernstein(before: FloatArray, after: FloatArray, length: float) -> FloatArr
     return c
 
 
-def _raised(c: FloatArray, orders: int) -> FloatArray:
-    """Return the same polynomial with more coefficients in Bernstein's basis."""
+def _raise_degree(c: FloatArray, orders: int) -> FloatArray:
+    """Return the same polynomial in Bernstein form with more coefficients."""
     degree, more = len(c) - 1, orders - len(c)
     if not more:
         return c
@@ -124,7 +124,7 @@ def _raised(c: FloatArray, orders: int) -> FloatArray:
 
 
 def _powers(bernstein: FloatArray, lengths: FloatArray) -> FloatArray:
-    """Coefficients of powers of time, lowest first, shape (segments, orders, n)."""
+    """Convert Bernstein form to powers of time, lowest first, shape (segments, orders, n)."""
     degree = bernstein.shape[1] - 1
     powers = np.zeros_like(bernstein)
     for a in range(degree + 1):
@@ -136,26 +136,26 @@ def _powers(bernstein: FloatArray, lengths: FloatArray) -> FloatArray:
 
 
 def _blends(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
-    """As `_splines`: a parabola, a straight line and a parabola between two points."""
+    """Return a parabola, a line and a parabola between each two points; see `_splines`."""
     times, segments = [0.0], []
     for start, end in pairwise(points):
         q0, q1 = np.array(start.q), np.array(end.q)
         blend, duration = end.blend_time, end.time - start.time
         a = (q1 - q0) / (blend * (duration - blend))
-        v, way = a * blend, a * blend**2 / 2.0
-        segments += [(q0, 0.0 * a, a / 2.0), (q0 + way, v, 0.0 * a), (q1 - way, v, -a / 2.0)]
+        v, shift = a * blend, a * blend**2 / 2.0
+        segments += [(q0, 0.0 * a, a / 2.0), (q0 + shift, v, 0.0 * a), (q1 - shift, v, -a / 2.0)]
         times += [start.time + blend, end.time - blend, end.time]
     return times, _with_derivatives(np.array(segments))
 
 
 def _with_derivatives(coefficients: FloatArray) -> FloatArray:
-    """Coefficients of polynomials beside those of their first and second derivatives.
+    """Return coefficients of polynomials and of their first and second derivatives.
 
     Args:
-        coefficients: Lowest order first, shape (segments, orders, n).
+        coefficients: Coefficients, lowest order first, shape (segments, orders, n).
 
     Returns:
-        Shape (segments, orders, 3, n).
+        Coefficients of values and derivatives, shape (segments, orders, 3, n).
     """
     table = np.zeros((*coefficients.shape[:2], 3, coefficients.shape[2]))
     k = np.arange(1, coefficients.shape[1])[:, None]
@@ -166,7 +166,7 @@ def _with_derivatives(coefficients: FloatArray) -> FloatArray:
 
 
 def _through_samples(points: Sequence[TrajectoryPoint]) -> tuple[list[float], FloatArray]:
-    """As `_splines`: straight from all three rows of each sample to those of the next one."""
+    """Return linear segments of q, qd and qdd between each two samples; see `_splines`."""
     times = [point.time for point in points]
     rows = np.array([(p.q, p.qd, p.qdd) for p in points])
     slopes = np.diff(rows, axis=0) / np.diff(times)[:, None, None]

@@ -12,7 +12,7 @@ from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.experiment.settings.hardware import MotorSettings, SensorSettings
 from cardsflow_fmu.experiment.settings.loads import DisturbanceSettings
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers.validation import named_vector, resting
+from controllers.validation import named_vector, smallest_forces
 from sim_dart import Plant
 
 from .drives import Drive, Lag, force_bounds, make_drive, torque_bounds
@@ -85,7 +85,7 @@ class EmulatedRobot:
             np.concatenate([self.drive.lower, torques[0]]),
             np.concatenate([self.drive.upper, torques[1]]),
         )
-        self._torque_bounds, self._no_torque = torques, resting(*torques)
+        self._torque_bounds, self._no_torque = torques, smallest_forces(*torques)
         self._lag = Lag(motor_lag)
         self._sensors = Sensors(sensors or SensorSettings(), n, m)
         names = [muscle.name for muscle in robot.muscles]

@@ -11,7 +11,7 @@ from cardsflow_fmu.cosim.signals.ports import force_unit
 from cardsflow_fmu.experiment.settings.hardware import SafetySettings
 from cardsflow_fmu.hardware.protocol.errors import HardwareError
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers.validation import resting
+from controllers.validation import smallest_forces
 
 
 class TripError(HardwareError):
@@ -56,7 +56,7 @@ class Guard:
         for name in np.array(motors)[~bounded]:
             what = "hardware needs the largest torque that a motor may be given either way"
             raise InputError(what, key=f"robot.coordinates.{name}.tau_max")
-        self.least = resting(self.f_min, self.f_max)
+        self.least = smallest_forces(self.f_min, self.f_max)
         n = len(robot.coordinates)
         rates = [_array(settings.force_rate, m, np.inf)]
         rates.append(_array(settings.torque_rate, len(motors), np.inf))

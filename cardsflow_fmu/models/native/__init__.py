@@ -1,1 +1,1 @@
-"""Models in C: their library, files and variables."""
+"""Library, files and variables of models in C."""

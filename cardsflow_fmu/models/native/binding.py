@@ -1,4 +1,4 @@
-"""Binding of opened_model.h and native_loop.h."""
+"""Binding of the C functions in opened_model.h and native_loop.h."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cardsflow_fmu.runtime.library import library_path
 
 @cache
 def native_library() -> ctypes.CDLL:
-    """Load the library of FMUs, whose calls release Python's GIL.
+    """Load the library of FMUs. Its calls release the Python lock (GIL).
 
     Raises:
         InputError: The library does not exist.

@@ -1,4 +1,4 @@
-"""Settings of native models as named fields, in the layout of the library."""
+"""Encoding of the settings of native models as named fields, in the layout of the library."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Counts = dict[str, int]
 Fields = dict[str, ArrayLike]
 
 NATIVE_MODELS = ("plant", "controller", "reference", "sensors", "estimator")
-"""Native models in the order of native/layout.h."""
+"""Names of native models, in the order of native/layout.h."""
 
 _MAGIC = b"CARDSNAT"
 _VERSION = 2
@@ -35,11 +35,11 @@ def encode(
     """Encode the file of a native model.
 
     Args:
-        model: Which of `NATIVE_MODELS`.
-        blob: Binary description of its robot; empty for a reference.
-        groups: Its variables.
+        model: Name from `NATIVE_MODELS`.
+        blob: Binary description of the robot; empty for a reference.
+        groups: Variables of the model.
         counts: All counts of the layout, by name.
-        fields: All fields of the layout, in any shape with the right number of elements.
+        fields: All fields of the layout, by name. Only the number of elements must match.
     """
     kind = NATIVE_MODELS.index(model)
     body = struct.pack("<III", kind, len(blob), native_library().native_model_layout_hash(kind))

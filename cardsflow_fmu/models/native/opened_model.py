@@ -1,4 +1,4 @@
-"""Model in C with the variables in a Python array."""
+"""Model in C with variables in a Python array."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from cardsflow_fmu.version import __version__
 
 from .binding import native_library
 
-_MESSAGE = 512  # bytes of a message
-_STEP = 1.0  # the digest of variables is only used by FMU hosts
+_MESSAGE_SIZE = 512  # in bytes
+_STEP = 1.0  # arbitrary, since only FMU hosts use this entry of the port table
 
 
 class OpenedModel:
     """Model in C; see `runtime/csrc/loop/opened_model.h`.
 
     Args:
-        file: The contents of its `native.bin`; see `fields.encode`.
-        ports: Its variables.
-        values: Values of the variables, shape (len(ports),), which the model reads and writes.
+        file: Contents of its file `native.bin`; see `fields.encode`.
+        ports: Variables of the model.
+        values: Values of the variables, shape (len(ports),). The model reads and writes them.
 
     Attributes:
         handle: Handle of the C library.
@@ -42,7 +42,7 @@ class OpenedModel:
         table = encode_port_table(
             scalar_variables(ports), guid="", model_name="", package=__version__, step=_STEP
         )
-        message = ctypes.create_string_buffer(_MESSAGE)
+        message = ctypes.create_string_buffer(_MESSAGE_SIZE)
         handle = library.native_model_open(
             *(file, len(file), table, len(table), values.ctypes.data, message, len(message))
         )
@@ -55,7 +55,7 @@ class OpenedModel:
         weakref.finalize(self, library.native_model_close, self.handle)
 
     def initialize(self, t: float) -> None:
-        """Go to the start state.
+        """Set the start state.
 
         Raises:
             InputError: A parameter or an input is invalid.
@@ -73,7 +73,7 @@ class OpenedModel:
             raise SimulationError(self.message)
 
     def get_state(self) -> bytes:
-        """Return the state of the model that is not in its values."""
+        """Return the state of the model that is not in `values`."""
         data, size = ctypes.c_void_p(), ctypes.c_size_t()
         places = ctypes.byref(data), ctypes.byref(size)
         if self._library.native_model_get_state(self.handle, *places):
@@ -81,7 +81,7 @@ class OpenedModel:
         return ctypes.string_at(data, size.value)
 
     def set_state(self, state: bytes) -> None:
-        """Go back to a state from `get_state`.
+        """Restore a state from `get_state`.
 
         Raises:
             InputError: The bytes are not a state of this model.
@@ -99,25 +99,25 @@ class OpenedModel:
         Raises:
             InputError: The derivative does not exist.
         """
-        of, by = unknowns.astype(np.uint32), knowns.astype(np.uint32)
-        along, answers = np.ascontiguousarray(seeds, dtype=np.float64), np.empty(len(of))
+        rows, columns = unknowns.astype(np.uint32), knowns.astype(np.uint32)
+        direction, result = np.ascontiguousarray(seeds, dtype=np.float64), np.empty(len(rows))
         failed = self._library.native_model_derivative(
-            *(self.handle, t, h, len(of), of.ctypes.data, len(by), by.ctypes.data),
-            *(along.ctypes.data, answers.ctypes.data),
+            *(self.handle, t, h, len(rows), rows.ctypes.data, len(columns), columns.ctypes.data),
+            *(direction.ctypes.data, result.ctypes.data),
         )
         if failed:
             raise InputError(self.message)
-        return answers
+        return result
 
     def use(self, law: ctypes.Structure, muscles: ctypes.Structure) -> None:
-        """Set Python callbacks of a controller; they must exist longer than the controller."""
-        refused = self._library.native_model_use(
+        """Set the Python callbacks of a controller; they must outlive the controller."""
+        failed = self._library.native_model_use(
             self.handle, ctypes.addressof(law), ctypes.addressof(muscles)
         )
-        assert not refused
+        assert not failed
 
     def array(self, name: str) -> FloatArray:
-        """Return a view of an array of a controller's law or core."""
+        """Return a view of an array in the law or the robot model of a controller."""
         length = ctypes.c_size_t()
         found = self._library.native_model_array(self.handle, name.encode(), ctypes.byref(length))
         assert found, name

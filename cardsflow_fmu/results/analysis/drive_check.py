@@ -12,7 +12,7 @@ from addin_sdfusion.robot.finding import errors_first
 from addin_sdfusion.robot.finding_builders import error, warning
 from cardsflow_fmu.experiment.experiment import Experiment
 from cardsflow_fmu.utils.arrays import FloatArray
-from controllers.analysis.drivable import drivable
+from controllers.analysis.drivable import find_drivable
 from controllers.analysis.inverse_dynamics import motion_terms
 from controllers.force_distribution.poses import INFEASIBLE
 from sim_dart import CoreDynamics, control_dynamics
@@ -113,7 +113,7 @@ def _drive_warnings(
     massless = massless_coordinates(robot, terms.M)
     free = [k for k in free if robot.coordinates[k].name not in massless]
     where = "in the initial pose" if start is None else "in the start pose"
-    found = drivable(terms, free)
+    found = find_drivable(terms, free)
     for k, why in missing_drives(robot, dynamics, q, found).items():
         subject = Subject("coordinate", robot.coordinates[k].name)
         yield warning(subject, "pose-not-held", f"muscles cannot drive it {where}: {why}")

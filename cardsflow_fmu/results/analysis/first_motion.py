@@ -19,9 +19,9 @@ from controllers import ApproachReference
 from controllers.analysis.drivable import (
     ACCELERATION,
     MARGIN,
-    Drivable,
+    DrivableCoordinates,
     Terms,
-    drivable,
+    find_drivable,
     force_margin,
 )
 from sim_dart import CoreDynamics, control_dynamics
@@ -177,7 +177,7 @@ def initial_pose(robot: Robot) -> FloatArray:
 
 def _find_pose(
     robot: Robot, dynamics: CoreDynamics, pose: FloatArray, reasons: Mapping[str, str]
-) -> tuple[Drivable, FloatArray]:
+) -> tuple[DrivableCoordinates, FloatArray]:
     """Find the pose at which the muscles drive most coordinates; nearby poses are preferred."""
     free = [
         k
@@ -214,10 +214,12 @@ def try_close_loops(
         return q if fallback is None else fallback
 
 
-def _drivable_at(robot: Robot, dynamics: CoreDynamics, q: FloatArray, free: list[int]) -> Drivable:
+def _drivable_at(
+    robot: Robot, dynamics: CoreDynamics, q: FloatArray, free: list[int]
+) -> DrivableCoordinates:
     terms = pose_terms(robot, dynamics, q, np.zeros(len(q)))
     massless = massless_coordinates(robot, terms.M)
-    return drivable(terms, [k for k in free if robot.coordinates[k].name not in massless])
+    return find_drivable(terms, [k for k in free if robot.coordinates[k].name not in massless])
 
 
 def robot_size(robot: Robot) -> float:
@@ -292,7 +294,7 @@ def _margin_along(
 
 
 def missing_drives(
-    robot: Robot, dynamics: CoreDynamics, q: FloatArray, found: Drivable
+    robot: Robot, dynamics: CoreDynamics, q: FloatArray, found: DrivableCoordinates
 ) -> dict[int, str]:
     """Return, by index, the reasons why coordinates are not sufficiently driven at a pose."""
     if not found.missing:
@@ -301,7 +303,7 @@ def missing_drives(
     limit = np.full(dynamics.m, assumed_force(robot))
     high = np.append(np.maximum(terms.high[: dynamics.m], limit), terms.high[dynamics.m :])
     strong = replace(terms, high=high)
-    driven = drivable(strong, sorted([*found.coordinates, *found.missing])).coordinates
+    driven = find_drivable(strong, sorted([*found.coordinates, *found.missing])).coordinates
     reasons = {}
     for k, missing in found.missing.items():
         name = robot.coordinates[k].name
@@ -309,7 +311,7 @@ def missing_drives(
             reasons[k] = "its drives are too weak; `cardsflow size` computes the required forces"
         elif missing == "any muscle":
             reasons[k] = UNDRIVEN
-        elif missing == "one of its own":
+        elif missing == "independent motion":
             reasons[k] = "muscles cannot move it independently of the others"
         else:
             others = " while they hold the other joints" if found.coordinates else ""

@@ -26,7 +26,7 @@ from controllers.analysis.inverse_dynamics import (
 from controllers.analysis.kinematics import inverse_kinematics
 from controllers.analysis.wrench_set import too_many_facets
 from controllers.force_distribution.linear import minimum_infinity_norm
-from controllers.force_distribution.one_way import one_way
+from controllers.force_distribution.motor_columns import split_motors
 from sim_dart import IndependentDynamics, MuscleDrive, control_dynamics
 from sim_dart.muscles.paths import MusclePaths
 
@@ -192,7 +192,7 @@ def size_robot(
         "motors": _motor_rows(robot, sizes),
         "least_peak": None
         if critical is None
-        else {"force": float(sizes.least_peaks[critical]), "time": float(motion.times[critical])},
+        else {"force": float(sizes.min_peaks[critical]), "time": float(motion.times[critical])},
         "bottlenecks": [] if critical is None else bottlenecks(robot, terms, critical),
         "coordinates": _coordinate_rows(sizes),
         "units": {"force": "N", "torque": "N.m", "time": "s", "power": "W", "gain": "N/mm"},
@@ -239,7 +239,7 @@ def bottlenecks(robot: Robot, terms: MotionTerms, point: int) -> list[dict[str, 
     def min_peak(moved: Robot) -> float:
         paths = MusclePaths(moved)  # keeps the memory of the evaluated paths alive
         rows = np.concatenate([paths.evaluate(q).jacobian, motor_rows])
-        L, f_min, f_max = one_way(rows, low, np.full(len(low), np.inf), terms.motors)
+        L, f_min, f_max = split_motors(rows, low, np.full(len(low), np.inf), terms.motors)
         least = minimum_infinity_norm(L, tau, f_min, f_max, counts=is_counted)
         return float(least.forces[:muscles].max(initial=0.0))
 

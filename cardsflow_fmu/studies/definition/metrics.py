@@ -240,7 +240,7 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
         InputError: A joint has no limits.
     """
     from controllers.analysis.workspace import is_wrench_closed, joint_grid
-    from controllers.force_distribution.one_way import one_way
+    from controllers.force_distribution.motor_columns import split_motors
     from sim_dart import control_dynamics
 
     robot = experiment.robot
@@ -255,7 +255,7 @@ def wrench_closure(experiment: Experiment, box: Box | None) -> float:
     dynamics = control_dynamics(robot)
     poses = poses.reshape(-1, len(robot.coordinates))
     rows = np.stack([dynamics.actuator_jacobian(q) for q in poses])
-    L, _, _ = one_way(rows, dynamics.f_min, dynamics.f_max, len(dynamics.motor_names))
+    L, _, _ = split_motors(rows, dynamics.f_min, dynamics.f_max, len(dynamics.motor_names))
     return float(np.mean(is_wrench_closed(L)))
 
 

@@ -35,9 +35,9 @@ REFUSED = {
     "key": (POINTS + HARDWARE + "'loopback:'\nkey_file = 'none.key'", "none.key"),
     "input": (POINTS + "[wiring.plant]\n'w.hand.fx' = 0.0", "no input 'plant.w.hand.fx'"),
     "gap": (POINTS + APPROACH + "1.0\nstart = [1e308, 1e308]\n[start]\nq = 0.1", "part 1 of"),
-    "long": (POINTS + APPROACH + "1e308", "duration must be within 1e-100 and 1e+100 s"),
+    "long": (POINTS + APPROACH + "1e308", "duration must be between 1e-100 and 1e+100 s"),
     "steps": (POINTS + "[plant]\nstep = 1e-9", "1e+06 times plant.step"),
-    "short": (POINTS + APPROACH + "1e-308", "duration must be within 1e-100 and 1e+100 s"),
+    "short": (POINTS + APPROACH + "1e-308", "duration must be between 1e-100 and 1e+100 s"),
     "speed": (POINTS + START_SPEED, "q.joint_1 or its rate is not finite, or beyond 1e9"),
     "far": (POINTS.replace("1.0", "1e-308"), "too uneven for a spline"),
 }

@@ -139,5 +139,5 @@ def test_a_loop_runs_once() -> None:
 
 
 def test_a_batch_needs_a_thread() -> None:
-    with pytest.raises(InputError, match="threads must be positive, not 0"):
+    with pytest.raises(InputError, match="threads must be at least 1, not 0"):
         run_batch([], threads=0)

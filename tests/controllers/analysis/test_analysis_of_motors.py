@@ -15,7 +15,7 @@ from controllers.analysis.linearise import linearise_robot
 from controllers.analysis.workspace import workspace
 from controllers.force_distribution.gravity_compensation import gravity_compensation
 from controllers.force_distribution.methods import METHODS
-from controllers.force_distribution.one_way import both_ways, one_way
+from controllers.force_distribution.motor_columns import merge_motors, split_motors
 
 Q = np.array([[0.3, -0.4], [1.0, 0.5], [-0.7, 1.1]])
 
@@ -122,11 +122,11 @@ def test_workspace_of_motors_is_the_box_of_their_torques() -> None:
 
 def test_two_pulls_are_one_torque() -> None:
     low, high = np.array([5.0, -3.0, 1.0, -4.0]), np.array([9.0, 2.0, 6.0, -2.0])
-    L, least, most = one_way(np.eye(4), low, high, 3)
+    L, least, most = split_motors(np.eye(4), low, high, 3)
     np.testing.assert_array_equal(least, [5.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0])
     np.testing.assert_array_equal(most, [9.0, 2.0, 6.0, 0.0, 3.0, 0.0, 4.0])
     forces = np.array([6.0, 0.0, 2.0, 0.0, 1.5, 0.0, 3.0])
-    folded = both_ways(forces, 3)
+    folded = merge_motors(forces, 3)
     np.testing.assert_array_equal(folded, [6.0, -1.5, 2.0, -3.0])
     np.testing.assert_array_equal(L.T @ forces, folded)
 
@@ -144,7 +144,7 @@ def test_muscles_do_not_push_where_motors_do() -> None:
 
 
 def test_cable_velocities_drive_no_motors() -> None:
-    with pytest.raises(InputError, match="cannot drive motors at joints: elbow"):
+    with pytest.raises(InputError, match="does not support motors at joints: elbow"):
         CableVelocityController(HybridArm(), 1.0)
 
 

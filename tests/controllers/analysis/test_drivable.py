@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controllers.analysis.drivable import MARGIN, Terms, drivable, force_margin
+from controllers.analysis.drivable import MARGIN, Terms, find_drivable, force_margin
 from controllers.analysis.wrench_set import capacity_margin
 
 NONE = np.full(6, 1e-9)  # accelerations that any force gives
@@ -30,7 +30,7 @@ def test_all_are_driven_exactly_where_the_torque_is_inside(seed: int) -> None:
     L, torque = rng.normal(size=(m, n)), 5.0 * rng.normal(size=n)
     inside = float(capacity_margin(L, torque, 1.0, 10.0))
     assert abs(inside) > 1e-3  # no case is on the edge
-    found = drivable(terms(L, torque, 1.0, 10.0), range(n))
+    found = find_drivable(terms(L, torque, 1.0, 10.0), range(n))
     t, _, forces = force_margin(terms(L, torque, 1.0, 10.0), range(n))
     assert (t > 0.0) == (inside > 0.0)
     np.testing.assert_allclose(-L.T @ forces, torque, atol=1e-6)
@@ -55,19 +55,19 @@ def test_all_are_driven_exactly_where_the_torque_is_inside(seed: int) -> None:
     ],
 )
 def test_one_joint_of_one_muscle(moment_arm: float, torque: float, lack: str | None) -> None:
-    found = drivable(terms([[moment_arm]], [torque]), [0])
+    found = find_drivable(terms([[moment_arm]], [torque]), [0])
     assert found.coordinates == ((0,) if lack is None else ())
     assert found.missing == ({} if lack is None else {0: lack})
 
 
 def test_of_two_joints_that_muscles_move_alike_one_is_left() -> None:
-    found = drivable(terms([[0.1, 0.1], [-0.1, -0.1], [0.2, 0.2]], [0.0, 0.0]), [0, 1])
+    found = find_drivable(terms([[0.1, 0.1], [-0.1, -0.1], [0.2, 0.2]], [0.0, 0.0]), [0, 1])
     assert len(found.coordinates) == 1
-    assert list(found.missing.values()) == ["one of its own"]
+    assert list(found.missing.values()) == ["independent motion"]
 
 
 def test_what_is_not_asked_for_is_left_out() -> None:
-    found = drivable(terms([[0.1, 0.0], [-0.1, 0.0]], [0.0, 0.0]), [0])
+    found = find_drivable(terms([[0.1, 0.0], [-0.1, 0.0]], [0.0, 0.0]), [0])
     assert found.coordinates == (0,)
     assert found.missing == {}
 
@@ -76,8 +76,8 @@ def test_muscles_that_hold_but_hardly_move_do_not_drive() -> None:
     one = terms([[0.1], [-0.1]], [0.0])
     slow = Terms(one.M, one.A, one.torque, one.low, one.high, np.array([0.9]))
     fast = Terms(one.M, one.A, one.torque, one.low, one.high, np.array([1.1]))
-    assert drivable(slow, [0]).coordinates == (0,)
-    assert drivable(fast, [0]).missing == {0: "one of its own"}  # 10 N on 0.1 m make 1 N·m
+    assert find_drivable(slow, [0]).coordinates == (0,)
+    assert find_drivable(fast, [0]).missing == {0: "independent motion"}  # 10 N on 0.1 m make 1 N·m
 
 
 def test_what_moves_no_mass_has_no_margin() -> None:

@@ -106,8 +106,8 @@ def test_sized_muscles_are_strong_enough_and_no_more(arm: DartDynamics) -> None:
     assert terms.with_bounds(None, sizes.needed * (1 + 1e-9)).distribute().solved.all()
     np.testing.assert_allclose(sizes.needed, sizes.unlimited.peaks())
     np.testing.assert_allclose(size_muscles(terms, margin=0.5).needed, 1.5 * sizes.needed)
-    least = float(np.nanmax(sizes.least_peaks))
-    assert sizes.critical == int(np.argmax(sizes.least_peaks))
+    least = float(np.nanmax(sizes.min_peaks))
+    assert sizes.critical == int(np.argmax(sizes.min_peaks))
     assert least <= sizes.needed.max() + 1e-9
     assert terms.with_bounds(None, least * (1 + 1e-6)).distribute().solved.all()
     assert not terms.with_bounds(None, least * (1 - 1e-4)).distribute().solved.all()
@@ -121,7 +121,7 @@ def test_points_that_no_strength_solves_are_reported(arm: DartDynamics) -> None:
     L[:, 3] = L[:, 1]
     sizes = size_muscles(replace(terms, L=L))
     assert 0 < len(sizes.impossible) <= 81
-    assert np.isnan(sizes.least_peaks).sum() == len(sizes.impossible)
+    assert np.isnan(sizes.min_peaks).sum() == len(sizes.impossible)
 
 
 def test_the_left_arm_along_a_motion(shared: Path) -> None:
@@ -140,7 +140,7 @@ def test_the_left_arm_along_a_motion(shared: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"times": [0.0, 0.0]}, "times that increase"),
+        ({"times": [0.0, 0.0]}, "increasing times"),
         ({"times": []}, "shape"),
         ({"q": np.zeros((3, 2))}, "of the motion has shape"),
         ({"qd": np.zeros((2, 3))}, r"qd of the motion has shape \(2, 3\)"),
@@ -156,11 +156,11 @@ def test_wrong_motions_are_refused(change: dict[str, object], message: str) -> N
 
 
 def test_motions_and_methods_that_do_not_fit_are_refused(arm: DartDynamics) -> None:
-    with pytest.raises(InputError, match="the motion has 3 coordinates, the robot 2: joint_1"):
+    with pytest.raises(InputError, match="the motion has 3 coordinates, the robot has 2: joint_1"):
         motion_terms(arm, swing(3)).distribute()
     with pytest.raises(UnknownNameError, match="no force distribution 'best'"):
         motion_terms(arm, swing()).distribute("best")
     with pytest.raises(InputError, match="margin"):
         size_muscles(motion_terms(arm, swing()), margin=-0.1)
-    with pytest.raises(InputError, match="no upper bound"):
+    with pytest.raises(InputError, match="f_max must be finite"):
         size_muscles(motion_terms(arm, swing()), method="puncture")

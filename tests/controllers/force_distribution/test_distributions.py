@@ -306,7 +306,7 @@ def test_muscles_may_be_unlimited(method: str) -> None:
 @pytest.mark.parametrize("method", sorted({*METHODS} - {*COMPLETE[:4]}))
 def test_methods_that_need_upper_bounds_refuse_unlimited_muscles(method: str) -> None:
     L, tau = stacked(14, 1, 2, 4)
-    with pytest.raises(InputError, match="muscle 2 has no upper bound"):
+    with pytest.raises(InputError, match="muscle 2: f_max must be finite"):
         distribute(L, tau, LOW, [HIGH, np.inf, HIGH, HIGH], method)
 
 
@@ -315,20 +315,20 @@ def test_methods_that_need_upper_bounds_refuse_unlimited_muscles(method: str) ->
     [
         ({"L": np.ones(4)}, r"L must have shape \(..., m, n\)"),
         ({"tau": np.ones(3)}, r"tau \(..., n\)"),
-        ({"tau": np.ones((3, 2))}, "do not belong together"),
-        ({"f_min": [1.0, 2.0]}, "one for each of the 4 muscles"),
+        ({"tau": np.ones((3, 2))}, "inconsistent shapes"),
+        ({"f_min": [1.0, 2.0]}, "a number or 4 numbers"),
         ({"f_min": 200.0}, "muscle 1: f_min 200 must be"),
         ({"f_min": [10.0, 10.0, -1.0, 10.0]}, "muscle 3: f_min -1"),
-        ({"f_max": np.nan}, "f_max is nan"),
-        ({"tau": [np.nan, 0.0]}, r"tau\[0\] is nan"),
-        ({"L": np.full((2, 4, 2), np.inf)}, r"L\[0, 0, 0\] is inf"),
+        ({"f_max": np.nan}, "f_max must be a number, not nan"),
+        ({"tau": [np.nan, 0.0]}, r"tau\[0\] must be finite, not nan"),
+        ({"L": np.full((2, 4, 2), np.inf)}, r"L\[0, 0, 0\] must be finite, not inf"),
         ({"L": "no"}, "L must be numbers"),
         ({"method": "least_square"}, "did you mean 'least_squares'"),
         ({"weights": [1.0, 1.0, 0.0, 1.0]}, "weights of 'muscle 3'"),
         ({"target": np.nan}, "target must be finite"),
         ({"alpha": 1.0}, "no option of 'least_squares' 'alpha'"),
         ({"method": "optimally_safe", "alpha": -1.0}, "alpha must be"),
-        ({"method": "p_norm", "p": 2.5}, "norm must be a whole number from 1 to 8, .*: 2.5"),
+        ({"method": "p_norm", "p": 2.5}, "norm must be an integer from 1 to 8, .*: 2.5"),
         ({"method": "p_norm", "p": 9}, "norm must be .*, or infinity: 9"),
         ({"method": "linear_programme", "costs": [1.0]}, None),
     ],

@@ -234,8 +234,8 @@ def test_the_problem_stands_apart_from_its_solution() -> None:
         (([np.nan], [10.0]), "must be finite"),
         (([-1.0], [10.0]), "not negative"),
         (([0.0], [np.nan]), "above"),
-        (([0.0, 0.0], [1.0]), "equally long"),
-        (([], []), "equally long"),
+        (([0.0, 0.0], [1.0]), "equal lengths"),
+        (([], []), "equal lengths"),
     ],
 )
 def test_wrong_bounds_are_refused(arguments: tuple[list[float], list[float]], message: str) -> None:

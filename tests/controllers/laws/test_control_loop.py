@@ -143,7 +143,7 @@ def test_a_state_taken_back_gives_the_same_ticks() -> None:
     control.set_state(loop_state)
     control.law.set_state(law_state)
     np.testing.assert_array_equal(ticks(), expected)
-    with pytest.raises(InputError, match="control loop's state"):
+    with pytest.raises(InputError, match="state of the control loop"):
         control.set_state(loop_state[1:])
 
 
@@ -152,7 +152,7 @@ def test_a_state_taken_back_gives_the_same_ticks() -> None:
     [
         ({"ki": -1.0}, "ki of 'x' must be finite and not negative"),
         ({"ki": [1.0, 2.0]}, "ki must be a number or 3 numbers"),
-        ({"observer": -1.0}, "observer must be a bandwidth in rad/s or 0"),
+        ({"observer": -1.0}, "observer must be a finite bandwidth in rad/s"),
         ({"delay": 2}, "delay must be 0 or 1 ticks, not 2"),
         ({"period": 0.0}, "period must be a positive time"),
     ],

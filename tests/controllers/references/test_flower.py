@@ -123,10 +123,10 @@ def test_many_times_in_one_call_are_the_times_one_by_one() -> None:
         (lambda: FlowerReference(CENTRE, [X, Z], 0.1, math.inf), "duration"),
         (lambda: FlowerReference(CENTRE, [X, Z], 0.1, 1.0, 0), "petals"),
         (lambda: FlowerReference(CENTRE, [X, Z], 0.1, 1.0, 2.5), "petals"),  # type: ignore[arg-type]
-        (lambda: ApproachReference([0.0], [0.0, 1.0], 1.0), "equally long"),
+        (lambda: ApproachReference([0.0], [0.0, 1.0], 1.0), "equal lengths"),
         (lambda: ApproachReference([0.0], [1.0], -1.0), "duration"),
-        (lambda: ApproachReference([0.0], [1.0], 1e-200), "duration must be within"),
-        (lambda: FlowerReference(CENTRE, [X, Z], 0.1, 1e200), "duration must be within"),
+        (lambda: ApproachReference([0.0], [1.0], 1e-200), "duration must be between"),
+        (lambda: FlowerReference(CENTRE, [X, Z], 0.1, 1e200), "duration must be between"),
         (lambda: SequenceReference([]), "at least one"),
         (lambda: SequenceReference([flower(), ApproachReference(X, Z, 1.0)]), "part 1 .* ends at"),
         (lambda: SequenceReference([flower(), ApproachReference([0.0], [1.0], 1.0)]), "part 1"),

@@ -125,10 +125,10 @@ def test_rates_that_are_given_are_taken() -> None:
 @pytest.mark.parametrize(
     ("times", "q", "message"),
     [
-        ([0.0, 0.1, 0.1, 0.2, 0.3, 0.4], np.zeros((6, 1)), "time of row 3 is not after"),
+        ([0.0, 0.1, 0.1, 0.2, 0.3, 0.4], np.zeros((6, 1)), "time in row 3 that is not after"),
         ([1.0, 1.1, 1.2, 1.3, 1.4, 1.5], np.zeros((6, 1)), "begins at 1 s"),
         ([0.0, 0.1, 0.2], np.zeros((3, 1)), "at least 6 rows"),
-        ([0.0, 0.1, 0.2], np.zeros((2, 1)), "no row for each of 3 times"),
+        ([0.0, 0.1, 0.2], np.zeros((2, 1)), "for 3 times"),
         ([0.0, 0.1, 0.2, 0.3, 0.4, 0.5], np.full((6, 1), np.nan), "not finite"),
     ],
 )
@@ -154,5 +154,5 @@ def test_times_too_uneven_for_a_spline_are_refused(make) -> None:
 @pytest.mark.parametrize("noise", [math.nan, 1e308, -1.0])
 def test_noise_that_is_none_is_refused(noise: float) -> None:
     times = np.linspace(0.0, 1.0, 11)
-    with pytest.raises(InputError, match="noise must be within 0 and"):
+    with pytest.raises(InputError, match="noise must be between 0 and"):
         recorded_trajectory(times, np.sin(times)[:, None], noise=noise)

@@ -116,7 +116,7 @@ def test_a_wrong_margin_is_bad_input(cardsflow: CommandLine) -> None:
     command = ["size", PLANAR_2R, "--set", "controller.period=0.5"]
     for margin in ("-1", "nan", "1e308"):
         line = cardsflow.refused(*command, "--margin", margin)
-        assert "margin must be within 0 and 1e+06" in line
+        assert "margin must be between 0 and 1e+06" in line
 
 
 @pytest.mark.slow

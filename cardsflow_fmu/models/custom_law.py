@@ -1,4 +1,4 @@
-"""Custom controllers: classes from Python files, with checked results."""
+"""Import of custom controllers from Python files, with checks of their results."""
 
 from __future__ import annotations
 
@@ -22,54 +22,59 @@ CLASSES: dict[Space, type[Law]] = {
 }
 
 
-def own_law(own: CustomLaw, space: Space) -> Callable[..., Law]:
-    """Import the class of a custom controller. This runs the file.
+def import_custom_law(custom: CustomLaw, space: Space) -> Callable[..., Law]:
+    """Import the class of a custom controller. This executes the file.
 
-    Errors in its methods name file and line. Forces that are not finite are errors as well.
+    The methods of the returned class raise errors that name file and line. They also raise an error
+    for forces that are not finite.
 
     Args:
-        own: File and class.
+        custom: File and class.
         space: Space of the reference.
 
     Raises:
         InputError: The file cannot be imported, or the class is not a controller.
     """
     try:
-        found = load_class(own.file, own.name, CLASSES[space])
+        found = load_class(custom.file, custom.name, CLASSES[space])
     except WrongBaseClassError as error:
         other = next((s for s, base in CLASSES.items() if issubclass(error.found, base)), None)
         if other is None:
             raise
-        what = f'it follows a reference in {other} space; set controller.space = "{other}"'
-        raise InputError(f"{error.what}; {what}", file=own.file) from None
+        advice = f'the class follows a {other} reference; set controller.space = "{other}"'
+        raise InputError(f"{error.what}; {advice}", file=custom.file) from None
 
     class Checked(found):  # type: ignore[misc, valid-type]
-        """The custom class with checked results."""
+        """Custom class with checked results."""
 
         def __init__(self, *arguments: Any, **named: Any) -> None:
-            call_custom(own.file, lambda: super(Checked, self).__init__(*arguments, **named))
+            call_custom(custom.file, lambda: super(Checked, self).__init__(*arguments, **named))
 
         def solve(self, q: Any, qd: Any, *reference: Any, **loads: Any) -> ForceSolution:
             solve = super().solve
-            solution = call_custom(own.file, lambda: solve(q, qd, *reference, **loads))
+            solution = call_custom(custom.file, lambda: solve(q, qd, *reference, **loads))
             if not isinstance(solution, ForceSolution):
                 solution = self._as_solution(q, qd, solution)
             if not np.isfinite(solution.forces).all():
-                what = f"{own.name}.solve returned forces that are not finite: {solution.forces}"
-                raise SimulationError(f"{own.file}: {what}")
+                raise SimulationError(
+                    f"{custom.file}: {custom.name}.solve returned forces that are not finite: "
+                    f"{solution.forces}"
+                )
             return solution
 
         def _as_solution(self, q: Any, qd: Any, forces: Any) -> ForceSolution:
-            """Complete forces to a solution: clip them to the limits; the rest is slack."""
+            """Create a solution: clip forces to the limits and compute the slack."""
             robot, bounds = self.dynamics, self.distribution
             given = np.asarray(forces, dtype=np.float64)
             if given.shape != bounds.f_min.shape:
-                what = f"{own.name}.solve returned forces of shape {given.shape}"
-                raise SimulationError(f"{own.file}: {what}, not {bounds.f_min.shape}")
-            held = np.clip(given, bounds.f_min, bounds.f_max)
-            slack = robot.actuator_jacobian(q).T @ (held - given)
+                raise SimulationError(
+                    f"{custom.file}: {custom.name}.solve returned forces of shape {given.shape}, "
+                    f"not {bounds.f_min.shape}"
+                )
+            clipped = np.clip(given, bounds.f_min, bounds.f_max)
+            slack = robot.actuator_jacobian(q).T @ (clipped - given)
             return ForceSolution(
-                held,
+                clipped,
                 "solved" if not slack.any() else "soft",
                 slack,
                 bounds.f_min,
@@ -78,5 +83,5 @@ def own_law(own: CustomLaw, space: Space) -> Callable[..., Law]:
                 actuator_names(robot),
             )
 
-    Checked.__name__ = Checked.__qualname__ = own.name
+    Checked.__name__ = Checked.__qualname__ = custom.name
     return Checked
